@@ -1,0 +1,21 @@
+#pragma once
+// Files written beside and renamed, and digests of inputs.
+
+#include <filesystem>
+#include <functional>
+#include <string>
+
+namespace crownfit {
+
+/// Calls `write` with a temporary name in the same folder, then renames it: nothing half-written stands under `file`.
+/// Makes the folder when it is missing. Throws InputError when the place can't be written.
+void WriteBesideAndRename(const std::filesystem::path& file,
+                          const std::function<void(const std::filesystem::path&)>& write);
+
+/// The text form of the above.
+void WriteTextFile(const std::filesystem::path& file, const std::string& text);
+
+/// SHA-256 of a file's bytes, hexadecimal.
+std::string Sha256OfFile(const std::filesystem::path& file);
+
+}  // namespace crownfit

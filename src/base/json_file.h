@@ -1,0 +1,92 @@
+#pragma once
+// Strict JSON: `//` comments are allowed; an unknown, missing or mistyped key names the file, the key and what was
+// expected. The JSON library itself is named in json_file.cpp only.
+
+#include <array>
+#include <filesystem>
+#include <initializer_list>
+#include <optional>
+#include <string>
+#include <utility>
+#include <variant>
+#include <vector>
+
+namespace crownfit {
+
+/// A JSON value as plain data; objects keep the order of their keys.
+struct JsonValue {
+  using Array = std::vector<JsonValue>;
+  using Object = std::vector<std::pair<std::string, JsonValue>>;
+  std::variant<std::monostate, bool, double, std::string, Array, Object> data;
+
+  JsonValue() = default;
+  JsonValue(bool v) : data(v) {}
+  JsonValue(double v) : data(v) {}
+  JsonValue(int v) : data(static_cast<double>(v)) {}
+  JsonValue(const char* v) : data(std::string(v)) {}
+  JsonValue(std::string v) : data(std::move(v)) {}
+  JsonValue(Array v) : data(std::move(v)) {}
+  JsonValue(Object v) : data(std::move(v)) {}
+  JsonValue(const std::vector<double>& v) : data(Array(v.begin(), v.end())) {}
+  JsonValue(const std::vector<std::string>& v) : data(Array(v.begin(), v.end())) {}
+};
+
+/// A value together with the file and the key path it came from, so that every complaint can say where.
+class JsonNode {
+ public:
+  JsonNode(const JsonValue* value, const std::filesystem::path* file, std::string key)
+      : value_(value), file_(file), key_(std::move(key)) {}
+
+  double Number() const;                                                ///< finite
+  double Number(double low, double high) const;                         ///< finite, low <= value <= high
+  double Positive() const;                                              ///< finite, > 0
+  int Integer(int low, int high) const;                                 ///< whole number in [low, high]
+  bool Bool() const;                                                    ///< true or false
+  std::string String() const;                                           ///< text without control characters
+  std::string OneOf(const std::vector<std::string>& choices) const;     ///< one of the listed words
+  std::vector<JsonNode> Items() const;                                  ///< a list
+  std::vector<double> Numbers(std::optional<size_t> count = {}) const;  ///< list of finite numbers, of given length
+  std::vector<std::pair<std::string, JsonNode>> Members() const;        ///< an object whose keys are names
+  bool IsNumber() const { return std::holds_alternative<double>(value_->data); }
+  bool IsArray() const { return std::holds_alternative<JsonValue::Array>(value_->data); }
+  bool IsObject() const { return std::holds_alternative<JsonValue::Object>(value_->data); }
+
+  [[noreturn]] void Fail(const std::string& message, const std::string& remedy = "") const;
+  const std::string& key() const { return key_; }
+  const std::filesystem::path& file() const { return *file_; }
+
+ private:
+  friend class JsonObject;
+  [[noreturn]] void Expected(const std::string& what) const;
+  const JsonValue* value_;
+  const std::filesystem::path* file_;
+  std::string key_;
+};
+
+/// An object whose allowed keys are stated up front; any other key is an error that names it (and the nearest allowed).
+class JsonObject {
+ public:
+  JsonObject(const JsonNode& node, const std::vector<std::string>& allowed_keys);
+  JsonNode Require(const std::string& key) const;
+  std::optional<JsonNode> Find(const std::string& key) const;
+  const JsonNode& node() const { return node_; }
+
+ private:
+  JsonNode node_;
+};
+
+/// A JSON file held in memory. Throws InputError when it can't be read or is not JSON (depth up to 64).
+struct JsonFile {
+  explicit JsonFile(const std::filesystem::path& file);
+  JsonNode root() const { return JsonNode(&value, &file, ""); }
+  /// The root object after its "format" tag was compared with `format`.
+  JsonObject RootOfFormat(const std::string& format, std::vector<std::string> allowed_keys) const;
+  std::filesystem::path file;
+  JsonValue value;
+};
+
+/// JSON text, two spaces of indent, short lists on one line, numbers as their shortest round-trip form.
+/// A number that is not finite has no JSON form and becomes null.
+std::string ToJsonText(const JsonValue& value);
+
+}  // namespace crownfit

@@ -1,0 +1,27 @@
+#pragma once
+// Pinhole camera with OpenCV's distortion. Camera frame: x right, y down, z forward. Pixel (0,0) has its centre at
+// (0.5, 0.5).
+
+#include <array>
+#include <filesystem>
+#include <glm/glm.hpp>
+#include <optional>
+
+namespace crownfit {
+
+struct Camera {
+  int width = 0, height = 0;
+  double fx = 0, fy = 0, cx = 0, cy = 0;  ///< pixels
+  std::array<double, 8> distortion{};     ///< k1 k2 p1 p2 k3 k4 k5 k6 (OpenCV order)
+};
+
+/// Reads camera.json ("crownfit-camera/1").
+Camera ReadCamera(const std::filesystem::path& file);
+
+/// Pixel position of a point in the camera frame; nothing when it is not in front of the camera.
+std::optional<glm::dvec2> PixelFromPoint(const Camera& camera, const glm::dvec3& point_in_camera_mm);
+
+/// Unit direction in the camera frame through a pixel position (inverts the distortion by Newton steps).
+glm::dvec3 DirectionFromPixel(const Camera& camera, const glm::dvec2& pixel);
+
+}  // namespace crownfit

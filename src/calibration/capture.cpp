@@ -1,0 +1,207 @@
+#include "calibration/capture.h"
+
+#include <algorithm>
+#include <set>
+
+#include "base/error.h"
+#include "base/json_file.h"
+
+namespace crownfit {
+namespace {
+
+/// Index of the item called `name`; complains about the key otherwise.
+template <class Item>
+size_t IndexOf(const std::vector<Item>& items, const std::string& name, const JsonNode& node, const char* what) {
+  std::string known;
+  for (size_t i = 0; i < items.size(); ++i) {
+    if (items[i].name == name) return i;
+    known += (known.empty() ? "" : ", ") + items[i].name;
+  }
+  node.Fail("there is no " + std::string(what) + " called '" + name + "'",
+            known.empty() ? "The capture defines none." : "Known: " + known + ".");
+}
+
+void ReadParameters(const JsonObject& object, Owner owner, std::array<ParameterSpec, kParameters.size()>& out) {
+  for (size_t i = 0; i < kParameters.size(); ++i) {
+    const ParameterRow& row = kParameters[i];
+    out[i] = DefaultSpec(row);
+    if (row.owner != owner) continue;
+    if (const auto node = object.Find(row.key)) out[i] = ReadParameterSpec(*node, row);
+  }
+}
+
+std::filesystem::path ReadPath(const JsonNode& node, Capture& capture) {
+  const std::string text = node.String();
+  if (text.empty()) node.Fail("the path is empty");
+  capture.input_files.push_back(capture.folder / text);
+  return capture.input_files.back();
+}
+
+void ReadObject(const JsonNode& node, Capture& capture) {
+  const JsonObject object(node, {"layers", "surface", "scenery", "backings", "outside_ior"});
+  const JsonNode layers = object.Require("layers");
+  std::vector<std::string> layer_keys = ParameterKeys(Owner::kLayer);
+  layer_keys.insert(layer_keys.end(), {"name", "surface"});
+  for (const auto& item : layers.Items()) {
+    const JsonObject layer(item, layer_keys);
+    LayerSpec spec;
+    spec.name = layer.Require("name").String();
+    for (const auto& other : capture.layers)
+      if (other.name == spec.name) layer.Require("name").Fail("two layers are called '" + spec.name + "'");
+    if (const auto surface = layer.Find("surface")) spec.surface = ReadPath(*surface, capture);
+    if (capture.layers.empty()) layer.Require("surface");
+    ReadParameters(layer, Owner::kLayer, spec.parameters);
+    capture.layers.push_back(spec);
+  }
+  if (capture.layers.empty()) layers.Fail("at least one layer is needed", "Outermost first: enamel, then dentine.");
+  for (size_t i = 0; i + 1 < capture.layers.size(); ++i) {
+    const LayerSpec& layer = capture.layers[i];
+    const JsonNode where = layers.Items()[i];
+    const JsonObject keys(where, layer_keys);
+    if (capture.layers[i + 1].surface && layer[Quantity::kThickness].stated && !layer[Quantity::kThickness].fixed)
+      keys.Require("thickness_mm")
+          .Fail("the next layer has a surface of its own, which decides the thickness",
+                "Free thickness_scale instead.");
+    if (!capture.layers[i + 1].surface && layer[Quantity::kThicknessScale].stated)
+      keys.Require("thickness_scale").Fail("the next layer has no surface of its own", "State thickness_mm instead.");
+    if (!capture.layers[i + 1].surface && !layer[Quantity::kThickness].stated)
+      throw InputError(capture.file, where.key() + ".thickness_mm", "this required key is missing",
+                       "The next layer has no surface, so this layer's thickness makes it.");
+  }
+
+  JsonValue empty{JsonValue::Object()};
+  const JsonNode nothing(&empty, &capture.file, "object.surface");
+  ReadParameters(JsonObject(object.Find("surface").value_or(nothing), ParameterKeys(Owner::kSurface)), Owner::kSurface,
+                 capture.surface);
+  if (const auto scenery = object.Find("scenery")) {
+    for (const auto& item : scenery->Items()) {
+      const JsonObject o(item, {"name", "mesh", "reflectance_rgb"});
+      ScenerySpec spec{o.Require("name").String(), ReadPath(o.Require("mesh"), capture), glm::dvec3(0.0)};
+      if (const auto rho = o.Find("reflectance_rgb")) spec.reflectance = ReadNonNegative(*rho);
+      if (std::any_of(&spec.reflectance.x, &spec.reflectance.x + 3, [](double r) { return r > 1.0; }))
+        o.Require("reflectance_rgb").Fail("a reflectance must lie in [0, 1]");
+      for (const auto& other : capture.scenery)
+        if (other.name == spec.name) o.Require("name").Fail("two things are called '" + spec.name + "'");
+      capture.scenery.push_back(spec);
+    }
+  }
+  if (const auto backings = object.Find("backings")) {
+    for (const auto& [name, item] : backings->Members()) {
+      const JsonObject o(item, {"point_mm", "normal", "size_mm", "reflectance_rgb", "contact"});
+      BackingSpec spec;
+      spec.name = name;
+      spec.point_mm = ReadVector(o.Require("point_mm"));
+      spec.normal = ReadUnitVector(o.Require("normal"));
+      if (const auto size = o.Find("size_mm")) spec.size_mm = size->Positive();
+      spec.reflectance = ReadNonNegative(o.Require("reflectance_rgb"));
+      if (const auto contact = o.Find("contact"); contact && contact->Bool())
+        contact->Fail("a backing in optical contact is not supported by this version", "Leave an air gap: false.");
+      capture.backings.push_back(spec);
+    }
+  }
+  if (const auto ior = object.Find("outside_ior")) capture.outside_ior = ior->Number(1.0, 2.0);
+}
+
+void ReadColour(const std::filesystem::path& path, PhotographSpec& photo) {
+  const JsonFile file(path);
+  const JsonObject root = file.RootOfFormat(
+      "crownfit-colour/1", {"linear_rgb_from_sensor_rgb", "white_sensor_rgb", "polynomial", "residual"});
+  const JsonNode node = root.Require("linear_rgb_from_sensor_rgb");
+  const auto rows = node.Items();
+  if (rows.size() != 3) node.Fail("expected 3 rows of 3 numbers");
+  for (int r = 0; r < 3; ++r) {
+    const auto row = rows[r].Numbers(3);
+    for (int c = 0; c < 3; ++c) photo.linear_rgb_from_sensor_rgb[c][r] = row[c];
+  }
+  photo.has_colour_file = true;
+}
+
+PhotographSpec ReadPhotographSpec(const JsonNode& node, Capture& capture) {
+  const JsonObject o(node, {"name", "file", "camera", "camera_from_object", "lights", "polarisation",
+                            "polarisation_memory_events", "backing", "scenery", "mask", "colour", "noise", "blur",
+                            "variance", "saturation", "exposure_scale", "exposure_group", "use"});
+  PhotographSpec photo;
+  photo.key = node.key();
+  photo.name = o.Require("name").String();
+  for (const auto& other : capture.photographs)
+    if (other.name == photo.name) o.Require("name").Fail("two photographs are called '" + photo.name + "'");
+  if (photo.name.empty() || photo.name.find('/') != std::string::npos || photo.name[0] == '.')
+    o.Require("name").Fail("a photograph's name becomes a file name: no '/', no leading '.', not empty");
+  photo.files.image = ReadPath(o.Require("file"), capture);
+  photo.camera_file = ReadPath(o.Require("camera"), capture);
+  photo.camera = ReadCamera(photo.camera_file);
+  photo.camera_from_object = ReadRigidTransform(o.Require("camera_from_object"));
+  for (const auto& light : o.Require("lights").Items())
+    photo.lights.push_back(IndexOf(capture.lights, light.String(), light, "light"));
+  if (const auto p = o.Find("polarisation")) {
+    const std::string word = p->OneOf({"none", "cross", "parallel"});
+    photo.polarisation = word == "none"    ? Polarisation::kNone
+                         : word == "cross" ? Polarisation::kCross
+                                           : Polarisation::kParallel;
+  }
+  if (const auto memory = o.Find("polarisation_memory_events"); memory && memory->Number() != 0.0)
+    memory->Fail("this version counts the surface reflection alone as polarised", "Remove the key or set it to 0.");
+  if (const auto backing = o.Find("backing"); backing && backing->String() != "none")
+    photo.backing = IndexOf(capture.backings, backing->String(), *backing, "backing");
+  if (const auto scenery = o.Find("scenery"))
+    for (const auto& thing : scenery->Items())
+      photo.scenery.push_back(IndexOf(capture.scenery, thing.String(), thing, "piece of scenery"));
+  if (const auto mask = o.Find("mask")) photo.files.mask = ReadPath(*mask, capture);
+  if (const auto variance = o.Find("variance")) photo.files.variance = ReadPath(*variance, capture);
+  if (const auto saturation = o.Find("saturation")) photo.files.saturation = saturation->Positive();
+  if (const auto colour = o.Find("colour")) ReadColour(ReadPath(*colour, capture), photo);
+  if (const auto noise = o.Find("noise")) {
+    photo.files.noise = ReadSensorNoise(ReadPath(*noise, capture));
+    photo.has_noise_file = true;
+  }
+  if (const auto blur = o.Find("blur"))
+    blur->Fail("blur and veiling glare are not modelled by this version",
+               "Remove the key; edges then keep their error.");
+  if (const auto scale = o.Find("exposure_scale")) {
+    const JsonObject spec(*scale, {"fixed", "initial"});
+    const auto fixed = spec.Find("fixed"), initial = spec.Find("initial");
+    if (fixed.has_value() == initial.has_value()) scale->Fail("expected either {\"fixed\": v} or {\"initial\": v}");
+    photo.exposure_is_free = initial.has_value();
+    photo.exposure_scale = (fixed ? *fixed : *initial).Positive();
+  }
+  photo.exposure_group = photo.name;
+  if (const auto group = o.Find("exposure_group")) photo.exposure_group = "group " + group->String();
+  if (const auto use = o.Find("use")) photo.is_holdout = use->OneOf({"fit", "holdout"}) == "holdout";
+  return photo;
+}
+
+}  // namespace
+
+Capture ReadCapture(const std::filesystem::path& path) {
+  Capture capture;
+  std::error_code ignored;
+  capture.file = std::filesystem::is_regular_file(path, ignored) ? path : path / "capture.json";
+  if (!std::filesystem::is_regular_file(capture.file, ignored))
+    throw InputError(capture.file, "", "there is no capture here",
+                     "Give a folder that holds capture.json, or that file.");
+  capture.folder = capture.file.has_parent_path() ? capture.file.parent_path() : std::filesystem::path(".");
+  capture.input_files.push_back(capture.file);
+  const JsonFile file(capture.file);
+  const JsonObject root = file.RootOfFormat("crownfit-capture/1", {"object", "channels", "light_rig", "photographs"});
+  ReadObject(root.Require("object"), capture);
+  if (const auto channels = root.Find("channels")) {
+    const auto items = channels->Items();
+    if (items.size() != kChannels)
+      channels->Fail("this version fits exactly 3 channels, found " + std::to_string(items.size()));
+    for (int c = 0; c < kChannels; ++c) {
+      const JsonObject channel(items[c], {"name", "wavelength_nm"});
+      capture.channel_names[c] = channel.Require("name").String();
+      capture.wavelengths_nm[c] = channel.Require("wavelength_nm").Number(200.0, 2500.0);
+    }
+  }
+  capture.lights = ReadLightRig(ReadPath(root.Require("light_rig"), capture));
+  const JsonNode photographs = root.Require("photographs");
+  for (const auto& item : photographs.Items()) capture.photographs.push_back(ReadPhotographSpec(item, capture));
+  if (capture.photographs.empty()) photographs.Fail("at least one photograph is needed");
+  std::sort(capture.input_files.begin(), capture.input_files.end());
+  capture.input_files.erase(std::unique(capture.input_files.begin(), capture.input_files.end()),
+                            capture.input_files.end());
+  return capture;
+}
+
+}  // namespace crownfit

@@ -1,0 +1,79 @@
+#pragma once
+// A capture: what was photographed, from where, under which light. Read strictly from capture.json.
+
+#include <array>
+#include <filesystem>
+#include <map>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "calibration/camera.h"
+#include "calibration/light_rig.h"
+#include "calibration/parameters.h"
+#include "calibration/rigid_transform.h"
+#include "photo/photograph.h"
+
+namespace crownfit {
+
+struct LayerSpec {
+  std::string name;
+  std::optional<std::filesystem::path> surface;  ///< mesh; absent: inward offset of the layer above
+  std::array<ParameterSpec, kParameters.size()> parameters;
+  const ParameterSpec& operator[](Quantity q) const { return parameters[static_cast<size_t>(q)]; }
+  ParameterSpec& operator[](Quantity q) { return parameters[static_cast<size_t>(q)]; }
+};
+
+struct ScenerySpec {
+  std::string name;
+  std::filesystem::path mesh;
+  glm::dvec3 reflectance{0.0};
+};
+
+struct BackingSpec {
+  std::string name;
+  glm::dvec3 point_mm{0.0}, normal{0.0, 0.0, 1.0};
+  double size_mm = 30.0;
+  glm::dvec3 reflectance{0.0};
+};
+
+enum class Polarisation { kNone, kCross, kParallel };
+
+struct PhotographSpec {
+  std::string name, key;  ///< key: where it stands in capture.json
+  PhotographFiles files;
+  std::filesystem::path camera_file;
+  Camera camera;
+  RigidTransform camera_from_object;
+  std::vector<size_t> lights;  ///< indices into Capture::lights
+  Polarisation polarisation = Polarisation::kNone;
+  std::optional<size_t> backing;
+  std::vector<size_t> scenery;
+  bool exposure_is_free = false;
+  double exposure_scale = 1.0;
+  std::string exposure_group;  ///< photographs of one group share one free exposure
+  bool is_holdout = false;
+  bool has_noise_file = false;
+  glm::dmat3 linear_rgb_from_sensor_rgb{1.0};
+  bool has_colour_file = false;
+};
+
+struct Capture {
+  std::filesystem::path file, folder;
+  std::vector<LayerSpec> layers;  ///< outermost first
+  std::array<ParameterSpec, kParameters.size()> surface;
+  std::vector<ScenerySpec> scenery;
+  std::vector<BackingSpec> backings;
+  double outside_ior = 1.0;
+  std::array<std::string, kChannels> channel_names{"R", "G", "B"};
+  std::array<double, kChannels> wavelengths_nm{600, 540, 450};
+  std::vector<Light> lights;
+  std::vector<PhotographSpec> photographs;
+  std::vector<std::filesystem::path> input_files;  ///< everything read, for provenance
+};
+
+/// Reads capture.json, or the one in the folder `path`, with its camera, light, noise and colour files.
+/// Images and meshes are not read here. Throws InputError.
+Capture ReadCapture(const std::filesystem::path& path);
+
+}  // namespace crownfit

@@ -1,0 +1,125 @@
+#include "calibration/light_rig.h"
+
+#include <numbers>
+#include <set>
+
+#include "base/error.h"
+
+namespace crownfit {
+namespace {
+
+std::vector<std::string> KeysOf(const std::string& type) {
+  std::vector<std::string> keys{"name", "type", "frame", "intensity_scale"};
+  const auto add = [&](std::initializer_list<const char*> more) { keys.insert(keys.end(), more.begin(), more.end()); };
+  if (type == "directional") add({"direction", "irradiance_rgb", "angular_radius_deg"});
+  if (type == "point") add({"position_mm", "radiant_intensity_rgb", "radius_mm"});
+  if (type == "disk") add({"centre_mm", "normal", "radius_mm", "radiance_rgb"});
+  if (type == "rectangle") add({"centre_mm", "half_axis_u_mm", "half_axis_v_mm", "radiance_rgb"});
+  if (type == "ring") add({"centre_mm", "axis", "inner_radius_mm", "outer_radius_mm", "radiance_rgb"});
+  if (type == "dome") add({"radiance_rgb"});
+  return keys;
+}
+
+std::string TypeOf(const JsonNode& node) {
+  // The type decides which keys are allowed, so it is read before the others are compared.
+  std::vector<std::string> every{"name", "type", "frame", "intensity_scale"};
+  for (const char* type : {"directional", "point", "disk", "rectangle", "ring", "dome"})
+    for (const auto& key : KeysOf(type)) every.push_back(key);
+  every.insert(every.end(), {"file", "radiance_scale_rgb"});
+  const JsonNode type = JsonObject(node, every).Require("type");
+  const std::string word = type.OneOf({"directional", "point", "disk", "rectangle", "ring", "dome", "environment"});
+  if (word == "environment")
+    type.Fail("environment maps are not supported by this version", "Use a dome or area lights.");
+  return word;
+}
+
+LightShape ReadShape(const JsonObject& o, const std::string& type) {
+  const auto rgb = [&](const char* key) { return ReadNonNegative(o.Require(key)); };
+  if (type == "directional") {
+    const auto radius = o.Find("angular_radius_deg");
+    const double degrees = radius ? radius->Number(0.0, 90.0) : 1.0;
+    return DirectionalLight{ReadUnitVector(o.Require("direction")), rgb("irradiance_rgb"),
+                            degrees * std::numbers::pi / 180.0};
+  }
+  if (type == "point") {
+    // Default: seen from the origin of its frame under 1 degree, as a smooth surface cannot reach a light of no size.
+    const glm::dvec3 position = ReadVector(o.Require("position_mm"));
+    const auto radius = o.Find("radius_mm");
+    return PointLight{position, rgb("radiant_intensity_rgb"),
+                      radius ? radius->Number(0.0, 1e6) : glm::length(position) * std::numbers::pi / 180.0};
+  }
+  if (type == "disk")
+    return DiskLight{ReadVector(o.Require("centre_mm")), ReadUnitVector(o.Require("normal")), rgb("radiance_rgb"), 0.0,
+                     o.Require("radius_mm").Positive()};
+  if (type == "ring") {
+    const double inner = o.Require("inner_radius_mm").Number(0.0, 1e6), outer = o.Require("outer_radius_mm").Positive();
+    if (inner >= outer) o.Require("outer_radius_mm").Fail("must be greater than inner_radius_mm");
+    return DiskLight{ReadVector(o.Require("centre_mm")), ReadUnitVector(o.Require("axis")), rgb("radiance_rgb"), inner,
+                     outer};
+  }
+  if (type == "rectangle") {
+    const RectangleLight light{ReadVector(o.Require("centre_mm")), ReadVector(o.Require("half_axis_u_mm")),
+                               ReadVector(o.Require("half_axis_v_mm")), rgb("radiance_rgb")};
+    if (glm::length(glm::cross(light.half_axis_u_mm, light.half_axis_v_mm)) < 1e-12)
+      o.Require("half_axis_v_mm").Fail("the two half axes span no area");
+    return light;
+  }
+  return DomeLight{rgb("radiance_rgb")};
+}
+
+}  // namespace
+
+std::vector<Light> ReadLightRig(const std::filesystem::path& path) {
+  const JsonFile file(path);
+  const JsonObject root = file.RootOfFormat("crownfit-light-rig/1", {"lights"});
+  std::vector<Light> lights;
+  std::set<std::string> names;
+  for (const auto& item : root.Require("lights").Items()) {
+    const std::string type = TypeOf(item);
+    const JsonObject object(item, KeysOf(type));
+    Light light;
+    light.name = object.Require("name").String();
+    if (!names.insert(light.name).second) object.Require("name").Fail("two lights are called '" + light.name + "'");
+    if (const auto frame = object.Find("frame")) light.in_camera_frame = frame->OneOf({"object", "camera"}) == "camera";
+    if (const auto scale = object.Find("intensity_scale")) {
+      const JsonObject spec(*scale, {"fixed", "initial"});
+      const auto fixed = spec.Find("fixed"), initial = spec.Find("initial");
+      if (fixed.has_value() == initial.has_value()) scale->Fail("expected either {\"fixed\": v} or {\"initial\": v}");
+      light.scale_is_free = initial.has_value();
+      light.intensity_scale = (fixed ? *fixed : *initial).Positive();
+    }
+    light.shape = ReadShape(object, type);
+    lights.push_back(light);
+  }
+  if (lights.empty()) root.Require("lights").Fail("the rig holds no lights");
+  return lights;
+}
+
+LightShape Transformed(const LightShape& shape, const RigidTransform& t) {
+  struct Move {
+    const RigidTransform& t;
+    LightShape operator()(DirectionalLight l) const {
+      l.direction = t.Direction(l.direction);
+      return l;
+    }
+    LightShape operator()(PointLight l) const {
+      l.position_mm = t.Point(l.position_mm);
+      return l;
+    }
+    LightShape operator()(DiskLight l) const {
+      l.centre_mm = t.Point(l.centre_mm);
+      l.normal = t.Direction(l.normal);
+      return l;
+    }
+    LightShape operator()(RectangleLight l) const {
+      l.centre_mm = t.Point(l.centre_mm);
+      l.half_axis_u_mm = t.Direction(l.half_axis_u_mm);
+      l.half_axis_v_mm = t.Direction(l.half_axis_v_mm);
+      return l;
+    }
+    LightShape operator()(DomeLight l) const { return l; }
+  };
+  return std::visit(Move{t}, shape);
+}
+
+}  // namespace crownfit

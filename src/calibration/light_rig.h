@@ -1,0 +1,49 @@
+#pragma once
+// Lamps: one-sided, of constant radiance, not seen directly by the camera.
+
+#include <filesystem>
+#include <glm/glm.hpp>
+#include <string>
+#include <variant>
+#include <vector>
+
+#include "calibration/rigid_transform.h"
+
+namespace crownfit {
+
+struct DirectionalLight {
+  glm::dvec3 direction, irradiance;
+  double angular_radius;
+};  ///< towards the light; radians
+struct PointLight {
+  glm::dvec3 position_mm, radiant_intensity;
+  double radius_mm;
+};  ///< irradiance = I cos / d^2
+struct DiskLight {
+  glm::dvec3 centre_mm, normal, radiance;
+  double inner_radius_mm, outer_radius_mm;
+};  ///< also rings
+struct RectangleLight {
+  glm::dvec3 centre_mm, half_axis_u_mm, half_axis_v_mm, radiance;
+};  ///< shines along u x v
+struct DomeLight {
+  glm::dvec3 radiance;
+};  ///< uniform sphere
+
+using LightShape = std::variant<DirectionalLight, PointLight, DiskLight, RectangleLight, DomeLight>;
+
+struct Light {
+  std::string name;
+  bool in_camera_frame = false;
+  bool scale_is_free = false;  ///< intensity_scale {"initial"}: solved in closed form
+  double intensity_scale = 1.0;
+  LightShape shape;
+};
+
+/// Reads light_rig.json ("crownfit-light-rig/1").
+std::vector<Light> ReadLightRig(const std::filesystem::path& file);
+
+/// The light in another frame.
+LightShape Transformed(const LightShape& shape, const RigidTransform& target_from_source);
+
+}  // namespace crownfit

@@ -1,0 +1,82 @@
+#pragma once
+// Every quantity a capture can state and a fit can free: key, unit, default, bounds and prior stand here and nowhere
+// else.
+
+#include <array>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "base/json_file.h"
+
+namespace crownfit {
+
+inline constexpr int kChannels = 3;
+
+enum class Quantity {
+  kThickness,       ///< thickness_mm, where the layer below is an inward offset
+  kThicknessScale,  ///< thickness_scale, where the layer below has a mesh of its own
+  kIor,
+  kAsymmetry,
+  kIsotropicFraction,
+  kReducedScattering,
+  kAbsorption,
+  kRoughness,
+  kWetness,
+};
+
+enum class Scale { kLog, kLinear };  ///< in which the fit moves and priors are stated
+enum class Owner { kLayer, kSurface };
+
+/// One row of the table. Values outside [low, high] are refused; the fit keeps inside them.
+struct ParameterRow {
+  Quantity quantity;
+  const char* key;
+  const char* unit;
+  Owner owner;
+  bool per_channel;
+  Scale scale;
+  double initial, low, high;
+  double prior_mean, prior_stddev;  ///< weak: population value and its spread in ln (kLog) or in the unit (kLinear)
+};
+
+/// Priors are wide on purpose (ln standard deviation 1 is a factor 2.7 either way): they end ambiguities, they do not
+/// measure. Ranges: enamel, dentine and dental ceramics, Zijp et al. 1995, Fried et al. 1995, Fernandez-Oliveras 2013.
+inline constexpr std::array<ParameterRow, 9> kParameters{{
+    {Quantity::kThickness, "thickness_mm", "mm", Owner::kLayer, false, Scale::kLog, 1.0, 0.02, 20.0, 1.0, 0.7},
+    {Quantity::kThicknessScale, "thickness_scale", "1", Owner::kLayer, false, Scale::kLog, 1.0, 0.2, 5.0, 1.0, 0.3},
+    {Quantity::kIor, "ior", "1", Owner::kLayer, false, Scale::kLinear, 1.54, 1.0, 3.0, 1.55, 0.1},
+    {Quantity::kAsymmetry, "g", "1", Owner::kLayer, false, Scale::kLinear, 0.8, -0.99, 0.99, 0.8, 0.2},
+    {Quantity::kIsotropicFraction, "isotropic_fraction", "1", Owner::kLayer, false, Scale::kLinear, 0.0, 0.0, 1.0, 0.1,
+     0.2},
+    {Quantity::kReducedScattering, "reduced_scattering_per_mm", "1/mm", Owner::kLayer, true, Scale::kLog, 2.0, 1e-3,
+     100.0, 2.0, 1.2},
+    {Quantity::kAbsorption, "absorption_per_mm", "1/mm", Owner::kLayer, true, Scale::kLog, 0.05, 1e-5, 20.0, 0.05, 1.8},
+    {Quantity::kRoughness, "roughness", "1", Owner::kSurface, false, Scale::kLog, 0.15, 0.01, 1.0, 0.15, 0.8},
+    {Quantity::kWetness, "wetness", "1", Owner::kSurface, false, Scale::kLinear, 0.0, 0.0, 1.0, 0.2, 0.3},
+}};
+
+constexpr const ParameterRow& RowOf(Quantity quantity) { return kParameters[static_cast<size_t>(quantity)]; }
+
+enum class Sharing { kOneValue, kNone, kPowerLaw };  ///< one value, one per channel, or s0 (wavelength / 540 nm)^-b
+
+/// What a capture says about one parameter.
+struct ParameterSpec {
+  bool fixed = true;
+  bool stated = false;                    ///< false: absent from the file, the table's default holds
+  std::array<double, kChannels> value{};  ///< fixed or initial; equal entries when one value is shared
+  double low = 0, high = 0;
+  std::optional<double> prior_mean, prior_log_stddev;
+  Sharing sharing = Sharing::kOneValue;
+};
+
+/// The default of the table (fixed).
+ParameterSpec DefaultSpec(const ParameterRow& row);
+
+/// Reads {"fixed": v} or {"initial": v, "bounds", "prior", "shared"}, or a bare number (fixed).
+ParameterSpec ReadParameterSpec(const JsonNode& node, const ParameterRow& row);
+
+/// Keys of the parameters of a layer or of the surface.
+std::vector<std::string> ParameterKeys(Owner owner);
+
+}  // namespace crownfit

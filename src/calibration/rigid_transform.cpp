@@ -1,0 +1,45 @@
+#include "calibration/rigid_transform.h"
+
+#include <cmath>
+
+namespace crownfit {
+
+glm::dvec3 ReadVector(const JsonNode& node) {
+  const auto v = node.Numbers(3);
+  return {v[0], v[1], v[2]};
+}
+
+glm::dvec3 ReadUnitVector(const JsonNode& node) {
+  const glm::dvec3 v = ReadVector(node);
+  if (glm::length(v) < 1e-12) node.Fail("the direction has no length");
+  return glm::normalize(v);
+}
+
+glm::dvec3 ReadNonNegative(const JsonNode& node) {
+  const glm::dvec3 v = node.IsNumber() ? glm::dvec3(node.Number()) : ReadVector(node);
+  if (v.x < 0 || v.y < 0 || v.z < 0) node.Fail("must not be negative");
+  return v;
+}
+
+RigidTransform ReadRigidTransform(const JsonNode& node) {
+  const JsonObject object(node, {"rotation", "translation_mm", "covariance", "stddev"});
+  RigidTransform transform;
+  const JsonNode rotation = object.Require("rotation");
+  const auto rows = rotation.Items();
+  if (rows.size() != 3) rotation.Fail("expected 3 rows of 3 numbers, found " + std::to_string(rows.size()) + " rows");
+  for (int r = 0; r < 3; ++r) {
+    const auto row = rows[r].Numbers(3);
+    for (int c = 0; c < 3; ++c) transform.rotation[c][r] = row[c];
+  }
+  const glm::dmat3 gram = glm::transpose(transform.rotation) * transform.rotation;
+  double worst = std::abs(glm::determinant(transform.rotation) - 1.0);
+  for (int r = 0; r < 3; ++r)
+    for (int c = 0; c < 3; ++c) worst = std::max(worst, std::abs(gram[c][r] - (r == c ? 1.0 : 0.0)));
+  if (worst > 1e-3)
+    rotation.Fail("this is not a rotation (its columns must be orthonormal, its determinant +1)",
+                  "Give the rotation matrix of camera_from_object row by row; scale belongs into the mesh.");
+  transform.translation_mm = ReadVector(object.Require("translation_mm"));
+  return transform;
+}
+
+}  // namespace crownfit

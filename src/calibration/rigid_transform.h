@@ -1,0 +1,29 @@
+#pragma once
+// Rotations and translations between frames, named target_from_source.
+
+#include <glm/glm.hpp>
+
+#include "base/json_file.h"
+
+namespace crownfit {
+
+/// point_in_a = a_from_b * point_in_b. `rotation` is stored in columns (GLM).
+struct RigidTransform {
+  glm::dmat3 rotation{1.0};
+  glm::dvec3 translation_mm{0.0};
+  glm::dvec3 Point(const glm::dvec3& p) const { return rotation * p + translation_mm; }
+  glm::dvec3 Direction(const glm::dvec3& d) const { return rotation * d; }
+  RigidTransform Inverse() const {
+    const glm::dmat3 back = glm::transpose(rotation);
+    return {back, -(back * translation_mm)};
+  }
+};
+
+/// Reads {"rotation": 3 rows of 3, "translation_mm": [x, y, z]}; refuses what is not a rotation (to 1e-3).
+RigidTransform ReadRigidTransform(const JsonNode& node);
+
+glm::dvec3 ReadVector(const JsonNode& node);       ///< three finite numbers
+glm::dvec3 ReadUnitVector(const JsonNode& node);   ///< three numbers, not all 0, normalised
+glm::dvec3 ReadNonNegative(const JsonNode& node);  ///< three numbers >= 0, or one number for all channels
+
+}  // namespace crownfit

@@ -1,0 +1,114 @@
+#include "command_line.h"
+
+#include <CLI/CLI.hpp>
+#include <charconv>
+
+namespace crownfit {
+namespace {
+
+void AddCommonOptions(CLI::App* app, CommandLine& line) {
+  app->add_option("--threads", line.fit.threads, "Threads to use; 0: one per processor. Results do not depend on it.")
+      ->check(CLI::Range(0, 1024));
+  app->add_option("--progress", line.progress, "auto: a bar when stderr is a terminal; none; json: lines on stderr.")
+      ->transform(CLI::CheckedTransformer(std::map<std::string, ProgressMode>{
+          {"auto", ProgressMode::kAuto}, {"none", ProgressMode::kNone}, {"json", ProgressMode::kJson}}));
+}
+
+}  // namespace
+
+CommandLine ParseCommandLine(int argc, char** argv) {
+  CommandLine line;
+  for (int i = 0; i < argc; ++i) line.text += (i ? " " : "") + std::string(argv[i]);
+
+  CLI::App app{
+      "Fits the materials of dental crowns and teeth to calibrated photographs.\n\n"
+      "  crownfit check CAPTURE                 is the capture complete and consistent?\n"
+      "  crownfit fit CAPTURE -o RESULT         scattering, absorption, thickness, roughness, with error bars\n"
+      "  crownfit render CAPTURE --material M   the photographs a material predicts\n"
+      "  crownfit compare A B                   CIEDE2000 between two pictures\n\n"
+      "CAPTURE is a folder that holds capture.json, or that file. docs/file_formats.md describes it.\n"
+      "Exit codes: 0 done; 1 finished, but the result must not be used (reasons are printed); 2 wrong input;\n"
+      "3 interrupted; 4 internal error."};
+  app.name("crownfit");
+  app.require_subcommand(1);
+  app.set_version_flag("--version", "crownfit " CROWNFIT_VERSION);
+  app.failure_message(CLI::FailureMessage::help);
+
+  auto* fit = app.add_subcommand("fit", "Fits the material of a capture; writes material.json, run.json and figures/.");
+  std::vector<std::string> captures, fixes;
+  fit->add_option("CAPTURE", captures, "Folder with capture.json, or that file.")->required();
+  fit->add_option("-o,--output", line.output, "Folder for the result (made when missing).")->required();
+  fit->add_option("--model", line.fit.model, "Forward model; this version has: shader.");
+  fit->add_option("--fix", fixes, "NAME=VALUE: hold a parameter, such as dentine.absorption_per_mm=0.05.")->take_all();
+  fit->add_option("--free", line.fit.overrides.free, "NAME: fit a parameter the capture holds fixed.")->take_all();
+  bool no_priors = false;
+  fit->add_flag("--no-priors", no_priors, "Let the photographs alone decide.");
+  fit->add_option("--seed", line.fit.seed, "Seed of the light samples (default 1).");
+  fit->add_flag("--converged-blur", line.fit.converged_blur,
+                "49 blur taps in place of the thesis's 13: slower, smoother.");
+  fit->add_option("--max-pixels", line.fit.max_pixels_per_photograph,
+                  "Pixels per photograph that the fit uses (default 6000).")
+      ->check(CLI::Range(size_t{100}, size_t{100000000}));
+  fit->add_flag("--json", line.json, "Print material.json on stdout in place of the summary.");
+  AddCommonOptions(fit, line);
+
+  auto* check = app.add_subcommand(
+      "check", "Reads a capture with all its files and says whether it can be fitted; fits nothing.");
+  check->add_option("CAPTURE", line.capture, "Folder with capture.json, or that file.")->required();
+  check->add_flag("--json", line.json, "Print JSON.");
+  AddCommonOptions(check, line);
+
+  auto* render =
+      app.add_subcommand("render", "Predicts the photographs of a capture with a material (EXR, and PNG to look at).");
+  render->add_option("CAPTURE", line.capture, "Folder with capture.json, or that file. Its photographs need not exist.")
+      ->required();
+  render->add_option("--material", line.material, "material.json or truth.json; default: the capture's own values.");
+  render->add_option("-o,--output", line.output, "Folder for the pictures.")->required();
+  render->add_option("--model", line.fit.model, "Forward model; this version has: shader.");
+  render->add_option("--photograph", line.photograph, "Only this one.");
+  render
+      ->add_option("--noise", line.noise, "Add relative noise of this standard deviation (0.01: 1 %), keyed by --seed.")
+      ->check(CLI::Range(0.0, 1.0));
+  render->add_flag("--half", line.half_float, "16-bit EXR.");
+  render->add_flag("--converged-blur", line.fit.converged_blur, "49 blur taps in place of 13.");
+  render->add_option("--seed", line.fit.seed, "Seed of the light samples and of the noise (default 1).");
+  AddCommonOptions(render, line);
+
+  auto* compare =
+      app.add_subcommand("compare", "CIEDE2000 (D65, 2 degrees) between two linear pictures, over 8 x 8 blocks.");
+  compare->add_option("IMAGE_A", line.image_a, "The photograph; sets the common brightness.")->required();
+  compare->add_option("IMAGE_B", line.image_b, "What to compare with it.")->required();
+  compare->add_option("--mask", line.mask, "Compare where this picture is above 0.5.");
+  compare->add_option("-o,--output", line.output, "PNG map of the differences.");
+  compare->add_flag("--json", line.json, "Print JSON.");
+
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::ParseError& e) {
+    const int code = app.exit(e);
+    line.exit_code = code == 0 ? 0 : 2;
+    return line;
+  }
+  line.command = app.get_subcommands().front()->get_name();
+  line.fit.use_priors = !no_priors;
+  const auto complain = [&](const std::string& message) {
+    std::cerr << "crownfit: " << message << "\n";
+    line.exit_code = 2;
+  };
+  if (!captures.empty()) line.capture = captures.front();
+  if (captures.size() > 1)
+    complain("several captures of one material can't be fitted together by this version; give one.");
+  if (line.fit.model != "shader") complain("--model " + line.fit.model + ": this version has only the model `shader`.");
+  for (const auto& text : fixes) {
+    const size_t equals = text.find('=');
+    double value = 0;
+    const char* end = text.data() + text.size();
+    const char* begin = equals == std::string::npos ? end : text.data() + equals + 1;
+    const auto [stop, error] = std::from_chars(begin, end, value);
+    if (error != std::errc() || stop != end) complain("--fix " + text + ": expected NAME=VALUE");
+    line.fit.overrides.fix.emplace_back(text.substr(0, equals), value);
+  }
+  return line;
+}
+
+}  // namespace crownfit

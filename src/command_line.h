@@ -1,0 +1,30 @@
+#pragma once
+// What the user asked for. The command-line library is named in command_line.cpp only.
+
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "base/progress.h"
+#include "report/crown_fit.h"
+
+namespace crownfit {
+
+struct CommandLine {
+  std::string command;  ///< "fit", "check", ...
+  std::string text;     ///< the whole line, for run.json
+  std::filesystem::path capture, output, material, mask, image_a, image_b;
+  std::string photograph;
+  bool json = false;
+  bool half_float = false;
+  double noise = 0;  ///< render: relative noise to add
+  ProgressMode progress = ProgressMode::kAuto;
+  FitOptions fit;
+  std::optional<int> exit_code;  ///< set when parsing already answered (--help, --version, a wrong option)
+};
+
+/// Parses; prints help and complaints itself.
+CommandLine ParseCommandLine(int argc, char** argv);
+
+}  // namespace crownfit

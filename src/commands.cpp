@@ -1,0 +1,184 @@
+#include "commands.h"
+
+#include <chrono>
+#include <cmath>
+#include <cstdio>
+#include <numbers>
+
+#include "base/error.h"
+#include "base/json_file.h"
+#include "base/random.h"
+#include "exchange/material_file.h"
+#include "fit_crown.h"
+#include "fit_steps.h"
+#include "photo/image_io.h"
+#include "report/figures.h"
+#include "report/result_files.h"
+
+namespace crownfit {
+namespace {
+
+/// `name value unit` lines for people, or one JSON object.
+class Figures {
+ public:
+  void Add(const std::string& name, double value, const std::string& unit) {
+    json_.emplace_back(name, value);
+    char text[160];
+    std::snprintf(text, sizeof text, "%s %.6g %s\n", name.c_str(), value, unit.c_str());
+    lines_ += text;
+  }
+  void Print(bool json) const { std::fputs(json ? ToJsonText(JsonValue(json_)).c_str() : lines_.c_str(), stdout); }
+
+ private:
+  JsonValue::Object json_;
+  std::string lines_;
+};
+
+void PrintMessages(const std::vector<std::string>& messages) {
+  for (const auto& message : messages) std::fprintf(stderr, "note: %s\n", message.c_str());
+}
+
+/// Gaussian of unit variance from two counters (Box and Muller 1958).
+double Gaussian(uint64_t key, uint64_t index) {
+  return std::sqrt(-2.0 * std::log(1.0 - Uniform(key, 2 * index))) *
+         std::cos(2.0 * std::numbers::pi * Uniform(key, 2 * index + 1));
+}
+
+}  // namespace
+
+int RunFit(const CommandLine& line) {
+  const auto begin = std::chrono::steady_clock::now();
+  Progress progress(line.progress);
+  const Capture capture = ReadCapture(line.capture);
+  const CrownFit fit = FitCrown(capture, line.fit, progress);
+  progress.Clear();
+  const std::chrono::duration<double> wall = std::chrono::steady_clock::now() - begin;
+  WriteResult(line.output, fit, {line.text, line.fit.threads, wall.count()});
+  PrintMessages(fit.messages);
+  if (line.json) {
+    std::fputs(MaterialJson(fit).c_str(), stdout);
+  } else {
+    std::fputs(Summary(fit).c_str(), stdout);
+    std::printf("\nWritten: %s (material.json, run.json, figures/) in %.1f s\n", line.output.c_str(), wall.count());
+  }
+  return fit.usable ? 0 : 1;
+}
+
+int RunCheck(const CommandLine& line) {
+  Progress progress(line.progress);
+  const Capture capture = ReadCapture(line.capture);
+  CheckShaderSupports(capture);
+  progress.Show("reading", 0.0);
+  const CrownInput input = ReadInput(capture, line.fit.threads);
+  progress.Show("building the layers", 0.5);
+  const auto crown = BuildCrown(capture, input.source, StatedThicknesses(capture), line.fit.threads);
+  const FreeParameters free = FreeParametersOf(capture);
+  progress.Clear();
+  PrintMessages(input.source.messages);
+  if (line.json) {
+    JsonValue::Array photographs, free_names;
+    for (const auto& p : capture.photographs)
+      photographs.push_back(JsonValue::Object{{"name", p.name}, {"use", p.is_holdout ? "holdout" : "fit"}});
+    for (const auto& e : free.entries) free_names.push_back(e.name);
+    std::fputs(
+        ToJsonText(JsonValue::Object{{"valid", true}, {"photographs", photographs}, {"free", free_names}}).c_str(),
+        stdout);
+    return 0;
+  }
+  std::printf("%s: valid\n", capture.file.c_str());
+  for (size_t i = 0; i < capture.layers.size(); ++i)
+    std::printf("  layer %-16s %8zu triangles, mean thickness %.2f mm\n", capture.layers[i].name.c_str(),
+                crown->surfaces[i].triangles.size(), crown->thickness_mm[i]);
+  for (size_t i = 0; i < capture.photographs.size(); ++i) {
+    const PhotographSpec& p = capture.photographs[i];
+    std::printf("  photograph %-11s %4d x %-4d %s%s%s, %d saturated pixels in the mask\n", p.name.c_str(),
+                p.camera.width, p.camera.height, p.is_holdout ? "held out" : "fit", p.files.mask ? ", mask" : "",
+                p.exposure_is_free ? ", exposure free" : "", input.photographs[i].saturated_pixels);
+  }
+  std::printf("  %d numbers are free:\n", free.count());
+  for (const auto& e : free.entries) std::printf("    %s\n", e.name.c_str());
+  if (free.count() == 0)
+    std::printf("    none: a fit would only compare. State {\"initial\": v} for what is to be fitted.\n");
+  return 0;
+}
+
+int RunRender(const CommandLine& line) {
+  Progress progress(line.progress);
+  const Capture capture = ReadCapture(line.capture);
+  CheckShaderSupports(capture);
+  const Material material = line.material.empty() ? StatedMaterial(capture) : ReadMaterialFile(line.material, capture);
+  std::optional<size_t> only;
+  for (size_t i = 0; i < capture.photographs.size(); ++i)
+    if (capture.photographs[i].name == line.photograph) only = i;
+  if (!line.photograph.empty() && !only)
+    throw InputError(capture.file, "photographs", "there is no photograph called '" + line.photograph + "'");
+  const CrownInput input = ReadInput(capture, line.fit.threads, /*with_images=*/false);
+  CastOptions options;
+  options.seed = line.fit.seed;
+  options.threads = line.fit.threads;
+  options.converged_blur = line.fit.converged_blur;
+  std::vector<double> thickness;
+  for (const auto& layer : material.layers) thickness.push_back(layer[Quantity::kThickness][0]);
+  const CastState state = CastAll(
+      input, thickness, options, [](size_t, int, int) { return true; }, progress, only);
+  progress.Clear();
+  for (size_t i = 0; i < capture.photographs.size(); ++i) {
+    if (only && *only != i) continue;
+    const PhotographSpec& photo = capture.photographs[i];
+    const PhotographCast& cast = state.photographs[i];
+    const auto values = PredictPixels(capture, state, i, material, StatedLightScales(capture), line.fit.threads);
+    Image picture(photo.camera.width, photo.camera.height, 3), on_object(photo.camera.width, photo.camera.height, 3);
+    const auto put = [&](int x, int y, const glm::dvec3& value) {
+      const uint64_t key = Key(line.fit.seed, 0x6e6f697365ull, i, static_cast<uint64_t>(y) * picture.width + x);
+      for (int c = 0; c < kChannels; ++c)
+        picture.at(x, y, c) =
+            static_cast<float>(photo.exposure_scale * value[c] * (1.0 + line.noise * Gaussian(key, c)));
+    };
+    for (size_t k = 0; k < values.size(); ++k) {
+      put(cast.pixels[k].x, cast.pixels[k].y, values[k]);
+      for (int c = 0; c < kChannels; ++c) on_object.at(cast.pixels[k].x, cast.pixels[k].y, c) = 1.0f;
+    }
+    for (const auto& b : cast.background) put(b.x, b.y, b.value);
+    WriteImageFile(line.output / (photo.name + ".exr"), picture, line.half_float);
+    std::vector<uint8_t> mask(on_object.values.size() / 3);
+    for (size_t k = 0; k < mask.size(); ++k) mask[k] = on_object.values[3 * k] > 0;
+    WriteImageFile(line.output / (photo.name + ".png"),
+                   DisplayPicture(picture, ComparisonScale(picture, mask, photo.linear_rgb_from_sensor_rgb),
+                                  photo.linear_rgb_from_sensor_rgb));
+    std::printf("%s\n", (line.output / (photo.name + ".exr")).c_str());
+  }
+  return 0;
+}
+
+int RunCompare(const CommandLine& line) {
+  PhotographFiles a, b;
+  a.image = line.image_a;
+  b.image = line.image_b;
+  if (!line.mask.empty()) a.mask = line.mask;
+  const Photograph first = ReadPhotograph(a), second = ReadPhotograph(b);
+  if (first.linear.width != second.linear.width || first.linear.height != second.linear.height)
+    throw InputError(line.image_b, "", "has another size than " + line.image_a.filename().string());
+  std::vector<uint8_t> mask(first.usable.size());
+  for (size_t i = 0; i < mask.size(); ++i) {
+    const auto lit = [&](const Image& image) {
+      return image.values[3 * i] + image.values[3 * i + 1] + image.values[3 * i + 2] > 0;
+    };
+    mask[i] = first.usable[i] && (first.has_mask || lit(first.linear) || lit(second.linear));
+  }
+  const ColourDifference d = ComparePictures(first.linear, second.linear, mask);
+  if (d.pixels == 0) throw InputError(line.image_a, "", "no pixel is left to compare", "Check the mask.");
+  if (!line.output.empty()) WriteImageFile(line.output, DifferenceFigure(d));
+  Figures figures;
+  figures.Add("de00_median", d.median, "dE00");
+  figures.Add("de00_p95", d.p95, "dE00");
+  figures.Add("de00_mean", d.mean, "dE00");
+  figures.Add("share_below_pt", d.share_below_pt, "1");
+  figures.Add("share_below_at", d.share_below_at, "1");
+  figures.Add("de00_median_pixel", d.pixel_median, "dE00");
+  figures.Add("de00_p95_pixel", d.pixel_p95, "dE00");
+  figures.Add("pixels", static_cast<double>(d.pixels), "1");
+  figures.Print(line.json);
+  return 0;
+}
+
+}  // namespace crownfit

@@ -1,0 +1,13 @@
+#pragma once
+// One function per command: read, run, write, print. Each returns the exit code.
+
+#include "command_line.h"
+
+namespace crownfit {
+
+int RunFit(const CommandLine& line);
+int RunCheck(const CommandLine& line);
+int RunRender(const CommandLine& line);
+int RunCompare(const CommandLine& line);
+
+}  // namespace crownfit

@@ -1,0 +1,168 @@
+#include "fit/free_parameters.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "base/error.h"
+
+namespace crownfit {
+namespace {
+
+constexpr double kReferenceWavelength_nm = 540.0;
+
+ParameterSpec& SpecNamed(Capture& capture, const std::string& name, const std::string& option) {
+  const size_t dot = name.rfind('.');
+  const std::string owner = name.substr(0, dot), key = dot == std::string::npos ? "" : name.substr(dot + 1);
+  for (size_t i = 0; i < kParameters.size(); ++i) {
+    if (kParameters[i].key != key) continue;
+    if (owner == "surface" && kParameters[i].owner == Owner::kSurface) return capture.surface[i];
+    for (auto& layer : capture.layers)
+      if (layer.name == owner && kParameters[i].owner == Owner::kLayer) return layer.parameters[i];
+  }
+  std::string known;
+  for (const auto& row : kParameters) {
+    if (row.owner == Owner::kSurface)
+      known += std::string(known.empty() ? "" : ", ") + "surface." + row.key;
+    else
+      known += std::string(known.empty() ? "" : ", ") + capture.layers[0].name + "." + row.key;
+  }
+  throw InputError("", option, "there is no parameter '" + name + "'", "Known (for each layer): " + known + ".");
+}
+
+double InScale(Scale scale, double value) { return scale == Scale::kLog ? std::log(value) : value; }
+
+void AddEntries(const Capture& capture, const ParameterSpec& spec, const ParameterRow& row, size_t layer,
+                const std::string& owner, FreeParameters& free) {
+  if (spec.fixed) return;
+  FreeEntry entry{
+      owner + "." + row.key, layer, row.quantity, FreeEntry::Role::kAllChannels, 0, row.scale, 0, 0, 0, 0, 0};
+  entry.moves_surface = row.quantity == Quantity::kThickness && layer + 1 < capture.layers.size();
+  entry.low = InScale(row.scale, spec.low);
+  entry.high = InScale(row.scale, spec.high);
+  const bool is_thickness = row.quantity == Quantity::kThickness;
+  // A thickness has no population value: its prior is what the capture starts from.
+  entry.prior_mean = InScale(row.scale, spec.prior_mean.value_or(is_thickness ? spec.value[0] : row.prior_mean));
+  entry.prior_stddev = spec.prior_log_stddev.value_or(row.prior_stddev);
+  const auto start = [&](double value) { return std::clamp(InScale(row.scale, value), entry.low, entry.high); };
+  if (spec.sharing == Sharing::kOneValue) {
+    entry.start = start(spec.value[0]);
+    free.entries.push_back(entry);
+    return;
+  }
+  if (spec.sharing == Sharing::kNone) {
+    for (int c = 0; c < kChannels; ++c) {
+      entry.role = FreeEntry::Role::kOneChannel;
+      entry.channel = c;
+      entry.name = owner + "." + row.key + "[" + capture.channel_names[c] + "]";
+      entry.start = start(spec.value[c]);
+      free.entries.push_back(entry);
+    }
+    return;
+  }
+  // ln value = level - exponent ln(wavelength / 540 nm): start from the least-squares line.
+  double sx = 0, sy = 0, sxx = 0, sxy = 0;
+  for (int c = 0; c < kChannels; ++c) {
+    const double x = std::log(capture.wavelengths_nm[c] / kReferenceWavelength_nm), y = std::log(spec.value[c]);
+    sx += x, sy += y, sxx += x * x, sxy += x * y;
+  }
+  const double slope = (kChannels * sxy - sx * sy) / (kChannels * sxx - sx * sx);
+  entry.role = FreeEntry::Role::kPowerLevel;
+  entry.start = std::clamp((sy - slope * sx) / kChannels, entry.low, entry.high);
+  free.entries.push_back(entry);
+  FreeEntry exponent{owner + "." + row.key + " (power-law exponent)",
+                     layer,
+                     row.quantity,
+                     FreeEntry::Role::kPowerExponent,
+                     0,
+                     Scale::kLinear,
+                     std::clamp(-slope, -1.0, 5.0),
+                     -1.0,
+                     5.0,
+                     1.0,
+                     1.0};
+  free.entries.push_back(exponent);
+}
+
+/// ln(wavelength / 540 nm), the lever of the power law's exponent.
+double Lever(const FreeParameters& free, int channel) {
+  return std::log(free.wavelengths_nm[channel] / kReferenceWavelength_nm);
+}
+
+}  // namespace
+
+void ApplyOverrides(Capture& capture, const FitOverrides& overrides) {
+  for (const auto& [name, value] : overrides.fix) {
+    ParameterSpec& spec = SpecNamed(capture, name, "--fix");
+    const double low = spec.low, high = spec.high;
+    if (!(value >= low && value <= high))
+      throw InputError("", "--fix",
+                       name + " = " + std::to_string(value) + " is outside [" + std::to_string(low) + ", " +
+                           std::to_string(high) + "]");
+    spec.fixed = true;
+    spec.stated = true;
+    spec.value.fill(value);
+  }
+  for (const auto& name : overrides.free) {
+    ParameterSpec& spec = SpecNamed(capture, name, "--free");
+    spec.fixed = false;
+    spec.stated = true;
+    for (double& v : spec.value) v = std::clamp(v, spec.low, spec.high);
+  }
+}
+
+FreeParameters FreeParametersOf(const Capture& capture) {
+  FreeParameters free;
+  free.start = StatedMaterial(capture);
+  free.wavelengths_nm = capture.wavelengths_nm;
+  for (size_t l = 0; l < capture.layers.size(); ++l)
+    for (size_t i = 0; i < kParameters.size(); ++i)
+      if (kParameters[i].owner == Owner::kLayer)
+        AddEntries(capture, capture.layers[l].parameters[i], kParameters[i], l, capture.layers[l].name, free);
+  for (size_t i = 0; i < kParameters.size(); ++i)
+    if (kParameters[i].owner == Owner::kSurface)
+      AddEntries(capture, capture.surface[i], kParameters[i], kSurfaceOwner, "surface", free);
+  return free;
+}
+
+Eigen::VectorXd StartVector(const FreeParameters& free) {
+  Eigen::VectorXd x(free.count());
+  for (int k = 0; k < free.count(); ++k) x[k] = free.entries[k].start;
+  return x;
+}
+
+Material MaterialAt(const FreeParameters& free, const Eigen::VectorXd& x) {
+  Material material = free.start;
+  for (int k = 0; k < free.count(); ++k) {
+    const FreeEntry& e = free.entries[k];
+    ChannelValues& v = (e.layer == kSurfaceOwner ? material.surface : material.layers[e.layer])[e.quantity];
+    const double value = e.scale == Scale::kLog ? std::exp(x[k]) : x[k];
+    if (e.role == FreeEntry::Role::kOneChannel) {
+      v[e.channel] = value;
+    } else if (e.role != FreeEntry::Role::kPowerExponent) {
+      v.fill(value);
+    } else {
+      // Its level stands just before it in the list.
+      for (int c = 0; c < kChannels; ++c) v[c] *= std::exp(-x[k] * Lever(free, c));
+    }
+  }
+  return material;
+}
+
+Eigen::RowVectorXd ValueGradient(const FreeParameters& free, const Eigen::VectorXd& x, size_t layer, Quantity quantity,
+                                 int channel) {
+  const Material material = MaterialAt(free, x);
+  Eigen::RowVectorXd gradient = Eigen::RowVectorXd::Zero(free.count());
+  for (int k = 0; k < free.count(); ++k) {
+    const FreeEntry& e = free.entries[k];
+    if (e.layer != layer || e.quantity != quantity) continue;
+    if (e.role == FreeEntry::Role::kOneChannel && e.channel != channel) continue;
+    const double value = (layer == kSurfaceOwner ? material.surface : material.layers[layer])[quantity][channel];
+    if (e.role == FreeEntry::Role::kPowerExponent)
+      gradient[k] = -Lever(free, channel) * value;
+    else
+      gradient[k] = e.scale == Scale::kLog ? value : 1.0;
+  }
+  return gradient;
+}
+
+}  // namespace crownfit

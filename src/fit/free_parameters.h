@@ -1,0 +1,54 @@
+#pragma once
+// The vector that the optimiser moves, and what each of its entries means.
+
+#include <Eigen/Core>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "forward/predict.h"
+#include "optics/material.h"
+
+namespace crownfit {
+
+/// One entry of the vector: ln(value) or value of one channel or of all; or the two numbers of a power law.
+struct FreeEntry {
+  enum class Role { kOneChannel, kAllChannels, kPowerLevel, kPowerExponent };
+  std::string name;  ///< "dentine.absorption_per_mm[B]"
+  size_t layer;      ///< kSurfaceOwner for the surface
+  Quantity quantity;
+  Role role;
+  int channel;  ///< for kOneChannel
+  Scale scale;
+  double start, low, high;  ///< in the entry's own scale
+  double prior_mean, prior_stddev;
+  bool moves_surface = false;  ///< a thickness that makes the next layer's surface: geometry is cast again for it
+};
+
+struct FreeParameters {
+  std::vector<FreeEntry> entries;
+  Material start;
+  std::array<double, kChannels> wavelengths_nm{};
+  int count() const { return static_cast<int>(entries.size()); }
+};
+
+struct FitOverrides {
+  std::vector<std::pair<std::string, double>> fix;  ///< "layer.key" or "surface.key", value
+  std::vector<std::string> free;
+};
+
+/// Applies --fix and --free to the capture. Throws InputError naming the option.
+void ApplyOverrides(Capture& capture, const FitOverrides& overrides);
+
+FreeParameters FreeParametersOf(const Capture& capture);
+
+Eigen::VectorXd StartVector(const FreeParameters& free);
+
+/// All values at x.
+Material MaterialAt(const FreeParameters& free, const Eigen::VectorXd& x);
+
+/// d(value of one parameter in one channel) / d(x), a row of length count().
+Eigen::RowVectorXd ValueGradient(const FreeParameters& free, const Eigen::VectorXd& x, size_t layer, Quantity quantity,
+                                 int channel);
+
+}  // namespace crownfit

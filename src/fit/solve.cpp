@@ -1,0 +1,166 @@
+#include "fit/solve.h"
+
+#include <ceres/ceres.h>
+
+#include <algorithm>
+#include <cmath>
+
+namespace crownfit {
+namespace {
+
+/// All pixels as one cost function: they are computed in parallel in a fixed order, so the sums do not depend on
+/// threads.
+class ImageCost final : public ceres::CostFunction {
+ public:
+  ImageCost(const ImageResiduals& residuals, int parameters) : residuals_(residuals), parameters_(parameters) {
+    set_num_residuals(residuals.count());
+    mutable_parameter_block_sizes()->push_back(parameters);
+  }
+  bool Evaluate(double const* const* parameters, double* residuals, double** jacobians) const override {
+    const Eigen::VectorXd x = Eigen::Map<const Eigen::VectorXd>(parameters[0], parameters_);
+    const bool with_jacobian = jacobians && jacobians[0];
+    const Evaluation e = residuals_.Evaluate(x, with_jacobian);
+    if (!e.finite) return false;
+    std::copy_n(e.robust.data(), e.robust.size(), residuals);
+    if (with_jacobian) std::copy_n(e.jacobian.data(), e.jacobian.size(), jacobians[0]);
+    return true;
+  }
+
+ private:
+  const ImageResiduals& residuals_;
+  int parameters_;
+};
+
+/// (x - mean) / stddev for every entry.
+class PriorCost final : public ceres::CostFunction {
+ public:
+  explicit PriorCost(const FreeParameters& free) : free_(free) {
+    set_num_residuals(free.count());
+    mutable_parameter_block_sizes()->push_back(free.count());
+  }
+  bool Evaluate(double const* const* parameters, double* residuals, double** jacobians) const override {
+    const int n = free_.count();
+    for (int k = 0; k < n; ++k) {
+      const FreeEntry& e = free_.entries[k];
+      residuals[k] = (parameters[0][k] - e.prior_mean) / e.prior_stddev;
+      if (jacobians && jacobians[0])
+        for (int j = 0; j < n; ++j) jacobians[0][k * n + j] = j == k ? 1.0 / e.prior_stddev : 0.0;
+    }
+    return true;
+  }
+
+ private:
+  const FreeParameters& free_;
+};
+
+/// Reports progress, and stops when a cast thickness is no longer near the fitted one.
+class Watch final : public ceres::IterationCallback {
+ public:
+  Watch(const FreeParameters& free, const SolveOptions& options, const Eigen::VectorXd& start, const double* x,
+        const SolveProgress& progress, SolveResult& result)
+      : free_(free), options_(options), start_(start), x_(x), progress_(progress), result_(result) {}
+  ceres::CallbackReturnType operator()(const ceres::IterationSummary& summary) override {
+    if (progress_) progress_(summary.iteration, summary.cost);
+    for (int k = 0; k < free_.count(); ++k) {
+      if (!free_.entries[k].moves_surface) continue;
+      if (std::abs(std::exp(x_[k] - start_[k]) - 1.0) > options_.stop_when_thickness_moved) {
+        result_.thickness_moved = true;
+        return ceres::SOLVER_TERMINATE_SUCCESSFULLY;
+      }
+    }
+    return ceres::SOLVER_CONTINUE;
+  }
+
+ private:
+  const FreeParameters& free_;
+  const SolveOptions& options_;
+  const Eigen::VectorXd& start_;
+  const double* x_;
+  const SolveProgress& progress_;
+  SolveResult& result_;
+};
+
+double CostAt(const ImageResiduals& residuals, const FreeParameters& free, const SolveOptions& options,
+              const Eigen::VectorXd& x) {
+  const Evaluation e = residuals.Evaluate(x, false);
+  if (!e.finite) return HUGE_VAL;
+  double cost = 0.5 * e.robust.squaredNorm();
+  for (int k = 0; options.use_priors && k < free.count(); ++k) {
+    const double r = (x[k] - free.entries[k].prior_mean) / free.entries[k].prior_stddev;
+    cost += 0.5 * r * r;
+  }
+  return cost;
+}
+
+}  // namespace
+
+Eigen::VectorXd BracketStart(const ImageResiduals& residuals, const FreeParameters& free, const SolveOptions& options,
+                             Eigen::VectorXd x) {
+  double best = CostAt(residuals, free, options, x);
+  for (int round = 0; round < 2; ++round) {
+    for (Quantity quantity : {Quantity::kAbsorption, Quantity::kReducedScattering, Quantity::kRoughness}) {
+      const Eigen::VectorXd from = x;
+      for (int power : {-3, -2, -1, 1, 2, 3}) {
+        Eigen::VectorXd trial = from;
+        bool moved = false;
+        for (int k = 0; k < free.count(); ++k) {
+          const FreeEntry& e = free.entries[k];
+          if (e.quantity != quantity || e.role == FreeEntry::Role::kPowerExponent) continue;
+          trial[k] = std::clamp(from[k] + power * std::log(2.0), e.low, e.high);
+          moved = true;
+        }
+        if (!moved) break;
+        const double cost = CostAt(residuals, free, options, trial);
+        if (cost >= best) continue;
+        best = cost;
+        x = trial;
+      }
+    }
+  }
+  return x;
+}
+
+SolveResult Solve(const ImageResiduals& residuals, const FreeParameters& free, const Eigen::VectorXd& start,
+                  const SolveOptions& options, const SolveProgress& progress) {
+  SolveResult result;
+  result.x = start;
+  if (free.count() == 0) {
+    result.converged = true;
+    result.message = "nothing was free to fit";
+    return result;
+  }
+  // A fit starts a little inside its bounds, as the optimiser can't see a bound it stands on.
+  for (int k = 0; k < free.count(); ++k) {
+    const FreeEntry& e = free.entries[k];
+    const double margin = 1e-3 * (e.high - e.low);
+    result.x[k] = std::clamp(result.x[k], e.low + margin, e.high - margin);
+  }
+  ceres::Problem problem;
+  problem.AddResidualBlock(new ImageCost(residuals, free.count()), nullptr, result.x.data());
+  if (options.use_priors) problem.AddResidualBlock(new PriorCost(free), nullptr, result.x.data());
+  for (int k = 0; k < free.count(); ++k) {
+    problem.SetParameterLowerBound(result.x.data(), k, free.entries[k].low);
+    problem.SetParameterUpperBound(result.x.data(), k, free.entries[k].high);
+  }
+  ceres::Solver::Options ceres_options;
+  ceres_options.num_threads = 1;  // Ceres sums in another order on two; the residuals are parallel by themselves
+  ceres_options.linear_solver_type = ceres::DENSE_QR;
+  ceres_options.dense_linear_algebra_library_type = ceres::EIGEN;
+  ceres_options.max_num_iterations = options.max_iterations;
+  ceres_options.function_tolerance = 1e-9;
+  ceres_options.parameter_tolerance = 1e-7;
+  ceres_options.gradient_tolerance = 1e-9;
+  ceres_options.logging_type = ceres::SILENT;
+  ceres_options.update_state_every_iteration = true;
+  Watch watch(free, options, start, result.x.data(), progress, result);
+  ceres_options.callbacks.push_back(&watch);
+  ceres::Solver::Summary summary;
+  ceres::Solve(ceres_options, &problem, &summary);
+  result.cost = summary.final_cost;
+  result.iterations = static_cast<int>(summary.iterations.size()) - 1;
+  result.converged = summary.termination_type == ceres::CONVERGENCE;
+  result.message = summary.message;
+  return result;
+}
+
+}  // namespace crownfit

@@ -1,0 +1,37 @@
+#pragma once
+// Levenberg-Marquardt through Ceres. Ceres's solver is named in solve.cpp only.
+
+#include <Eigen/Core>
+#include <functional>
+#include <string>
+
+#include "fit/image_residuals.h"
+
+namespace crownfit {
+
+struct SolveOptions {
+  int max_iterations = 60;
+  bool use_priors = true;
+  double stop_when_thickness_moved = 0.2;  ///< relative to what was cast; the caller casts again
+};
+
+struct SolveResult {
+  Eigen::VectorXd x;
+  double cost = 0;  ///< half the robust sum of squares, priors included
+  int iterations = 0;
+  bool converged = false;
+  bool thickness_moved = false;
+  std::string message;
+};
+
+using SolveProgress = std::function<void(int iteration, double cost)>;
+
+/// Multiplies groups of parameters (all absorptions, all scatterings, the roughness) by powers of 2 from the start and
+/// keeps what fits best, group after group, so that LM starts on the right side of the valley.
+Eigen::VectorXd BracketStart(const ImageResiduals& residuals, const FreeParameters& free, const SolveOptions& options,
+                             Eigen::VectorXd x);
+
+SolveResult Solve(const ImageResiduals& residuals, const FreeParameters& free, const Eigen::VectorXd& start,
+                  const SolveOptions& options, const SolveProgress& progress);
+
+}  // namespace crownfit

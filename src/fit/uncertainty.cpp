@@ -1,0 +1,197 @@
+#include "fit/uncertainty.h"
+
+#include <Eigen/Cholesky>
+#include <Eigen/QR>
+#include <Eigen/SVD>
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <map>
+
+namespace crownfit {
+namespace {
+
+constexpr double kNullRatio = 1e-7;  // singular values below this share of the largest are null directions
+constexpr double kUnidentifiedFactor = 4.0;
+constexpr double kZ95 = 1.959963984540054;
+constexpr int kPatch = 8;  // pixels
+
+/// Standard deviation of a linear combination: data only; infinite when it leans on a null direction.
+struct DataCovariance {
+  Eigen::VectorXd singular;
+  Eigen::MatrixXd v;
+  double null_below = 0;
+  double Variance(const Eigen::RowVectorXd& g) const {
+    double sum = 0;
+    for (int i = 0; i < singular.size(); ++i) {
+      const double along = g.dot(v.col(i));
+      if (singular[i] <= null_below) {
+        if (std::abs(along) > 1e-4 * g.norm()) return HUGE_VAL;
+      } else {
+        sum += along * along / (singular[i] * singular[i]);
+      }
+    }
+    return sum;
+  }
+};
+
+DataCovariance Decompose(const Evaluation& e) {
+  // R of a QR first: the singular values of J without squaring its condition number.
+  const int k = static_cast<int>(e.jacobian.cols());
+  const Eigen::MatrixXd jacobian = e.jacobian;
+  const Eigen::HouseholderQR<Eigen::MatrixXd> qr(jacobian);
+  const Eigen::MatrixXd r = qr.matrixQR().topRows(k).triangularView<Eigen::Upper>();
+  const Eigen::JacobiSVD<Eigen::MatrixXd> svd(r, Eigen::ComputeFullV);
+  DataCovariance c;
+  c.singular = svd.singularValues();
+  c.v = svd.matrixV();
+  c.null_below = kNullRatio * c.singular[0];
+  return c;
+}
+
+/// Mean square of (sum of residuals over a patch) / sqrt(count): 1 when pixel errors are independent and well stated.
+double BlockChi2(const CastState& state, const Evaluation& e, const std::vector<FitPixels>& pixels) {
+  double total = 0;
+  size_t blocks = 0;
+  int row = 0;
+  for (const FitPixels& p : pixels) {
+    std::map<std::pair<int, int>, std::pair<glm::dvec3, int>> patches;
+    for (int index : p.pixels) {
+      const PixelCast& pixel = state.photographs[p.photograph].pixels[index];
+      auto& [sum, count] = patches[{pixel.x / kPatch, pixel.y / kPatch}];
+      sum += glm::dvec3(e.residuals[row], e.residuals[row + 1], e.residuals[row + 2]);
+      ++count;
+      row += kChannels;
+    }
+    for (const auto& [place, patch] : patches) {
+      total += glm::dot(patch.first, patch.first) / (kChannels * patch.second);
+      ++blocks;
+    }
+  }
+  return blocks ? total / static_cast<double>(blocks) : 0.0;
+}
+
+std::string Describe(const FreeParameters& free, const Eigen::VectorXd& direction, double stddev) {
+  std::vector<int> order(free.count());
+  for (int k = 0; k < free.count(); ++k) order[k] = k;
+  std::sort(order.begin(), order.end(), [&](int a, int b) { return std::abs(direction[a]) > std::abs(direction[b]); });
+  std::string text;
+  const double sign = direction[order[0]] < 0 ? -1.0 : 1.0;
+  for (int i = 0; i < std::min(4, free.count()); ++i) {
+    const double part = sign * direction[order[i]];
+    if (std::abs(part) < 0.2) break;
+    char number[32];
+    std::snprintf(number, sizeof number, "%+.2f ", part);
+    text += std::string(i ? " " : "") + number + (free.entries[order[i]].scale == Scale::kLog ? "ln " : "") +
+            free.entries[order[i]].name;
+  }
+  char tail[64];
+  if (std::isfinite(stddev))
+    std::snprintf(tail, sizeof tail, " (standard deviation %.2g)", stddev);
+  else
+    std::snprintf(tail, sizeof tail, " (not seen at all)");
+  return text + tail;
+}
+
+}  // namespace
+
+const char* Word(Status status) {
+  switch (status) {
+    case Status::kFitted:
+      return "fitted";
+    case Status::kFixed:
+      return "fixed";
+    case Status::kPrior:
+      return "prior";
+    case Status::kNotIdentified:
+      return "not_identified";
+    case Status::kAtBound:
+      return "at_bound";
+  }
+  return "";
+}
+
+Uncertainty Quantify(const Capture& capture, const CastState& state, const FreeParameters& free,
+                     const Eigen::VectorXd& x, const Evaluation& e, const std::vector<FitPixels>& pixels,
+                     bool use_priors) {
+  Uncertainty result;
+  if (!e.finite) {  // nothing was learned: a flat problem in which every direction is null
+    Evaluation flat;
+    flat.residuals = Eigen::VectorXd::Zero(3 * std::max<int>(1, free.count()));
+    flat.jacobian.setZero(flat.residuals.size(), free.count());
+    return Quantify(capture, state, free, x, flat, {}, use_priors);
+  }
+  const Material material = MaterialAt(free, x);
+  const int n = free.count();
+  const double freedom = std::max(1.0, static_cast<double>(e.residuals.size()) - n);
+  result.reduced_chi2 = e.residuals.squaredNorm() / freedom;
+  result.block_chi2 = BlockChi2(state, e, pixels);
+  result.inflation = std::max({1.0, result.reduced_chi2, result.block_chi2});
+  DataCovariance data;
+  Eigen::MatrixXd posterior(n, n);
+  if (n > 0) {
+    data = Decompose(e);
+    result.condition = data.singular[n - 1] > 0 ? data.singular[0] / data.singular[n - 1] : HUGE_VAL;
+    for (int i = n - 1; i >= 0; --i) {
+      const bool null = data.singular[i] <= data.null_below;
+      const double stddev = null ? HUGE_VAL : std::sqrt(result.inflation) / data.singular[i];
+      if (stddev > 0.35) result.weak_directions.push_back(Describe(free, data.v.col(i), stddev));
+    }
+    Eigen::MatrixXd normal = e.jacobian.transpose() * e.jacobian / result.inflation;
+    for (int k = 0; k < n; ++k) normal(k, k) += 1.0 / (free.entries[k].prior_stddev * free.entries[k].prior_stddev);
+    posterior = normal.ldlt().solve(Eigen::MatrixXd::Identity(n, n));
+  }
+
+  const auto report = [&](const ParameterSpec& spec, const ParameterRow& row, size_t layer, const std::string& owner) {
+    FittedParameter p;
+    p.name = owner + "." + row.key;
+    p.layer = layer;
+    p.quantity = row.quantity;
+    const ChannelValues& values = (layer == kSurfaceOwner ? material.surface : material.layers[layer])[row.quantity];
+    const bool one = spec.sharing == Sharing::kOneValue;
+    p.value.assign(values.begin(), values.begin() + (one ? 1 : kChannels));
+    if (spec.fixed) {
+      result.parameters.push_back(p);
+      return;
+    }
+    bool unidentified = false, prior = false, at_bound = false;
+    for (size_t c = 0; c < p.value.size(); ++c) {
+      // In ln where the fit moves in ln: intervals are then factors and never cross zero.
+      const bool log = row.scale == Scale::kLog;
+      const Eigen::RowVectorXd g =
+          ValueGradient(free, x, layer, row.quantity, static_cast<int>(c)) / (log ? p.value[c] : 1.0);
+      const double data_sd = std::sqrt(result.inflation * data.Variance(g));
+      const double posterior_sd = std::sqrt((g * posterior * g.transpose())(0, 0));
+      const double prior_sd = spec.prior_log_stddev.value_or(row.prior_stddev);
+      const bool entry_prior = use_priors && data_sd > 0.5 * prior_sd;
+      const double factor_width = log ? 2 * kZ95 : 2 * kZ95 / std::max(1e-9, std::abs(p.value[c]));
+      const bool data_wide = !(factor_width * data_sd <= std::log(kUnidentifiedFactor));
+      const bool still_wide = !(factor_width * posterior_sd <= std::log(kUnidentifiedFactor));
+      // A prior narrow enough to hold the value makes it `prior`; one too wide to do so leaves it not identified.
+      unidentified |= data_wide && (!entry_prior || still_wide);
+      prior |= entry_prior && !still_wide;
+      const double sd = entry_prior && !still_wide ? posterior_sd : data_sd;
+      const double value = p.value[c];
+      const double low = log ? value * std::exp(-kZ95 * sd) : value - kZ95 * sd;
+      const double high = log ? value * std::exp(kZ95 * sd) : value + kZ95 * sd;
+      p.stddev.push_back(std::isfinite(sd) ? (log ? value * sd : sd) : spec.high - spec.low);
+      p.low95.push_back(std::isfinite(sd) ? std::max(low, spec.low) : spec.low);
+      p.high95.push_back(std::isfinite(sd) ? std::min(high, spec.high) : spec.high);
+      at_bound |= value <= spec.low * 1.001 || value >= spec.high * 0.999;
+    }
+    p.status = at_bound       ? Status::kAtBound
+               : unidentified ? Status::kNotIdentified
+               : prior        ? Status::kPrior
+                              : Status::kFitted;
+    result.parameters.push_back(p);
+  };
+  for (size_t l = 0; l < capture.layers.size(); ++l)
+    for (size_t i = 0; i < kParameters.size(); ++i)
+      if (kParameters[i].owner == Owner::kLayer)
+        report(capture.layers[l].parameters[i], kParameters[i], l, capture.layers[l].name);
+  for (size_t i = 0; i < kParameters.size(); ++i)
+    if (kParameters[i].owner == Owner::kSurface) report(capture.surface[i], kParameters[i], kSurfaceOwner, "surface");
+  return result;
+}
+
+}  // namespace crownfit

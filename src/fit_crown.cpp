@@ -1,0 +1,61 @@
+#include "fit_crown.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "fit_steps.h"
+
+namespace crownfit {
+
+CrownFit FitCrown(const Capture& stated, const FitOptions& options, Progress& progress) {
+  CrownFit fit;
+  fit.options = options;
+  fit.capture = stated;
+  ApplyOverrides(fit.capture, options.overrides);
+  CheckShaderSupports(fit.capture);
+
+  const CrownInput input = ReadInput(fit.capture, options.threads);
+  const FreeParameters free = FreeParametersOf(fit.capture);
+  CastOptions cast_options;
+  cast_options.seed = options.seed;
+  cast_options.threads = options.threads;
+  cast_options.converged_blur = options.converged_blur;
+  const auto usable = [&](size_t i, int x, int y) {
+    return input.photographs[i].usable[static_cast<size_t>(y) * fit.capture.photographs[i].camera.width + x] != 0;
+  };
+
+  SolveOptions solve_options;
+  solve_options.use_priors = options.use_priors;
+  Eigen::VectorXd x = StartVector(free);
+  CastState state;
+  std::vector<FitPixels> pixels;
+  Evaluation at_solution;
+  constexpr int kMaxCasts = 8;
+  for (bool again = true; again && fit.casts < kMaxCasts; ++fit.casts) {
+    state = CastAll(input, ThicknessesAt(free, x), cast_options, usable, progress);
+    pixels = ChoosePixels(input, state, options.max_pixels_per_photograph);
+    const ImageResiduals residuals(fit.capture, state, free, pixels, {3.0, options.threads});
+    if (fit.casts == 0) x = BracketStart(residuals, free, solve_options, x);
+    const SolveResult solved = Solve(residuals, free, x, solve_options, [&](int iteration, double cost) {
+      const double chi2 = 2.0 * cost / std::max(1, residuals.count());
+      progress.Show("fitting", 1.0 - std::exp(-0.15 * iteration), "chi2 " + std::to_string(chi2));
+    });
+    again = GeometryIsStale(free, x, solved.x) || solved.thickness_moved;
+    x = solved.x;
+    fit.iterations += solved.iterations;
+    fit.converged = solved.converged && !again;
+    at_solution = residuals.Evaluate(x, true);
+    fit.uncertainty = Quantify(fit.capture, state, free, x, at_solution, pixels, options.use_priors);
+  }
+
+  fit.material = MaterialAt(free, x);
+  fit.scales = at_solution.scales;
+  fit.mean_thickness_mm = state.crown->thickness_mm;
+  fit.messages = input.source.messages;
+  for (const FitPixels& p : pixels) fit.fitted_pixels += p.pixels.size();
+  fit.photographs = ComparePhotographs(input, state, fit.material, at_solution.scales, pixels, options.threads);
+  Judge(fit);
+  return fit;
+}
+
+}  // namespace crownfit

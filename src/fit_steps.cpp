@@ -1,0 +1,187 @@
+#include "fit_steps.h"
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+
+#include "base/error.h"
+
+namespace crownfit {
+namespace {
+
+void CheckObjectIsInPicture(const Capture& capture, const TriangleMesh& outer) {
+  for (const PhotographSpec& photo : capture.photographs) {
+    bool seen = false;
+    for (size_t v = 0; v < outer.vertices.size() && !seen; ++v) {
+      const auto pixel = PixelFromPoint(photo.camera, photo.camera_from_object.Point(outer.vertices[v]));
+      seen = pixel && pixel->x >= 0 && pixel->y >= 0 && pixel->x < photo.camera.width && pixel->y < photo.camera.height;
+    }
+    if (!seen)
+      throw InputError(
+          capture.file, photo.key + ".camera_from_object",
+          "in photograph '" + photo.name + "' no part of the object is in front of the camera and in the picture",
+          "Check translation_mm (z is the distance along the view) and the mesh's origin.");
+  }
+}
+
+double MedianDepth(const Crown& crown) {
+  std::vector<double> depth;
+  for (const Column& c : crown.columns) depth.push_back(c.total_mm);
+  std::nth_element(depth.begin(), depth.begin() + static_cast<long>(depth.size() / 2), depth.end());
+  return depth[depth.size() / 2];
+}
+
+}  // namespace
+
+CrownInput ReadInput(const Capture& capture, int threads, bool with_images) {
+  CrownInput input;
+  input.capture = capture;
+  if (with_images) {
+    input.photographs.resize(capture.photographs.size());
+    for (size_t i = 0; i < capture.photographs.size(); ++i) {
+      const PhotographSpec& spec = capture.photographs[i];
+      input.photographs[i] = ReadPhotograph(spec.files);
+      const Image& image = input.photographs[i].linear;
+      if (image.width != spec.camera.width || image.height != spec.camera.height)
+        throw InputError(spec.files.image, "",
+                         "is " + std::to_string(image.width) + " x " + std::to_string(image.height) + " pixels, but " +
+                             spec.camera_file.filename().string() + " says " + std::to_string(spec.camera.width) +
+                             " x " + std::to_string(spec.camera.height),
+                         "Use the camera file of this resolution; the photograph must not be cropped or resized.");
+    }
+  }
+  input.source = ReadCrownSource(capture, threads);
+  CheckObjectIsInPicture(capture, *input.source.meshes[0]);
+  input.scenery = ReadScenery(capture);
+  return input;
+}
+
+CastState CastAll(const CrownInput& input, const std::vector<double>& thickness_mm, const CastOptions& options,
+                  const std::function<bool(size_t, int, int)>& wanted, Progress& progress, std::optional<size_t> only) {
+  const Capture& capture = input.capture;
+  CastState state;
+  state.thickness_mm = thickness_mm;
+  progress.Show("building the layers", 0.0);
+  state.crown = BuildCrown(capture, input.source, thickness_mm, options.threads);
+  // A free thickness of the last layer scales what the mesh has.
+  if (!capture.layers.back()[Quantity::kThickness].fixed) state.thickness_mm.back() = MedianDepth(*state.crown);
+  for (size_t i = 0; i < capture.photographs.size(); ++i) {
+    state.photographs.emplace_back();
+    if (only && *only != i) continue;
+    progress.Show("casting rays", static_cast<double>(i) / static_cast<double>(capture.photographs.size()),
+                  capture.photographs[i].name);
+    state.photographs.back() = CastPhotograph(
+        capture, *state.crown, input.scenery, i, [&](int x, int y) { return wanted(i, x, y); }, options);
+  }
+  return state;
+}
+
+std::vector<double> ThicknessesAt(const FreeParameters& free, const Eigen::VectorXd& x) {
+  std::vector<double> thickness;
+  for (const auto& layer : MaterialAt(free, x).layers) thickness.push_back(layer[Quantity::kThickness][0]);
+  return thickness;
+}
+
+bool GeometryIsStale(const FreeParameters& free, const Eigen::VectorXd& cast_at, const Eigen::VectorXd& x) {
+  for (int k = 0; k < free.count(); ++k)
+    if (free.entries[k].moves_surface && std::abs(x[k] - cast_at[k]) > 0.003) return true;
+  return false;
+}
+
+std::vector<FitPixels> ChoosePixels(const CrownInput& input, const CastState& state, size_t max_pixels) {
+  std::vector<FitPixels> chosen;
+  std::map<std::string, int> exposure_groups;
+  for (size_t i = 0; i < input.capture.photographs.size(); ++i) {
+    const PhotographSpec& spec = input.capture.photographs[i];
+    if (spec.is_holdout) continue;
+    FitPixels p{i, -1, {}, {}, {}};
+    if (spec.exposure_is_free)
+      p.exposure =
+          exposure_groups.try_emplace(spec.exposure_group, static_cast<int>(exposure_groups.size())).first->second;
+    const PhotographCast& cast = state.photographs[i];
+    const double every = std::sqrt(static_cast<double>(cast.pixels.size()) / static_cast<double>(max_pixels));
+    const int stride = std::max(1, static_cast<int>(std::ceil(every)));
+    const Photograph& photo = input.photographs[i];
+    for (size_t k = 0; k < cast.pixels.size(); ++k) {
+      const PixelCast& pixel = cast.pixels[k];
+      if (pixel.at_silhouette || pixel.x % stride || pixel.y % stride) continue;
+      glm::dvec3 value, stddev;
+      for (int c = 0; c < kChannels; ++c) {
+        value[c] = photo.linear.at(pixel.x, pixel.y, c);
+        stddev[c] = std::sqrt(photo.variance.at(pixel.x, pixel.y, c));
+      }
+      p.pixels.push_back(static_cast<int>(k));
+      p.values.push_back(value);
+      p.stddev.push_back(stddev);
+    }
+    if (p.pixels.empty())
+      throw InputError(input.capture.file, spec.key, "photograph '" + spec.name + "' has no usable pixel on the object",
+                       "Check its mask, its saturation and whether scenery hides the object.");
+    chosen.push_back(std::move(p));
+  }
+  if (chosen.empty())
+    throw InputError(input.capture.file, "photographs", "every photograph is a holdout",
+                     "Give at least one \"use\": \"fit\".");
+  return chosen;
+}
+
+std::vector<PhotographResult> ComparePhotographs(const CrownInput& input, const CastState& state,
+                                                 const Material& material, const LinearScales& scales,
+                                                 const std::vector<FitPixels>& fitted, int threads) {
+  std::vector<PhotographResult> results(input.capture.photographs.size());
+  // The exposure of a group that was fitted holds for its held-out photographs too.
+  std::map<std::string, double> exposure_of_group;
+  for (const FitPixels& p : fitted)
+    if (p.exposure >= 0)
+      exposure_of_group[input.capture.photographs[p.photograph].exposure_group] = scales.exposure[p.exposure];
+  for (size_t i = 0; i < results.size(); ++i) {
+    const PhotographSpec& spec = input.capture.photographs[i];
+    const Photograph& photo = input.photographs[i];
+    const auto& cast_pixels = state.photographs[i].pixels;
+    PhotographResult& r = results[i];
+    r.name = spec.name;
+    r.is_holdout = spec.is_holdout;
+    r.exposure_is_free = spec.exposure_is_free;
+    r.was_srgb_encoded = photo.was_srgb_encoded;
+    r.saturated_pixels = photo.saturated_pixels;
+    r.rgb_from_sensor = spec.linear_rgb_from_sensor_rgb;
+    r.photograph = photo.linear;
+    r.prediction = Image(photo.linear.width, photo.linear.height, 3);
+    r.compared.assign(photo.usable.size(), 0);
+    const std::vector<glm::dvec3> values = PredictPixels(input.capture, state, i, material, scales.light, threads);
+
+    r.exposure = spec.exposure_scale;
+    if (const auto group = exposure_of_group.find(spec.exposure_group); group != exposure_of_group.end()) {
+      r.exposure = group->second;
+    } else if (spec.exposure_is_free) {
+      double top = 0, bottom = 0;  // a held-out photograph of its own exposure: least squares on itself
+      for (size_t k = 0; k < values.size(); ++k)
+        for (int c = 0; c < kChannels; ++c) {
+          const double w = 1.0 / photo.variance.at(cast_pixels[k].x, cast_pixels[k].y, c);
+          top += w * values[k][c] * photo.linear.at(cast_pixels[k].x, cast_pixels[k].y, c);
+          bottom += w * values[k][c] * values[k][c];
+        }
+      if (bottom > 0) r.exposure = top / bottom;
+    }
+    double chi2 = 0;
+    size_t count = 0;
+    for (size_t k = 0; k < values.size(); ++k) {
+      const PixelCast& pixel = cast_pixels[k];
+      const bool compared = !pixel.at_silhouette;
+      r.compared[static_cast<size_t>(pixel.y) * photo.linear.width + pixel.x] = compared;
+      for (int c = 0; c < kChannels; ++c) {
+        const double predicted = r.exposure * values[k][c];
+        r.prediction.at(pixel.x, pixel.y, c) = static_cast<float>(predicted);
+        if (!compared) continue;
+        const double d = predicted - photo.linear.at(pixel.x, pixel.y, c);
+        chi2 += d * d / photo.variance.at(pixel.x, pixel.y, c);
+        ++count;
+      }
+    }
+    r.reduced_chi2 = count ? chi2 / static_cast<double>(count) : 0.0;
+    r.difference = ComparePictures(r.photograph, r.prediction, r.compared, r.rgb_from_sensor);
+  }
+  return results;
+}
+
+}  // namespace crownfit

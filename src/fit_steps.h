@@ -1,0 +1,46 @@
+#pragma once
+// The named steps of FitCrown that join modules.
+
+#include <functional>
+
+#include "base/progress.h"
+#include "geometry/cast_samples.h"
+#include "photo/photograph.h"
+#include "report/crown_fit.h"
+
+namespace crownfit {
+
+/// A capture with everything it names read and found consistent.
+struct CrownInput {
+  Capture capture;
+  std::vector<Photograph> photographs;
+  CrownSource source;
+  std::vector<TriangleMesh> scenery;
+};
+
+/// Reads images and meshes and checks them against each other. Throws InputError.
+/// `with_images` false: as for rendering, where the photographs need not exist.
+CrownInput ReadInput(const Capture& capture, int threads, bool with_images = true);
+
+/// Casts every photograph (or only number `only`) on the crown built with these thicknesses.
+/// `wanted(photograph, x, y)`: pixels to keep.
+CastState CastAll(const CrownInput& input, const std::vector<double>& thickness_mm, const CastOptions& options,
+                  const std::function<bool(size_t, int, int)>& wanted, Progress& progress,
+                  std::optional<size_t> only = {});
+
+/// Thickness per layer at x, as BuildCrown wants it.
+std::vector<double> ThicknessesAt(const FreeParameters& free, const Eigen::VectorXd& x);
+
+/// True when a fitted thickness is so far from the cast one that scaled lengths are no longer good to 1e-3.
+bool GeometryIsStale(const FreeParameters& free, const Eigen::VectorXd& cast_at, const Eigen::VectorXd& x);
+
+/// Pixels for the fit: usable ones whose square lies on the object, every n-th in both directions when there are more
+/// than `max_pixels`. Holdouts are left out. Throws InputError when a photograph offers none.
+std::vector<FitPixels> ChoosePixels(const CrownInput& input, const CastState& state, size_t max_pixels);
+
+/// Predicts every photograph, held-out ones included, and compares.
+std::vector<PhotographResult> ComparePhotographs(const CrownInput& input, const CastState& state,
+                                                 const Material& material, const LinearScales& scales,
+                                                 const std::vector<FitPixels>& fitted, int threads);
+
+}  // namespace crownfit

@@ -1,0 +1,84 @@
+#include "forward/predict.h"
+
+#include "base/error.h"
+
+namespace crownfit {
+
+std::array<std::optional<ShaderSlot>, kShaderSlots> SlotsOf(const Capture& capture) {
+  std::array<std::optional<ShaderSlot>, kShaderSlots> slots;
+  const size_t diffuser = capture.layers.size() > 1 ? 1 : 0;
+  if (diffuser == 1) {
+    const bool has_mesh = capture.layers[1].surface.has_value();
+    slots[0] = {0, Quantity::kReducedScattering};
+    slots[1] = {0, Quantity::kAbsorption};
+    slots[2] = {0, has_mesh ? Quantity::kThicknessScale : Quantity::kThickness};
+    slots[3] = {0, Quantity::kIor};
+  }
+  slots[4] = {diffuser, Quantity::kReducedScattering};
+  slots[5] = {diffuser, Quantity::kAbsorption};
+  // For the last layer of a flat sample thickness_mm moves the back face.
+  const bool is_last = diffuser + 1 == capture.layers.size();
+  if (is_last && capture.layers[diffuser][Quantity::kThickness].stated) slots[6] = {diffuser, Quantity::kThickness};
+  slots[7] = {diffuser, Quantity::kIor};
+  slots[8] = {diffuser, Quantity::kAsymmetry};
+  slots[9] = {kSurfaceOwner, Quantity::kRoughness};
+  return slots;
+}
+
+std::array<double, kShaderSlots> SlotSlopes(const Capture& capture, const CastState& state) {
+  std::array<double, kShaderSlots> slopes;
+  slopes.fill(1.0);
+  const auto slots = SlotsOf(capture);
+  for (int i : {2, 6})
+    if (slots[i] && slots[i]->quantity == Quantity::kThickness)
+      // A last layer's mesh is cast as it is: its stated thickness describes that mesh.
+      slopes[i] = 1.0 / state.thickness_mm[slots[i]->layer];
+  return slopes;
+}
+
+std::array<double, kShaderSlots> SlotValues(const Capture& capture, const Material& material, const CastState& state,
+                                            int channel) {
+  std::array<double, kShaderSlots> values{};
+  values[2] = values[6] = values[3] = values[7] = 1.0;
+  const auto slots = SlotsOf(capture);
+  const auto slopes = SlotSlopes(capture, state);
+  for (int i = 0; i < kShaderSlots; ++i) {
+    if (!slots[i]) continue;
+    const auto& owner = slots[i]->layer == kSurfaceOwner ? material.surface : material.layers[slots[i]->layer];
+    values[i] = owner[slots[i]->quantity][channel] * slopes[i];
+  }
+  return values;
+}
+
+double SpecularFactor(Polarisation polarisation) {
+  return polarisation == Polarisation::kNone ? 1.0 : polarisation == Polarisation::kCross ? 0.0 : 2.0;
+}
+
+void CheckShaderSupports(const Capture& capture) {
+  const ParameterSpec& wetness = capture.surface[static_cast<size_t>(Quantity::kWetness)];
+  if (!wetness.fixed || wetness.value[0] != 0.0)
+    throw InputError(capture.file, "object.surface.wetness", "the shader model of this version knows no wetness film",
+                     "State \"wetness\": {\"fixed\": 0.0}.");
+}
+
+std::vector<double> StatedLightScales(const Capture& capture) {
+  std::vector<double> scales;
+  for (const Light& light : capture.lights) scales.push_back(light.intensity_scale);
+  return scales;
+}
+
+std::vector<glm::dvec3> PredictPixels(const Capture& capture, const CastState& state, size_t photograph,
+                                      const Material& material, std::span<const double> light_scale, int threads) {
+  const PhotographCast& cast = state.photographs[photograph];
+  const double specular = SpecularFactor(capture.photographs[photograph].polarisation);
+  std::vector<glm::dvec3> values(cast.pixels.size());
+  for (int c = 0; c < kChannels; ++c) {
+    const auto optics = OpticsFromSlots(capture, SlotValues(capture, material, state, c));
+    const DiffuserTable<double> table(optics.diffuser(), cast.kernel.outer_radius_mm);
+    const ShaderPrediction<double> prediction(*state.crown, cast, optics, table, c, light_scale, threads);
+    ParallelFor(values.size(), threads, [&](size_t i) { values[i][c] = prediction.Pixel(cast.pixels[i], specular); });
+  }
+  return values;
+}
+
+}  // namespace crownfit

@@ -1,0 +1,69 @@
+#pragma once
+// Predicted photographs in plain numbers.
+
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "forward/shader_model.h"
+#include "optics/material.h"
+
+namespace crownfit {
+
+/// The thicknesses (or scales) that the geometry was cast with; the model scales lengths by value / cast value.
+struct CastState {
+  std::shared_ptr<const Crown> crown;
+  std::vector<double> thickness_mm;  ///< per layer, as given to BuildCrown
+  std::vector<PhotographCast> photographs;
+};
+
+/// Which parameter of which layer one slot of ShaderOptics is, in the order of the slots below.
+struct ShaderSlot {
+  size_t layer;  ///< kSurfaceOwner for the surface
+  Quantity quantity;
+};
+inline constexpr size_t kSurfaceOwner = static_cast<size_t>(-1);
+inline constexpr int kShaderSlots = 10;
+
+/// The slots of this capture: outer scattering, absorption, thickness, ior; diffuser scattering, absorption, thickness,
+/// ior, g; roughness. Layers below the second are not seen by this model. Slots of an absent outer layer have no owner.
+std::array<std::optional<ShaderSlot>, kShaderSlots> SlotsOf(const Capture& capture);
+
+/// Slot values of one channel; lengths already divided by what was cast.
+std::array<double, kShaderSlots> SlotValues(const Capture& capture, const Material& material, const CastState& state,
+                                            int channel);
+/// d(slot) / d(parameter): 1, or 1 / cast thickness.
+std::array<double, kShaderSlots> SlotSlopes(const Capture& capture, const CastState& state);
+
+template <class T>
+ShaderOptics<T> OpticsFromSlots(const Capture& capture, const std::array<T, kShaderSlots>& s) {
+  ShaderOptics<T> o;
+  o.has_outer = capture.layers.size() > 1;
+  o.outer_scattering = s[0];
+  o.outer_absorption = s[1];
+  o.outer_thickness_scale = s[2];
+  o.outer_ior = s[3];
+  o.diffuser_scattering = s[4];
+  o.diffuser_absorption = s[5];
+  o.diffuser_thickness_scale = s[6];
+  o.diffuser_ior = s[7];
+  o.diffuser_g = s[8];
+  o.roughness = s[9];
+  o.outside_ior = capture.outside_ior;
+  return o;
+}
+
+/// none = S + D, cross = D, parallel = 2 S + D, as photographs are normalised to a white card seen through the filters.
+double SpecularFactor(Polarisation polarisation);
+
+/// Refuses what the shader model does not know (wetness) by file and key.
+void CheckShaderSupports(const Capture& capture);
+
+/// Pixel values at exposure 1, one per cast pixel.
+std::vector<glm::dvec3> PredictPixels(const Capture& capture, const CastState& state, size_t photograph,
+                                      const Material& material, std::span<const double> light_scale, int threads);
+
+/// Every light's intensity_scale as the capture states it.
+std::vector<double> StatedLightScales(const Capture& capture);
+
+}  // namespace crownfit

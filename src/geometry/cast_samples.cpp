@@ -1,0 +1,299 @@
+#include "geometry/cast_samples.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "base/error.h"
+#include "base/parallel.h"
+#include "base/random.h"
+#include "geometry/light_samples.h"
+#include "geometry/mesh_file.h"
+
+namespace crownfit {
+namespace {
+
+constexpr double kLift_mm = 2e-3;  // rays into the air start this far above the surface
+
+enum Stream : uint64_t { kVertexStream = 1, kGatherStream, kSceneryStream, kPixelStream };
+
+Interpolation At(const TriangleMesh& mesh, const SurfacePoint& p) {
+  Interpolation at;
+  if (p.triangle < 0) return at;
+  for (int k = 0; k < 3; ++k) {
+    at.vertices[k] = mesh.triangles[p.triangle][k];
+    at.weights[k] = static_cast<float>(p.weights[k]);
+  }
+  return at;
+}
+
+/// Sums up one light's samples into its share.
+struct ShareSum {
+  glm::dvec3 irradiance{0.0}, direction{0.0};
+  double weight = 0, cosine = 0, light_view = 0;
+  void Add(const LightSample& s, double cos_incidence, double cos_view_light) {
+    const glm::dvec3 e = s.weight * cos_incidence;
+    const double w = e.x + e.y + e.z;
+    irradiance += e;
+    direction += w * s.direction;
+    weight += w;
+    cosine += w * cos_incidence;
+    light_view += w * cos_view_light;
+  }
+};
+
+/// One photograph's scene: who blocks light, who sends it back.
+class Caster {
+ public:
+  Caster(const Capture& capture, const Crown& crown, const std::vector<TriangleMesh>& scenery, size_t photograph,
+         const CastOptions& options)
+      : crown_(crown),
+        photo_(capture.photographs[photograph]),
+        options_(options),
+        photograph_(photograph),
+        relative_ior_(capture.layers[0][Quantity::kIor].value[0] / capture.outside_ior),
+        tile_(photo_.backing ? BackingTile(capture.backings[*photo_.backing]) : TriangleMesh()),
+        caster_({}) {
+    const RigidTransform object_from_camera = photo_.camera_from_object.Inverse();
+    camera_ = object_from_camera.translation_mm;
+    for (size_t i : photo_.lights) {
+      const Light& light = capture.lights[i];
+      lights_.push_back(
+          {static_cast<int>(i), light.in_camera_frame ? Transformed(light.shape, object_from_camera) : light.shape});
+    }
+    std::vector<const TriangleMesh*> meshes{&crown.fine};
+    reflectance_.emplace_back(0.0);
+    for (size_t i : photo_.scenery) {
+      meshes.push_back(&scenery[i]);
+      reflectance_.push_back(capture.scenery[i].reflectance);
+    }
+    if (photo_.backing) {
+      meshes.push_back(&tile_);
+      reflectance_.push_back(capture.backings[*photo_.backing].reflectance);
+    }
+    meshes_ = meshes;
+    caster_ = RayCaster(meshes);
+  }
+
+  /// Light that arrives at a place, light by light; `view` adds the highlights.
+  void Gather(const glm::dvec3& position, const glm::dvec3& normal, const glm::dvec3* view, uint64_t key,
+              std::vector<LightShare>& shares, std::vector<Highlight>* highlights) const {
+    const glm::dvec3 lifted = position + kLift_mm * normal;
+    std::vector<LightSample> samples;
+    for (const auto& [index, shape] : lights_) {
+      samples.clear();
+      const auto* dome = std::get_if<DomeLight>(&shape);
+      const int strata = dome ? 2 * options_.strata : options_.strata;
+      if (dome && view) {
+        SampleDomeForGloss(*dome, normal, *view, options_.gloss_roughness, options_.strata, Key(key, index), samples);
+      } else {
+        SampleLight(shape, position, normal, strata, Key(key, index), samples);
+      }
+      ShareSum sum;
+      for (const LightSample& s : samples) {
+        const double cosine = glm::dot(s.direction, normal);
+        if (cosine <= 0 || caster_.Occluded(lifted, s.direction, 0.0, s.distance_mm)) continue;
+        sum.Add(s, cosine, view ? glm::dot(s.direction, *view) : 0.0);
+        if (!view || !highlights || photo_.polarisation == Polarisation::kCross) continue;
+        const glm::dvec3 half = glm::normalize(s.direction + *view);
+        highlights->push_back({index, static_cast<float>(cosine), static_cast<float>(glm::dot(half, normal)),
+                               static_cast<float>(glm::dot(s.direction, half)), glm::vec3(s.weight * cosine)});
+      }
+      AddShare(index, sum, position, normal, shares);
+    }
+  }
+
+  /// Light that reaches a place by way of scenery and backings (one bounce), and how much of its sky the backing fills.
+  BackingShare GatherScenery(const glm::dvec3& position, const glm::dvec3& normal, uint64_t key,
+                             std::vector<LightShare>& shares) const {
+    BackingShare backing;
+    if (reflectance_.size() < 2) return backing;
+    const glm::dvec3 lifted = position + kLift_mm * normal;
+    std::vector<LightSample> sky;
+    SampleLight(DomeLight{glm::dvec3(1.0)}, position, normal, options_.gather_strata, key, sky);
+    std::vector<ShareSum> sums(lights_.size());
+    for (size_t i = 0; i < sky.size(); ++i) {
+      const auto hit = caster_.Nearest(lifted, sky[i].direction);
+      if (!hit || hit->mesh == 0) continue;
+      if (photo_.backing && hit->mesh + 1 == static_cast<int>(meshes_.size()))
+        backing.reflectance += reflectance_[hit->mesh] / static_cast<double>(sky.size());
+      const double cosine = glm::dot(sky[i].direction, normal);
+      const auto radiance = SceneryRadiance(*hit, sky[i].direction, Key(key, kSceneryStream, i));
+      for (size_t l = 0; l < lights_.size(); ++l) {
+        if (radiance[l] == glm::dvec3(0.0)) continue;
+        sums[l].Add({sky[i].direction, hit->distance_mm, radiance[l] * sky[i].weight}, cosine, 0.0);
+      }
+    }
+    for (size_t l = 0; l < lights_.size(); ++l) AddShare(lights_[l].first, sums[l], position, normal, shares);
+    return backing;
+  }
+
+  /// Radiance of a Lambertian thing seen along `direction`, one entry per light: rho E / pi, direct light only.
+  std::vector<glm::dvec3> SceneryRadiance(const Hit& hit, const glm::dvec3& direction, uint64_t key) const {
+    glm::dvec3 normal = FaceNormal(*meshes_[hit.mesh], hit.point.triangle);
+    if (glm::dot(normal, direction) > 0) normal = -normal;  // sheets and tiles are seen from both sides
+    std::vector<LightShare> shares;
+    Gather(Position(*meshes_[hit.mesh], hit.point), normal, nullptr, key, shares, nullptr);
+    std::vector<glm::dvec3> radiance(lights_.size(), glm::dvec3(0.0));
+    for (const LightShare& share : shares)
+      for (size_t l = 0; l < lights_.size(); ++l)
+        if (lights_[l].first == share.light) radiance[l] = reflectance_[hit.mesh] * share.irradiance / std::numbers::pi;
+    return radiance;
+  }
+
+  double ViewPath(const glm::dvec3& position, const glm::dvec3& normal, const glm::dvec3& view) const {
+    return OuterPath(crown_, position, normal, view, relative_ior_);
+  }
+  glm::dvec3 PixelDirection(double x, double y) const {
+    return glm::transpose(photo_.camera_from_object.rotation) * DirectionFromPixel(photo_.camera, {x, y});
+  }
+  std::optional<Hit> Seen(const glm::dvec3& direction) const { return caster_.Nearest(camera_, direction); }
+  uint64_t KeyOf(Stream stream, uint64_t index) const { return Key(options_.seed, stream, photograph_, index); }
+
+ private:
+  static TriangleMesh BackingTile(const BackingSpec& b) { return SquareTile(b.point_mm, b.normal, b.size_mm); }
+  void AddShare(int light, const ShareSum& sum, const glm::dvec3& position, const glm::dvec3& normal,
+                std::vector<LightShare>& shares) const {
+    if (!(sum.weight > 0)) return;
+    const double length = glm::length(sum.direction);
+    const glm::dvec3 direction = length > 1e-9 * sum.weight ? sum.direction / length : normal;
+    shares.push_back({light, sum.irradiance, sum.cosine / sum.weight,
+                      OuterPath(crown_, position, normal, direction, relative_ior_), sum.light_view / sum.weight});
+  }
+
+  const Crown& crown_;
+  const PhotographSpec& photo_;
+  const CastOptions& options_;
+  size_t photograph_;
+  double relative_ior_;
+  TriangleMesh tile_;
+  glm::dvec3 camera_;
+  std::vector<std::pair<int, LightShape>> lights_;
+  std::vector<const TriangleMesh*> meshes_;
+  std::vector<glm::dvec3> reflectance_;
+  RayCaster caster_;
+};
+
+/// One pixel's casts before they are packed.
+struct PixelResult {
+  std::optional<PixelCast> pixel;
+  std::optional<BackgroundPixel> background;
+  std::vector<Tap> taps;
+  std::vector<LightShare> shares;
+  std::vector<Highlight> highlights;
+};
+
+Tap CastTap(const Crown& crown, const glm::dvec3& position, const glm::dvec3& normal, const TapKernel::Offset& offset) {
+  const auto [u, v] = Tangents(normal);
+  const glm::dvec3 place = position + offset.mm.x * u + offset.mm.y * v;
+  // Down onto the surface along the point's own normal, from as high above as the tap is far away.
+  const double lift = glm::length(offset.mm) + kLift_mm;
+  Tap tap{offset.ring, {}, {}};
+  const auto hit = crown.fine_caster.Nearest(place + lift * normal, -normal, 0.0, 3.0 * lift);
+  if (!hit) return tap;  // beyond the object's edge: that light is gone
+  tap.front = At(crown.fine, hit->point);
+  const glm::dvec3 n = ShadingNormal(crown, hit->point), p = Position(crown.fine, hit->point);
+  if (const auto out = crown.fine_caster.Nearest(p - kLift_mm * n, -n)) tap.opposite = At(crown.fine, out->point);
+  return tap;
+}
+
+PixelResult CastPixel(const Caster& caster, const Crown& crown, const TapKernel& kernel, int x, int y, uint64_t key) {
+  PixelResult result;
+  const glm::dvec3 direction = caster.PixelDirection(x + 0.5, y + 0.5);
+  const auto hit = caster.Seen(direction);
+  if (!hit) return result;
+  if (hit->mesh != 0) {
+    BackgroundPixel background{x, y, glm::dvec3(0.0)};
+    for (const auto& radiance : caster.SceneryRadiance(*hit, direction, key))
+      background.value += std::numbers::pi * radiance;
+    result.background = background;
+    return result;
+  }
+  const glm::dvec3 view = -direction, position = Position(crown.fine, hit->point);
+  glm::dvec3 normal = ShadingNormal(crown, hit->point);
+  PixelCast pixel{};
+  pixel.x = x;
+  pixel.y = y;
+  for (int corner = 0; corner < 4; ++corner) {
+    const auto at_corner = caster.Seen(caster.PixelDirection(x + (corner & 1), y + (corner >> 1)));
+    pixel.at_silhouette |= !at_corner || at_corner->mesh != 0;
+  }
+  pixel.cos_view = std::max(1e-3, glm::dot(normal, view));
+  Column column;
+  for (int k = 0; k < 3; ++k) {
+    const Column& c = crown.columns[crown.fine.triangles[hit->point.triangle][k]];
+    column.front_mm += hit->point.weights[k] * c.front_mm;
+    column.back_mm += hit->point.weights[k] * c.back_mm;
+    column.total_mm += hit->point.weights[k] * c.total_mm;
+  }
+  pixel.front_mm = column.front_mm;
+  pixel.back_mm = column.back_mm;
+  pixel.total_mm = column.total_mm;
+  pixel.outer_path_mm = caster.ViewPath(position, normal, view);
+  for (const auto& offset : kernel.offsets) {
+    const Tap tap = CastTap(crown, position, normal, offset);
+    if (tap.front.exists()) result.taps.push_back(tap);
+  }
+  caster.Gather(position, normal, &view, key, result.shares, &result.highlights);
+  result.pixel = pixel;
+  return result;
+}
+
+}  // namespace
+
+std::vector<TriangleMesh> ReadScenery(const Capture& capture) {
+  std::vector<TriangleMesh> meshes;
+  for (const auto& thing : capture.scenery) meshes.push_back(ReadMeshFile(thing.mesh));
+  return meshes;
+}
+
+PhotographCast CastPhotograph(const Capture& capture, const Crown& crown, const std::vector<TriangleMesh>& scenery,
+                              size_t photograph, const std::function<bool(int, int)>& wanted,
+                              const CastOptions& options) {
+  const PhotographSpec& photo = capture.photographs[photograph];
+  const Caster caster(capture, crown, scenery, photograph, options);
+  PhotographCast cast;
+  cast.kernel = options.converged_blur ? ConvergedKernel() : TwelveTapKernel();
+  cast.taps_per_ring.assign(cast.kernel.rings(), 0);
+  for (const auto& offset : cast.kernel.offsets) ++cast.taps_per_ring[offset.ring];
+
+  const size_t vertices = crown.fine.vertices.size();
+  std::vector<std::vector<LightShare>> at_vertex(vertices);
+  cast.backing.resize(vertices);
+  ParallelFor(vertices, options.threads, [&](size_t v) {
+    const glm::dvec3 &p = crown.fine.vertices[v], &n = crown.fine_vertex_normals[v];
+    caster.Gather(p, n, nullptr, caster.KeyOf(kVertexStream, v), at_vertex[v], nullptr);
+    cast.backing[v] = caster.GatherScenery(p, n, caster.KeyOf(kGatherStream, v), at_vertex[v]);
+  });
+  cast.has_backing = photo.backing.has_value();
+  for (const auto& shares : at_vertex) {
+    cast.first_share.push_back(static_cast<int>(cast.vertex_shares.size()));
+    cast.vertex_shares.insert(cast.vertex_shares.end(), shares.begin(), shares.end());
+  }
+  cast.first_share.push_back(static_cast<int>(cast.vertex_shares.size()));
+
+  const int width = photo.camera.width, height = photo.camera.height;
+  std::vector<PixelResult> rows(static_cast<size_t>(width) * height);
+  ParallelFor(rows.size(), options.threads, [&](size_t i) {
+    const int x = static_cast<int>(i % width), y = static_cast<int>(i / width);
+    if (wanted(x, y)) rows[i] = CastPixel(caster, crown, cast.kernel, x, y, caster.KeyOf(kPixelStream, i));
+  });
+  for (PixelResult& r : rows) {
+    if (r.background) cast.background.push_back(*r.background);
+    if (!r.pixel) continue;
+    PixelCast pixel = *r.pixel;
+    const auto pack = [](auto& all, const auto& some, int& first, int& count) {
+      first = static_cast<int>(all.size());
+      count = static_cast<int>(some.size());
+      all.insert(all.end(), some.begin(), some.end());
+    };
+    pack(cast.taps, r.taps, pixel.first_tap, pixel.tap_count);
+    pack(cast.shares, r.shares, pixel.first_share, pixel.share_count);
+    pack(cast.highlights, r.highlights, pixel.first_highlight, pixel.highlight_count);
+    cast.pixels.push_back(pixel);
+    r = PixelResult();
+  }
+  return cast;
+}
+
+}  // namespace crownfit

@@ -1,0 +1,109 @@
+#pragma once
+// Everything the shader model needs to know about where light goes, cast once per photograph: the material enters
+// later.
+
+#include <cstdint>
+#include <functional>
+#include <vector>
+
+#include "calibration/capture.h"
+#include "geometry/crown.h"
+
+namespace crownfit {
+
+/// Offsets at which irradiance is gathered around a point to blur it: groups of taps ("rings") at like distance.
+struct TapKernel {
+  struct Offset {
+    glm::dvec2 mm;
+    int ring;
+  };
+  std::vector<Offset> offsets;
+  std::vector<double> outer_radius_mm;  ///< of every ring but the last, which reaches to infinity
+  int rings() const { return static_cast<int>(outer_radius_mm.size()) + 1; }
+};
+
+/// The thesis's choice: Hable's centre and 12 jittered taps, their weights replaced by the fitted profile's share of
+/// each ring. Fixed in millimetres, whatever the material.
+TapKernel TwelveTapKernel();
+
+/// Centre and 6 rings of 8 taps from 0.15 to 4.8 mm: what the 12 taps are measured against.
+TapKernel ConvergedKernel();
+
+struct CastOptions {
+  int strata = 4;         ///< per lamp: strata^2 directions (domes: four times as many)
+  int gather_strata = 6;  ///< directions in which a vertex looks for scenery and backings
+  bool converged_blur = false;
+  double gloss_roughness = 0.15;  ///< lobe by which domes are sampled; any later roughness stays unbiased
+  uint64_t seed = 1;
+  int threads = 0;
+};
+
+/// One light's share at one place: direct, or by way of scenery it shines on. Means are weighted with the irradiance.
+struct LightShare {
+  int light;
+  glm::dvec3 irradiance;  ///< per channel at intensity_scale 1, visibility and cosine included
+  double cos_incidence;
+  double outer_path_mm;   ///< along the refracted direction
+  double cos_light_view;  ///< pixels only: dot(towards the light, towards the camera)
+};
+
+struct BackingShare {
+  glm::dvec3 reflectance{0.0};  ///< reflectance x share of the cosine-weighted hemisphere it fills
+};
+
+/// A direction in which the surface mirrors a lamp.
+struct Highlight {
+  int light;
+  float cos_light, cos_half, cos_light_half;  ///< light.normal, half.normal, light.half
+  glm::vec3 irradiance;                       ///< weight x cos, visibility included
+};
+
+/// Three vertices of the fine mesh and their weights.
+struct Interpolation {
+  int vertices[3] = {-1, -1, -1};
+  float weights[3] = {0, 0, 0};
+  bool exists() const { return vertices[0] >= 0; }
+};
+
+struct Tap {
+  int ring;
+  Interpolation front, opposite;
+};
+
+struct PixelCast {
+  int x, y;
+  bool at_silhouette;  ///< a corner of the pixel's square misses the object
+  double cos_view, outer_path_mm;
+  double front_mm, back_mm, total_mm;  ///< as in Column
+  int first_tap, tap_count, first_share, share_count, first_highlight, highlight_count;
+};
+
+struct BackgroundPixel {
+  int x, y;
+  glm::dvec3 value;  ///< pi x radiance of scenery or backing seen directly, direct light only
+};
+
+/// One photograph's casts on one crown.
+struct PhotographCast {
+  std::vector<int> first_share;  ///< per vertex + 1
+  std::vector<LightShare> vertex_shares;
+  std::vector<BackingShare> backing;  ///< per vertex
+  bool has_backing = false;
+  std::vector<PixelCast> pixels;
+  std::vector<Tap> taps;           ///< of one pixel: ring by ring
+  std::vector<int> taps_per_ring;  ///< of the kernel, those beyond the object's edge included
+  std::vector<LightShare> shares;
+  std::vector<Highlight> highlights;
+  std::vector<BackgroundPixel> background;
+  TapKernel kernel;
+};
+
+/// Meshes of the capture's scenery, in the order of Capture::scenery.
+std::vector<TriangleMesh> ReadScenery(const Capture& capture);
+
+/// Casts one photograph. `wanted(x, y)`: pixels to keep.
+PhotographCast CastPhotograph(const Capture& capture, const Crown& crown, const std::vector<TriangleMesh>& scenery,
+                              size_t photograph, const std::function<bool(int, int)>& wanted,
+                              const CastOptions& options);
+
+}  // namespace crownfit

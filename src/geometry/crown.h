@@ -1,0 +1,61 @@
+#pragma once
+// The crown's geometry: nested closed surfaces, and the outer one as a fine mesh on which light is gathered.
+
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "calibration/capture.h"
+#include "geometry/ray_caster.h"
+#include "geometry/signed_distance.h"
+#include "geometry/triangle_mesh.h"
+
+namespace crownfit {
+
+/// What the shader model needs to know of the object below one vertex of the outer surface, cast inward.
+struct Column {
+  double front_mm = 0;    ///< outer layer's thickness here (half the chord where the inner layer is absent)
+  double back_mm = 0;     ///< outer layer's thickness on the opposite side
+  double total_mm = 0;    ///< from side to side along the inward normal
+  SurfacePoint opposite;  ///< where the inward normal leaves the object
+};
+
+struct Crown {
+  std::vector<TriangleMesh> surfaces;  ///< outer surface of each layer, outermost first
+  std::vector<double> thickness_mm;    ///< per layer: area mean of the distance to the next one (last: to the far side)
+  std::vector<RayCaster> casters;      ///< one per surface
+  TriangleMesh fine;                   ///< surfaces[0], refined; its vertices carry the light
+  std::vector<std::array<glm::dvec3, 3>> fine_corner_normals;
+  std::vector<glm::dvec3> fine_vertex_normals;
+  std::vector<Column> columns;  ///< per vertex of `fine`
+  RayCaster fine_caster{{}};
+  bool has_outer_layer() const { return surfaces.size() > 1; }
+};
+
+/// The parts of a crown that do not depend on a thickness: read once, reused when a fitted thickness moved.
+struct CrownSource {
+  std::vector<std::optional<TriangleMesh>> meshes;        ///< per layer, where the capture gives one
+  std::vector<std::shared_ptr<const DepthField>> fields;  ///< depth below meshes[i], where the next layers need it
+  std::vector<std::string> messages;                      ///< what was repaired while reading
+};
+
+CrownSource ReadCrownSource(const Capture& capture, int threads);
+
+/// Builds the nested surfaces; `thickness_mm[i]` is the distance between the surfaces i and i + 1 where i + 1 is an
+/// offset (ignored elsewhere). Throws InputError when a layer is thicker than what it should fit into.
+std::shared_ptr<const Crown> BuildCrown(const Capture& capture, const CrownSource& source,
+                                        const std::vector<double>& thickness_mm, int threads);
+
+/// Thicknesses that the capture states (initial or fixed), one per layer.
+std::vector<double> StatedThicknesses(const Capture& capture);
+
+/// Shading normal at a place of the fine surface.
+glm::dvec3 ShadingNormal(const Crown& crown, const SurfacePoint& p);
+
+/// Length of the way through the outer layer, from a place on the surface along the direction a ray from
+/// `towards_outside` takes after refraction; half the chord when it leaves again without meeting the inner layer.
+double OuterPath(const Crown& crown, const glm::dvec3& position, const glm::dvec3& normal,
+                 const glm::dvec3& towards_outside, double relative_ior);
+
+}  // namespace crownfit

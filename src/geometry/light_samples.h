@@ -1,0 +1,27 @@
+#pragma once
+// Points on lamps, as seen from a point: a stratified quadrature of the incident light.
+
+#include <cstdint>
+#include <vector>
+
+#include "calibration/light_rig.h"
+
+namespace crownfit {
+
+/// One direction's share of the light: irradiance on a surface of normal n is weight x max(0, n.direction).
+struct LightSample {
+  glm::dvec3 direction;  ///< unit, towards the light
+  double distance_mm;    ///< infinite for directional lights and domes
+  glm::dvec3 weight;     ///< per channel, in units of irradiance
+};
+
+/// `strata` x `strata` samples, jittered by `key`. For a dome they are cosine-distributed about `normal`.
+void SampleLight(const LightShape& light, const glm::dvec3& point, const glm::dvec3& normal, int strata, uint64_t key,
+                 std::vector<LightSample>& out);
+
+/// Dome samples for a glossy surface seen from `view`: half cosine-distributed, half by the GGX lobe of `roughness`,
+/// combined by the balance heuristic (Veach 1995), so that the weights do not depend on the roughness fitted later.
+void SampleDomeForGloss(const DomeLight& dome, const glm::dvec3& normal, const glm::dvec3& view, double roughness,
+                        int strata, uint64_t key, std::vector<LightSample>& out);
+
+}  // namespace crownfit

@@ -1,0 +1,24 @@
+#pragma once
+// Strict readers for PLY, STL and OBJ: libraries drop vertex properties, merge NaN vertices or accept truncated files.
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "geometry/triangle_mesh.h"
+
+namespace crownfit {
+
+/// Reads the triangles as they stand (polygons become fans, STL corners at equal positions are merged).
+/// Throws InputError: missing, truncated, not finite, index out of range, no triangles.
+TriangleMesh ReadMeshFile(const std::filesystem::path& file);
+
+/// Binary little-endian PLY. Vertex properties are written as doubles.
+void WritePly(const std::filesystem::path& file, const TriangleMesh& mesh);
+
+/// Reads a closed surface in millimetres: welds double vertices, drops triangles without area, turns faces so that
+/// they all look outwards. What was repaired is added to `messages`; what can't be repaired is refused
+/// (open edges, a size that is not that of a crown).
+TriangleMesh ReadClosedSurface(const std::filesystem::path& file, std::vector<std::string>& messages);
+
+}  // namespace crownfit

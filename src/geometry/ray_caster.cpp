@@ -1,0 +1,137 @@
+#include "geometry/ray_caster.h"
+
+#include <embree3/rtcore.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "base/error.h"
+
+namespace crownfit {
+namespace {
+
+/// Closest point on a triangle (Ericson, Real-Time Collision Detection, 2005, section 5.1.5).
+glm::dvec3 ClosestPoint(const glm::dvec3& p, const glm::dvec3& a, const glm::dvec3& b, const glm::dvec3& c) {
+  const glm::dvec3 ab = b - a, ac = c - a, ap = p - a;
+  const double d1 = glm::dot(ab, ap), d2 = glm::dot(ac, ap);
+  if (d1 <= 0 && d2 <= 0) return a;
+  const glm::dvec3 bp = p - b;
+  const double d3 = glm::dot(ab, bp), d4 = glm::dot(ac, bp);
+  if (d3 >= 0 && d4 <= d3) return b;
+  const double vc = d1 * d4 - d3 * d2;
+  if (vc <= 0 && d1 >= 0 && d3 <= 0) return a + d1 / (d1 - d3) * ab;
+  const glm::dvec3 cp = p - c;
+  const double d5 = glm::dot(ab, cp), d6 = glm::dot(ac, cp);
+  if (d6 >= 0 && d5 <= d6) return c;
+  const double vb = d5 * d2 - d1 * d6;
+  if (vb <= 0 && d2 >= 0 && d6 <= 0) return a + d2 / (d2 - d6) * ac;
+  const double va = d3 * d6 - d5 * d4;
+  if (va <= 0 && d4 - d3 >= 0 && d5 - d6 >= 0) return b + (d4 - d3) / ((d4 - d3) + (d5 - d6)) * (c - b);
+  const double sum = 1.0 / (va + vb + vc);
+  return a + vb * sum * ab + vc * sum * ac;
+}
+
+struct NearestSurface {
+  const std::vector<const TriangleMesh*>* meshes;
+  double distance = kFar;
+};
+
+bool VisitTriangle(RTCPointQueryFunctionArguments* args) {
+  auto& best = *static_cast<NearestSurface*>(args->userPtr);
+  const TriangleMesh& mesh = *(*best.meshes)[args->geomID];
+  const glm::ivec3 t = mesh.triangles[args->primID];
+  const glm::dvec3 p(args->query->x, args->query->y, args->query->z);
+  const double d = glm::distance(p, ClosestPoint(p, mesh.vertices[t.x], mesh.vertices[t.y], mesh.vertices[t.z]));
+  if (d >= best.distance) return false;
+  best.distance = d;
+  args->query->radius = static_cast<float>(d) * (1.0f + 1e-6f);
+  return true;
+}
+
+RTCRay MakeRay(const glm::dvec3& o, const glm::dvec3& d, double min_mm, double max_mm) {
+  RTCRay ray{};
+  ray.org_x = static_cast<float>(o.x);
+  ray.org_y = static_cast<float>(o.y);
+  ray.org_z = static_cast<float>(o.z);
+  ray.dir_x = static_cast<float>(d.x);
+  ray.dir_y = static_cast<float>(d.y);
+  ray.dir_z = static_cast<float>(d.z);
+  ray.tnear = static_cast<float>(min_mm);
+  ray.tfar = static_cast<float>(max_mm);
+  ray.mask = ~0u;
+  return ray;
+}
+
+}  // namespace
+
+struct RayCaster::Impl {
+  RTCDevice device = nullptr;
+  RTCScene scene = nullptr;
+  std::vector<const TriangleMesh*> meshes;
+  ~Impl() {
+    rtcReleaseScene(scene);
+    rtcReleaseDevice(device);
+  }
+};
+
+RayCaster::RayCaster(const std::vector<const TriangleMesh*>& meshes) : impl_(std::make_unique<Impl>()) {
+  impl_->meshes = meshes;
+  impl_->device = rtcNewDevice("threads=1");  // the same tree whatever the machine's processors
+  Check(impl_->device != nullptr, "Embree starts");
+  impl_->scene = rtcNewScene(impl_->device);
+  rtcSetSceneFlags(impl_->scene, RTC_SCENE_FLAG_ROBUST);  // no leaks between neighbouring triangles
+  for (size_t m = 0; m < meshes.size(); ++m) {
+    const RTCGeometry geometry = rtcNewGeometry(impl_->device, RTC_GEOMETRY_TYPE_TRIANGLE);
+    auto* v = static_cast<float*>(rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3,
+                                                          3 * sizeof(float), meshes[m]->vertices.size()));
+    for (const auto& p : meshes[m]->vertices)
+      for (int k = 0; k < 3; ++k) *v++ = static_cast<float>(p[k]);
+    auto* t = static_cast<unsigned*>(rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3,
+                                                             3 * sizeof(unsigned), meshes[m]->triangles.size()));
+    for (const auto& f : meshes[m]->triangles)
+      for (int k = 0; k < 3; ++k) *t++ = static_cast<unsigned>(f[k]);
+    rtcCommitGeometry(geometry);
+    rtcAttachGeometryByID(impl_->scene, geometry, static_cast<unsigned>(m));
+    rtcReleaseGeometry(geometry);
+  }
+  rtcCommitScene(impl_->scene);
+  Check(rtcGetDeviceError(impl_->device) == RTC_ERROR_NONE, "Embree builds the scene");
+}
+
+RayCaster::~RayCaster() = default;
+RayCaster::RayCaster(RayCaster&&) noexcept = default;
+RayCaster& RayCaster::operator=(RayCaster&&) noexcept = default;
+
+std::optional<Hit> RayCaster::Nearest(const glm::dvec3& origin, const glm::dvec3& direction, double min_mm,
+                                      double max_mm) const {
+  RTCIntersectContext context;
+  rtcInitIntersectContext(&context);
+  RTCRayHit query{};
+  query.ray = MakeRay(origin, direction, min_mm, max_mm);
+  query.hit.geomID = RTC_INVALID_GEOMETRY_ID;
+  rtcIntersect1(impl_->scene, &context, &query);
+  if (query.hit.geomID == RTC_INVALID_GEOMETRY_ID) return std::nullopt;
+  const double u = query.hit.u, v = query.hit.v;
+  return Hit{query.ray.tfar, static_cast<int>(query.hit.geomID),
+             SurfacePoint{static_cast<int>(query.hit.primID), {1.0 - u - v, u, v}}};
+}
+
+bool RayCaster::Occluded(const glm::dvec3& origin, const glm::dvec3& direction, double min_mm, double max_mm) const {
+  RTCIntersectContext context;
+  rtcInitIntersectContext(&context);
+  RTCRay ray = MakeRay(origin, direction, min_mm, max_mm);
+  rtcOccluded1(impl_->scene, &context, &ray);
+  return ray.tfar < 0;
+}
+
+double RayCaster::DistanceToSurface(const glm::dvec3& p) const {
+  NearestSurface best{&impl_->meshes};
+  RTCPointQueryContext context;
+  rtcInitPointQueryContext(&context);
+  RTCPointQuery query{static_cast<float>(p.x), static_cast<float>(p.y), static_cast<float>(p.z), 0.0f,
+                      std::numeric_limits<float>::infinity()};
+  rtcPointQuery(impl_->scene, &query, &context, VisitTriangle, &best);
+  return best.distance;
+}
+
+}  // namespace crownfit

@@ -1,0 +1,42 @@
+#pragma once
+// Rays against triangles. Embree is named in ray_caster.cpp only.
+
+#include <limits>
+#include <memory>
+#include <optional>
+#include <vector>
+
+#include "geometry/triangle_mesh.h"
+
+namespace crownfit {
+
+inline constexpr double kFar = std::numeric_limits<double>::infinity();
+
+struct Hit {
+  double distance_mm;
+  int mesh;  ///< index into the list the caster was built from
+  SurfacePoint point;
+};
+
+/// Immutable after construction; safe to use from several threads. Embree computes in single precision: positions are
+/// good to about 1e-6 of the scene's size.
+class RayCaster {
+ public:
+  explicit RayCaster(const std::vector<const TriangleMesh*>& meshes);
+  ~RayCaster();
+  RayCaster(RayCaster&&) noexcept;
+  RayCaster& operator=(RayCaster&&) noexcept;
+
+  /// Nearest hit with min < distance < max; `direction` is a unit vector.
+  std::optional<Hit> Nearest(const glm::dvec3& origin, const glm::dvec3& direction, double min_mm = 0.0,
+                             double max_mm = kFar) const;
+  bool Occluded(const glm::dvec3& origin, const glm::dvec3& direction, double min_mm = 0.0, double max_mm = kFar) const;
+  /// Distance to the nearest triangle, computed in double precision on that triangle.
+  double DistanceToSurface(const glm::dvec3& point) const;
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace crownfit

@@ -1,0 +1,37 @@
+#pragma once
+// The distance inward from a closed surface, on a grid, and its level surfaces: the inward offsets that separate
+// layers.
+
+#include <optional>
+
+#include "geometry/ray_caster.h"
+#include "geometry/triangle_mesh.h"
+
+namespace crownfit {
+
+/// Depth below a closed surface at the nodes of a regular grid: > 0 inside, < 0 outside.
+class DepthField {
+ public:
+  /// `mesh` must outlive the field. Grid step: the larger of 0.06 mm and 1/150 of the mesh's diagonal.
+  DepthField(const TriangleMesh& mesh, int threads);
+
+  double max_depth_mm() const { return max_depth_mm_; }
+
+  /// The closed surface at a depth; its vertices lie at that depth to 1e-3 mm except on the ridges where the inward
+  /// offset has edges. Dual contouring by surface nets (Gibson 1998). Nothing when nothing is that deep.
+  std::optional<TriangleMesh> LevelSurface(double depth_mm) const;
+
+ private:
+  double at(int i, int j, int k) const { return depth_mm_[(static_cast<size_t>(k) * size_.y + j) * size_.x + i]; }
+  RayCaster caster_;
+  glm::dvec3 origin_;
+  double step_mm_;
+  glm::ivec3 size_;
+  std::vector<float> depth_mm_;
+  double max_depth_mm_ = 0;
+};
+
+/// True when `point` lies inside the closed surface (majority of three rays; Embree's robust mode leaves no cracks).
+bool IsInside(const RayCaster& surface, const TriangleMesh& mesh, const glm::dvec3& point);
+
+}  // namespace crownfit

@@ -1,0 +1,29 @@
+// crownfit <command>: a table from command to function, and what becomes of errors.
+
+#include <cstdio>
+#include <exception>
+#include <functional>
+#include <map>
+#include <string>
+
+#include "base/error.h"
+#include "commands.h"
+
+int main(int argc, char** argv) {
+  const std::map<std::string, std::function<int(const crownfit::CommandLine&)>> commands{
+      {"check", crownfit::RunCheck},
+      {"compare", crownfit::RunCompare},
+      {"fit", crownfit::RunFit},
+      {"render", crownfit::RunRender},
+  };
+  try {
+    const crownfit::CommandLine line = crownfit::ParseCommandLine(argc, argv);
+    return line.exit_code ? *line.exit_code : commands.at(line.command)(line);
+  } catch (const crownfit::InputError& e) {
+    std::fprintf(stderr, "crownfit: %s\n", e.what());
+    return 2;
+  } catch (const std::exception& e) {
+    std::fprintf(stderr, "crownfit: internal error: %s\n", e.what());
+    return 4;
+  }
+}

@@ -1,0 +1,144 @@
+#pragma once
+// The diffusing layer as the shader model sees it: which share of the light entering at a point leaves within each ring
+// around it, on the same side (reflection) and on the opposite one (transmission), as a function of the layer's
+// thickness.
+
+#include <cmath>
+#include <vector>
+
+#include "optics/fresnel_moments.h"
+#include "optics/shading_terms.h"
+
+namespace crownfit {
+
+template <class T>
+struct DiffuserOptics {
+  T reduced_scattering, absorption, g, relative_ior;  ///< relative_ior: to the medium outside the whole object
+};
+
+/// Shares per ring at one thickness.
+template <class T>
+struct RingShares {
+  std::vector<T> reflected, transmitted;
+  T total_reflected, total_transmitted;
+};
+
+/// Shares at one thickness. Source: exponential, as 4 points of equal flux (Gauss); boundaries: images (Donner and
+/// Jensen 2005), rings in closed form; totals: the closed form of the infinite sum, the last ring takes what the others
+/// leave.
+template <class T>
+RingShares<T> DiffuserShares(const DiffuserOptics<T>& o, double thickness_mm,
+                             const std::vector<double>& outer_radius_mm) {
+  using std::exp;
+  using std::log;
+  using std::sqrt;
+  using Term = Terms<T>;
+  constexpr int kImages = 3;  // to either side; rings end where the next image would change them by less than 1e-4
+  constexpr double kNode[4] = {0.0694318442029737, 0.3300094782075719, 0.6699905217924281, 0.9305681557970263};
+  constexpr double kWeight[4] = {0.1739274225687269, 0.3260725774312731, 0.3260725774312731, 0.1739274225687269};
+
+  const T extinction = o.reduced_scattering + o.absorption;
+  const T diffusion = Term::DiffusionCoefficient(o.reduced_scattering, o.absorption, o.g);
+  const T transport = sqrt(Term::TransportSquared(o.absorption, diffusion));
+  const T zb = 2.0 * MomentsOf(o.relative_ior).boundary_A * diffusion;
+  const T d(thickness_mm), length = d + 2.0 * zb;
+
+  RingShares<T> shares;
+  shares.total_reflected = Term::SlabReflectance(o.reduced_scattering, extinction, transport, d, zb, zb);
+  shares.total_transmitted = Term::SlabTransmittance(o.reduced_scattering, extinction, transport, d, zb, zb);
+  const T scattered = o.reduced_scattering / extinction * (1.0 - exp(-extinction * d));
+  T reflected_before(0.0), transmitted_before(0.0);
+  for (double radius : outer_radius_mm) {
+    T reflected(0.0), transmitted = Term::Attenuation(extinction, d);
+    for (int s = 0; s < 4; ++s) {
+      // Depth below which the share 1 - kNode of the scattering happens.
+      const T depth = -log(1.0 - kNode[s] * (1.0 - exp(-extinction * d))) / extinction;
+      T up(0.0), down(0.0);
+      for (int i = -kImages; i <= kImages; ++i) {
+        const T real = 2.0 * static_cast<double>(i) * length + depth,
+                image = 2.0 * static_cast<double>(i) * length - depth - 2.0 * zb;
+        up += Term::PointSourceFlux(transport, real, T(radius)) - Term::PointSourceFlux(transport, image, T(radius));
+        down += Term::PointSourceFlux(transport, d - real, T(radius)) -
+                Term::PointSourceFlux(transport, d - image, T(radius));
+      }
+      reflected += kWeight[s] * scattered * up;
+      transmitted += kWeight[s] * scattered * down;
+    }
+    shares.reflected.push_back(reflected - reflected_before);
+    shares.transmitted.push_back(transmitted - transmitted_before);
+    reflected_before = reflected;
+    transmitted_before = transmitted;
+  }
+  shares.reflected.push_back(shares.total_reflected - reflected_before);
+  shares.transmitted.push_back(shares.total_transmitted - transmitted_before);
+  return shares;
+}
+
+/// DiffuserShares tabulated over thickness and interpolated by cubics (Catmull-Rom) in ln(thickness + 0.1 mm).
+template <class T>
+class DiffuserTable {
+ public:
+  DiffuserTable(const DiffuserOptics<T>& optics, const std::vector<double>& outer_radius_mm) {
+    for (int i = 0; i < kNodes; ++i) nodes_.push_back(DiffuserShares(optics, Thickness(i), outer_radius_mm));
+  }
+
+  /// Weights of the four nodes around a thickness; kept so that several rings share the work.
+  struct Place {
+    int first;
+    T weight[4];
+  };
+  Place At(const T& thickness_mm) const {
+    using std::log;
+    const T d = Terms<T>::clamp(thickness_mm, T(0.0), T(Thickness(kNodes - 1)));
+    const T u = (log(d + kShift_mm) - std::log(kShift_mm)) / kStep;
+    const double whole = Whole(u);
+    const T f = u - whole, f2 = f * f, f3 = f2 * f;
+    Place p;
+    p.first = static_cast<int>(whole) - 1;
+    p.weight[0] = 0.5 * (2.0 * f2 - f3 - f);
+    p.weight[1] = 0.5 * (3.0 * f3 - 5.0 * f2 + 2.0);
+    p.weight[2] = 0.5 * (4.0 * f2 - 3.0 * f3 + f);
+    p.weight[3] = 0.5 * (f3 - f2);
+    // At the ends the missing node is the straight continuation of its neighbours.
+    if (p.first < 0) Fold(p.weight[0], p.weight[1], p.weight[2]);
+    if (p.first + 3 >= kNodes) Fold(p.weight[3], p.weight[2], p.weight[1]);
+    return p;
+  }
+  T Reflected(const Place& p, int ring) const {
+    return Sum(p, [&](int i) -> const T& { return nodes_[i].reflected[ring]; });
+  }
+  T Transmitted(const Place& p, int ring) const {
+    return Sum(p, [&](int i) -> const T& { return nodes_[i].transmitted[ring]; });
+  }
+  T TotalReflected(const Place& p) const {
+    return Sum(p, [&](int i) -> const T& { return nodes_[i].total_reflected; });
+  }
+  T TotalTransmitted(const Place& p) const {
+    return Sum(p, [&](int i) -> const T& { return nodes_[i].total_transmitted; });
+  }
+
+ private:
+  static constexpr int kNodes = 22;
+  static constexpr double kShift_mm = 0.1, kStep = 0.25;  // 0 to 19 mm
+  static double Thickness(int i) { return kShift_mm * (std::exp(kStep * i) - 1.0); }
+  static double Whole(const T& u) {
+    int i = 0;
+    while (i + 2 < kNodes && u >= static_cast<double>(i + 1)) ++i;
+    return i;
+  }
+  static void Fold(T& missing, T& next, T& after) {
+    next += 2.0 * missing;
+    after -= missing;
+    missing = T(0.0);
+  }
+  template <class Value>
+  T Sum(const Place& p, const Value& value) const {
+    T sum(0.0);
+    for (int k = 0; k < 4; ++k)
+      if (p.first + k >= 0 && p.first + k < kNodes) sum += p.weight[k] * value(p.first + k);
+    return sum;
+  }
+  std::vector<RingShares<T>> nodes_;
+};
+
+}  // namespace crownfit

@@ -1,0 +1,28 @@
+#pragma once
+// A material: values of every parameter of every layer, in the capture's channels.
+
+#include <string>
+#include <vector>
+
+#include "calibration/capture.h"
+#include "calibration/parameters.h"
+
+namespace crownfit {
+
+using ChannelValues = std::array<double, kChannels>;
+
+struct Material {
+  struct Layer {
+    std::string name;
+    std::array<ChannelValues, kParameters.size()> values{};
+    ChannelValues& operator[](Quantity q) { return values[static_cast<size_t>(q)]; }
+    const ChannelValues& operator[](Quantity q) const { return values[static_cast<size_t>(q)]; }
+  };
+  std::vector<Layer> layers;  ///< outermost first
+  Layer surface;              ///< only the surface's rows are meant
+};
+
+/// Initial and fixed values of a capture.
+Material StatedMaterial(const Capture& capture);
+
+}  // namespace crownfit

@@ -1,0 +1,21 @@
+#pragma once
+// Pictures as plain arrays.
+
+#include <cstddef>
+#include <vector>
+
+namespace crownfit {
+
+/// Row by row from the top left; `channels` values per pixel.
+struct Image {
+  int width = 0, height = 0, channels = 3;
+  std::vector<float> values;
+
+  Image() = default;
+  Image(int w, int h, int c, float value = 0.0f)
+      : width(w), height(h), channels(c), values(static_cast<size_t>(w) * h * c, value) {}
+  float& at(int x, int y, int c) { return values[(static_cast<size_t>(y) * width + x) * channels + c]; }
+  float at(int x, int y, int c) const { return values[(static_cast<size_t>(y) * width + x) * channels + c]; }
+};
+
+}  // namespace crownfit

@@ -1,0 +1,73 @@
+#include "photo/image_io.h"
+
+#include <OpenImageIO/imagebuf.h>
+#include <OpenImageIO/imagebufalgo.h>
+#include <OpenImageIO/imageio.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "base/error.h"
+#include "base/files.h"
+
+namespace crownfit {
+namespace {
+
+[[noreturn]] void Damaged(const std::filesystem::path& file, std::string reason) {
+  reason = reason.substr(0, 300);
+  throw InputError(file, "", "the image can't be read: " + (reason.empty() ? "unknown format" : reason),
+                   "Write the file again; EXR, PNG and TIFF are read.");
+}
+
+}  // namespace
+
+ImageFile ReadImageFile(const std::filesystem::path& file) {
+  std::error_code ignored;
+  if (!std::filesystem::is_regular_file(file, ignored)) throw InputError(file, "", "there is no such image file");
+  if (std::filesystem::file_size(file, ignored) == 0) Damaged(file, "the file is empty");
+  (void)OIIO::geterror();  // forget complaints about earlier files
+  const auto input = OIIO::ImageInput::open(file.string());
+  if (!input) Damaged(file, OIIO::geterror());
+  const OIIO::ImageSpec spec = input->spec();
+  if (spec.width < 1 || spec.height < 1 || spec.width > 20000 || spec.height > 20000)
+    Damaged(file, "its size " + std::to_string(spec.width) + " x " + std::to_string(spec.height) + " makes no sense");
+
+  ImageFile result;
+  result.image = Image(spec.width, spec.height, spec.nchannels);
+  const bool read = input->read_image(0, 0, 0, spec.nchannels, OIIO::TypeDesc::FLOAT, result.image.values.data());
+  // read_image returns true on truncated TIFF files: a non-empty error string is a failure too.
+  const std::string complaint = input->geterror() + OIIO::geterror();
+  if (!read || !complaint.empty()) Damaged(file, complaint);
+  for (float v : result.image.values) {
+    if (!std::isfinite(v)) throw InputError(file, "", "the image holds a value that is not finite (NaN or infinity)");
+  }
+  result.is_integer = !spec.format.is_floating_point();
+  const std::string space = spec.get_string_attribute("oiio:ColorSpace");
+  const bool eight_bit = spec.format.basesize() == 1;
+  result.is_srgb_encoded = result.is_integer && space.find("inear") == std::string::npos &&
+                           (eight_bit || space.find("RGB") != std::string::npos);
+  return result;
+}
+
+void WriteImageFile(const std::filesystem::path& file, const Image& image, bool half) {
+  WriteBesideAndRename(file, [&](const std::filesystem::path& beside) {
+    const bool exr = file.extension() == ".exr";
+    OIIO::ImageSpec spec(image.width, image.height, image.channels,
+                         exr ? (half ? OIIO::TypeDesc::HALF : OIIO::TypeDesc::FLOAT) : OIIO::TypeDesc::UINT8);
+    if (!exr) spec.attribute("oiio:ColorSpace", "sRGB");
+    const auto output = OIIO::ImageOutput::create(beside.string());
+    if (!output || !output->open(beside.string(), spec) ||
+        !output->write_image(OIIO::TypeDesc::FLOAT, image.values.data()) || !output->close())
+      throw InputError(file, "", "the image can't be written: " + (output ? output->geterror() : OIIO::geterror()));
+  });
+}
+
+void DrawText(Image& image, int x, int y, int size_px, const std::string& text, float grey) {
+  OIIO::ImageBuf buffer(OIIO::ImageSpec(image.width, image.height, image.channels, OIIO::TypeDesc::FLOAT),
+                        image.values.data());
+  const std::vector<float> colour(image.channels, grey);
+  OIIO::ImageBufAlgo::render_text(buffer, x, y, text, size_px, "DejaVuSans", colour);
+  (void)OIIO::geterror();
+}
+
+}  // namespace crownfit

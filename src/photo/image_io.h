@@ -1,0 +1,27 @@
+#pragma once
+// Image files. OpenImageIO is named in image_io.cpp only.
+
+#include <filesystem>
+#include <string>
+
+#include "photo/image.h"
+
+namespace crownfit {
+
+struct ImageFile {
+  Image image;
+  bool is_integer = false;       ///< 8- or 16-bit file: values are scaled to [0, 1] and 1 means saturated
+  bool is_srgb_encoded = false;  ///< the values are sRGB-encoded (PNG, JPEG and 8-bit TIFF unless the file says linear)
+};
+
+/// EXR, PNG, TIFF (8, 16, 32 bit) and what else OpenImageIO reads. Values as stored, nothing is linearised here.
+/// Throws InputError when the file is missing, damaged or truncated, or holds a value that is not finite.
+ImageFile ReadImageFile(const std::filesystem::path& file);
+
+/// .exr as 32-bit (or 16-bit when `half`) float; .png as 8 bit. Written beside and renamed.
+void WriteImageFile(const std::filesystem::path& file, const Image& image, bool half = false);
+
+/// Draws text with its baseline's left end at (x, y). Without any font on the machine nothing is drawn.
+void DrawText(Image& image, int x, int y, int size_px, const std::string& text, float grey = 1.0f);
+
+}  // namespace crownfit

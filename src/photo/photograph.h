@@ -1,0 +1,47 @@
+#pragma once
+// A photograph as measured light: linear values, a variance and a usable flag for every pixel.
+
+#include <array>
+#include <cstdint>
+#include <filesystem>
+#include <optional>
+#include <vector>
+
+#include "photo/image.h"
+
+namespace crownfit {
+
+/// Sensor noise per channel: variance = gain x signal + read_noise^2 + (relative x signal)^2, in units of the signal.
+/// gain and read_noise come from noise.json; without one, 1 % relative noise and a floor of 0.0005 are assumed.
+struct SensorNoise {
+  std::array<double, 3> gain{0, 0, 0}, read_noise{0.0005, 0.0005, 0.0005}, black{0, 0, 0};
+  double relative = 0.01;
+  std::array<std::optional<double>, 3> saturation;
+};
+
+/// Reads noise.json ("crownfit-noise/1").
+SensorNoise ReadSensorNoise(const std::filesystem::path& file);
+
+struct PhotographFiles {
+  std::filesystem::path image;
+  std::optional<std::filesystem::path> mask, variance;
+  SensorNoise noise;
+  std::optional<double> saturation;  ///< linear value from which a pixel counts as saturated
+};
+
+struct Photograph {
+  Image linear;                 ///< three channels, proportional to the light, black level removed
+  Image variance;               ///< of `linear`, same shape
+  std::vector<uint8_t> usable;  ///< 1: inside the mask and not saturated; index y * width + x
+  bool has_mask = false, was_srgb_encoded = false;
+  int saturated_pixels = 0;  ///< inside the mask
+};
+
+/// Reads, linearises (IEC 61966-2-1 when the file is sRGB-encoded), masks (> 0.5) and gives every pixel its variance.
+/// Throws InputError naming the file.
+Photograph ReadPhotograph(const PhotographFiles& files);
+
+double LinearFromSrgb(double encoded);  ///< IEC 61966-2-1
+double SrgbFromLinear(double linear);   ///< its inverse, clamped to [0, 1]
+
+}  // namespace crownfit

@@ -1,0 +1,59 @@
+#pragma once
+// The result of a fit, as data: what material.json, run.json, the summary and the figures are written from.
+
+#include <string>
+#include <vector>
+
+#include "fit/free_parameters.h"
+#include "fit/solve.h"
+#include "fit/uncertainty.h"
+#include "report/colour_difference.h"
+
+namespace crownfit {
+
+struct FitOptions {
+  std::string model = "shader";
+  FitOverrides overrides;
+  bool use_priors = true;
+  uint64_t seed = 1;
+  int threads = 0;
+  size_t max_pixels_per_photograph = 6000;  ///< the fit takes every n-th pixel of larger ones; figures show them all
+  bool converged_blur = false;              ///< 49 taps in place of 13
+};
+
+struct PhotographResult {
+  std::string name;
+  bool is_holdout = false, exposure_is_free = false, was_srgb_encoded = false;
+  double exposure = 1.0;
+  double reduced_chi2 = 0;
+  int saturated_pixels = 0;
+  Image photograph, prediction;   ///< linear sensor values; the prediction is 0 where nothing was cast
+  std::vector<uint8_t> compared;  ///< the pixels that the errors are about
+  glm::dmat3 rgb_from_sensor{1.0};
+  ColourDifference difference;
+};
+
+struct CrownFit {
+  Capture capture;  ///< with the overrides applied
+  FitOptions options;
+  Material material;
+  Uncertainty uncertainty;
+  LinearScales scales;
+  std::vector<PhotographResult> photographs;
+  std::vector<double> mean_thickness_mm;  ///< per layer, of the fitted geometry
+  bool converged = false, usable = false;
+  int iterations = 0, casts = 0;
+  size_t fitted_pixels = 0;
+  std::vector<std::string> messages;  ///< what was repaired in the input
+  std::vector<std::string> reasons;   ///< why the result is not usable, and parameters at their bounds
+  std::vector<std::string> caveats;   ///< what can't be trusted, in words
+  std::string verdict;                ///< what the photographs can tell
+};
+
+/// Fills usable, reasons, caveats and verdict from the rest (the contract's rules).
+void Judge(CrownFit& fit);
+
+/// Limit of the reduced chi2 above which a fit is not usable.
+inline constexpr double kChi2Limit = 3.0;
+
+}  // namespace crownfit

@@ -1,0 +1,226 @@
+#include "report/result_files.h"
+
+#include <sys/resource.h>
+#include <unistd.h>
+
+#include <cmath>
+#include <cstdio>
+
+#include "base/files.h"
+#include "base/json_file.h"
+#include "photo/image_io.h"
+#include "report/figures.h"
+
+namespace crownfit {
+namespace {
+
+JsonValue OneOrList(const std::vector<double>& v) { return v.size() == 1 ? JsonValue(v[0]) : JsonValue(v); }
+
+JsonValue ParameterJson(const FittedParameter& p) {
+  JsonValue::Object o{{"value", OneOrList(p.value)}};
+  if (!p.stddev.empty()) {
+    o.emplace_back("stddev", OneOrList(p.stddev));
+    JsonValue::Array intervals;
+    for (size_t i = 0; i < p.value.size(); ++i) intervals.push_back(std::vector<double>{p.low95[i], p.high95[i]});
+    o.emplace_back("interval95", intervals.size() == 1 ? intervals[0] : JsonValue(intervals));
+  }
+  o.emplace_back("status", Word(p.status));
+  return o;
+}
+
+const FittedParameter* Find(const CrownFit& fit, size_t layer, Quantity quantity) {
+  for (const auto& p : fit.uncertainty.parameters)
+    if (p.layer == layer && p.quantity == quantity) return &p;
+  return nullptr;
+}
+
+/// thickness_mm is what people compare: where the next layer has its own mesh it is the measured mean times the scale.
+JsonValue ThicknessJson(const CrownFit& fit, size_t layer) {
+  const bool next_has_mesh = layer + 1 < fit.capture.layers.size() && fit.capture.layers[layer + 1].surface;
+  const FittedParameter* stated = Find(fit, layer, Quantity::kThickness);
+  const bool is_last = layer + 1 == fit.capture.layers.size();
+  if (!next_has_mesh && (!is_last || fit.capture.layers[layer][Quantity::kThickness].stated))
+    return ParameterJson(*stated);
+  FittedParameter p = *Find(fit, layer, Quantity::kThicknessScale);
+  const double mean = fit.mean_thickness_mm[layer];
+  for (auto* list : {&p.value, &p.stddev, &p.low95, &p.high95})
+    for (double& v : *list) v *= mean;
+  return ParameterJson(p);
+}
+
+JsonValue ErrorJson(const CrownFit& fit, const std::vector<const PhotographResult*>& photographs) {
+  // Over several photographs: blocks weigh alike, so means are weighted by block counts; quantiles are taken per
+  // photograph and averaged the same way.
+  double weight = 0, median = 0, p95 = 0, mean = 0, pt = 0, at = 0, pixel_median = 0, pixel_p95 = 0, chi2 = 0;
+  for (const auto* p : photographs) {
+    const double w = static_cast<double>(p->difference.blocks);
+    weight += w;
+    median += w * p->difference.median;
+    p95 += w * p->difference.p95;
+    mean += w * p->difference.mean;
+    pt += w * p->difference.share_below_pt;
+    at += w * p->difference.share_below_at;
+    pixel_median += w * p->difference.pixel_median;
+    pixel_p95 += w * p->difference.pixel_p95;
+    chi2 += w * p->reduced_chi2;
+  }
+  if (weight == 0) return JsonValue();
+  (void)fit;
+  return JsonValue::Object{{"de00_median", median / weight},       {"de00_p95", p95 / weight},
+                           {"de00_mean", mean / weight},           {"share_below_pt", pt / weight},
+                           {"share_below_at", at / weight},        {"de00_median_pixel", pixel_median / weight},
+                           {"de00_p95_pixel", pixel_p95 / weight}, {"reduced_chi2", chi2 / weight}};
+}
+
+JsonValue LayerJson(const CrownFit& fit, size_t layer) {
+  JsonValue::Object o{{"name", fit.capture.layers[layer].name}};
+  for (const auto& row : kParameters) {
+    if (row.owner != Owner::kLayer) continue;
+    if (row.quantity == Quantity::kThickness) {
+      o.emplace_back(row.key, ThicknessJson(fit, layer));
+      continue;
+    }
+    if (row.quantity == Quantity::kThicknessScale && !fit.capture.layers[layer][Quantity::kThicknessScale].stated)
+      continue;
+    o.emplace_back(row.key, ParameterJson(*Find(fit, layer, row.quantity)));
+  }
+  return o;
+}
+
+JsonValue ViewerJson(const CrownFit& fit) {
+  // The fit's own model is the viewer's, so the effective parameters are the fitted ones.
+  JsonValue::Array layers;
+  for (const auto& layer : fit.material.layers) {
+    JsonValue::Object o{{"name", layer.name}};
+    for (Quantity q : {Quantity::kIor, Quantity::kReducedScattering, Quantity::kAbsorption})
+      o.emplace_back(RowOf(q).key, std::vector<double>(layer[q].begin(), layer[q].end()));
+    layers.push_back(o);
+  }
+  return JsonValue::Object{
+      {"note", "effective parameters of the real-time shader; not physical when the fit used another model"},
+      {"layers", layers},
+      {"roughness", fit.material.surface[Quantity::kRoughness][0]}};
+}
+
+JsonValue ProvenanceJson(const CrownFit& fit) {
+  JsonValue::Object digests;
+  for (const auto& file : fit.capture.input_files)
+    digests.emplace_back(std::filesystem::relative(file, fit.capture.folder).generic_string(), Sha256OfFile(file));
+  JsonValue::Array fixed, freed;
+  for (const auto& [name, value] : fit.options.overrides.fix)
+    fixed.push_back(JsonValue::Object{{"name", name}, {"value", value}});
+  for (const auto& name : fit.options.overrides.free) freed.push_back(name);
+  return JsonValue::Object{
+      {"crownfit", CROWNFIT_VERSION},
+      {"inputs_sha256", digests},
+      {"seed", static_cast<double>(fit.options.seed)},
+      {"options",
+       JsonValue::Object{{"model", fit.options.model},
+                         {"fix", fixed},
+                         {"free", freed},
+                         {"priors", fit.options.use_priors},
+                         {"converged_blur", fit.options.converged_blur},
+                         {"max_pixels_per_photograph", static_cast<double>(fit.options.max_pixels_per_photograph)}}}};
+}
+
+}  // namespace
+
+std::string MaterialJson(const CrownFit& fit) {
+  JsonValue::Array channels, layers;
+  for (int c = 0; c < kChannels; ++c)
+    channels.push_back(
+        JsonValue::Object{{"name", fit.capture.channel_names[c]}, {"wavelength_nm", fit.capture.wavelengths_nm[c]}});
+  for (size_t l = 0; l < fit.capture.layers.size(); ++l) layers.push_back(LayerJson(fit, l));
+  JsonValue::Object surface, by_name, scales;
+  for (const auto& row : kParameters)
+    if (row.owner == Owner::kSurface)
+      surface.emplace_back(row.key, ParameterJson(*Find(fit, kSurfaceOwner, row.quantity)));
+  std::vector<const PhotographResult*> used, held_out;
+  for (const auto& p : fit.photographs) {
+    (p.is_holdout ? held_out : used).push_back(&p);
+    by_name.emplace_back(p.name, ErrorJson(fit, {&p}));
+    if (p.exposure_is_free) scales.emplace_back("exposure_scale " + p.name, p.exposure);
+  }
+  for (size_t l = 0; l < fit.capture.lights.size(); ++l)
+    if (fit.capture.lights[l].scale_is_free)
+      scales.emplace_back("intensity_scale " + fit.capture.lights[l].name, fit.scales.light[l]);
+  const Uncertainty& u = fit.uncertainty;
+  return ToJsonText(JsonValue::Object{{"format", "crownfit-material/1"},
+                                      {"model", fit.options.model},
+                                      {"status", fit.usable ? "usable" : "not_usable"},
+                                      {"reasons", fit.reasons},
+                                      {"caveats", fit.caveats},
+                                      {"channels", channels},
+                                      {"layers", layers},
+                                      {"surface", surface},
+                                      {"viewer", ViewerJson(fit)},
+                                      {"image_error", JsonValue::Object{{"fit", ErrorJson(fit, used)},
+                                                                        {"holdout", ErrorJson(fit, held_out)},
+                                                                        {"photographs", by_name}}},
+                                      {"identifiability", JsonValue::Object{{"verdict", fit.verdict},
+                                                                            {"weak_directions", u.weak_directions},
+                                                                            {"condition", u.condition},
+                                                                            {"reduced_chi2", u.reduced_chi2},
+                                                                            {"block_chi2", u.block_chi2},
+                                                                            {"variance_inflation", u.inflation}}},
+                                      {"linear_scales", scales},
+                                      {"provenance", ProvenanceJson(fit)}});
+}
+
+void WriteResult(const std::filesystem::path& folder, const CrownFit& fit, const RunRecord& run) {
+  for (const auto& p : fit.photographs)
+    WriteImageFile(folder / "figures" / (p.name + ".png"),
+                   TriptychFigure(p.photograph, p.prediction, p.compared, p.difference, p.rgb_from_sensor,
+                                  p.name + (p.is_holdout ? " (held out)" : "")));
+  rusage usage{};
+  getrusage(RUSAGE_SELF, &usage);
+  char host[256] = "";
+  gethostname(host, sizeof host - 1);
+  WriteTextFile(folder / "run.json",
+                ToJsonText(JsonValue::Object{{"format", "crownfit-run/1"},
+                                             {"command_line", run.command_line},
+                                             {"host", host},
+                                             {"instruction_set", CROWNFIT_INSTRUCTION_SET},
+                                             {"threads", run.threads},
+                                             {"wall_s", run.wall_s},
+                                             {"peak_memory_MiB", static_cast<double>(usage.ru_maxrss) / 1024.0},
+                                             {"iterations", fit.iterations},
+                                             {"casts", fit.casts},
+                                             {"fitted_pixels", static_cast<double>(fit.fitted_pixels)}}));
+  WriteTextFile(folder / "material.json", MaterialJson(fit));
+}
+
+std::string Summary(const CrownFit& fit) {
+  std::string text;
+  char line[400];
+  const auto add = [&](auto... arguments) {
+    std::snprintf(line, sizeof line, arguments...);
+    text += line;
+  };
+  add("%-38s %-7s %10s  %-24s %s\n", "parameter", "channel", "value", "95 % interval", "status");
+  for (const auto& p : fit.uncertainty.parameters) {
+    if (p.stddev.empty()) continue;
+    for (size_t i = 0; i < p.value.size(); ++i) {
+      char interval[64];
+      std::snprintf(interval, sizeof interval, "[%.4g, %.4g]", p.low95[i], p.high95[i]);
+      add("%-38s %-7s %10.4g  %-24s %s\n", i == 0 ? p.name.c_str() : "",
+          p.value.size() == 1 ? "all" : fit.capture.channel_names[i].c_str(), p.value[i], interval,
+          i == 0 ? Word(p.status) : "");
+    }
+  }
+  add("\n%-24s %8s %8s %12s %12s %8s\n", "photograph", "median", "95 %", "not seen", "acceptable", "chi2");
+  for (const auto& p : fit.photographs)
+    add("%-24s %8.2f %8.2f %10.0f %% %10.0f %% %8.2f%s\n", p.name.c_str(), p.difference.median, p.difference.p95,
+        100 * p.difference.share_below_pt, 100 * p.difference.share_below_at, p.reduced_chi2,
+        p.is_holdout ? "  held out" : "");
+  add("CIEDE2000 over 8 x 8 pixel blocks; not seen: at most 0.8, acceptable: at most 1.8.\n\n");
+  text += fit.verdict + "\n";
+  for (const auto& direction : fit.uncertainty.weak_directions) text += "  weak: " + direction + "\n";
+  text += "\n";
+  for (const auto& caveat : fit.caveats) text += "Note: " + caveat + "\n";
+  text += std::string("\nStatus: ") + (fit.usable ? "usable" : "NOT USABLE") + "\n";
+  for (const auto& reason : fit.reasons) text += "  because: " + reason + "\n";
+  return text;
+}
+
+}  // namespace crownfit

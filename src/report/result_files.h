@@ -1,0 +1,27 @@
+#pragma once
+// What a fit leaves in its folder: material.json, run.json, figures/<photograph>.png; and its summary for the terminal.
+
+#include <filesystem>
+#include <string>
+
+#include "report/crown_fit.h"
+
+namespace crownfit {
+
+/// What depends on the run and not on the input; written beside the material so that material.json stays the same.
+struct RunRecord {
+  std::string command_line;
+  int threads = 0;
+  double wall_s = 0;
+};
+
+/// Writes everything; material.json comes last, so that its presence says the result is whole.
+void WriteResult(const std::filesystem::path& folder, const CrownFit& fit, const RunRecord& run);
+
+/// The contract's material.json.
+std::string MaterialJson(const CrownFit& fit);
+
+/// The result in a page of text.
+std::string Summary(const CrownFit& fit);
+
+}  // namespace crownfit

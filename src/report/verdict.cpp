@@ -1,0 +1,93 @@
+#include <algorithm>
+#include <cstdio>
+
+#include "report/crown_fit.h"
+
+namespace crownfit {
+namespace {
+
+std::string Number(double v) {
+  char text[32];
+  std::snprintf(text, sizeof text, "%.3g", v);
+  return text;
+}
+
+std::string Names(const Uncertainty& u, Status status) {
+  std::string names;
+  for (const auto& p : u.parameters)
+    if (p.status == status) names += (names.empty() ? "" : ", ") + p.name;
+  return names;
+}
+
+void AddCaveats(CrownFit& fit) {
+  const Capture& capture = fit.capture;
+  const auto used = [&](const PhotographSpec& p) { return !p.is_holdout; };
+  bool every_exposure_free = true, encoded = false, colour_known = true, noise_known = true;
+  for (size_t i = 0; i < capture.photographs.size(); ++i) {
+    const PhotographSpec& p = capture.photographs[i];
+    if (!used(p)) continue;
+    every_exposure_free &= p.exposure_is_free;
+    encoded |= fit.photographs[i].was_srgb_encoded;
+    colour_known &= p.has_colour_file;
+    noise_known &= p.has_noise_file || p.files.variance.has_value();
+  }
+  if (encoded)
+    fit.caveats.push_back(
+        "The light was not calibrated: photographs are display-encoded (8-bit, sRGB assumed, the camera's own tone "
+        "curve "
+        "unknown). Ratios between bright and dark, and with them absorption and thickness, can't be trusted.");
+  if (encoded && !colour_known)
+    fit.caveats.push_back(
+        "The colour was not calibrated: no colour chart, white balance unknown. Differences between the channels, and "
+        "with them the colour of absorption and scattering, can't be trusted.");
+  if (every_exposure_free)
+    fit.caveats.push_back(
+        "Every exposure is free, so absolute reflectance is not identified: only the pattern over the crown and the "
+        "channels' ratios speak.");
+  if (!noise_known)
+    fit.caveats.push_back("No noise calibration: 1 % relative noise was assumed, and error bars rest on it.");
+  fit.caveats.push_back(
+      "Model `shader` treats light below the surface as in flat layers. On curved crowns it is wrong by several "
+      "CIEDE2000 "
+      "units at the sides, so its values describe the look in this model; they are not the tissue's coefficients.");
+  for (size_t l = 2; l < capture.layers.size(); ++l)
+    fit.caveats.push_back("Layer '" + capture.layers[l].name + "' is not seen by model `shader`.");
+}
+
+}  // namespace
+
+void Judge(CrownFit& fit) {
+  fit.reasons.clear();
+  fit.caveats.clear();
+  const Uncertainty& u = fit.uncertainty;
+  if (!fit.converged) fit.reasons.push_back("the optimiser did not converge");
+  if (u.reduced_chi2 > kChi2Limit)
+    fit.reasons.push_back("reduced chi2 is " + Number(u.reduced_chi2) + ", above the limit " + Number(kChi2Limit) +
+                          ": the model does not explain these photographs within their noise");
+  const bool any = std::any_of(u.parameters.begin(), u.parameters.end(), [](const FittedParameter& p) {
+    return p.status == Status::kFitted && p.quantity != Quantity::kRoughness && p.quantity != Quantity::kWetness;
+  });
+  if (!any)
+    fit.reasons.push_back("nothing physical was fitted: no scattering, absorption, thickness or index is identified");
+  fit.usable = fit.reasons.empty();
+  if (const std::string at_bound = Names(u, Status::kAtBound); !at_bound.empty())
+    fit.reasons.push_back("at a bound: " + at_bound);
+  AddCaveats(fit);
+  if (!fit.usable) {
+    // The circumstances that explain a refusal belong to its reasons.
+    for (const auto& caveat : fit.caveats)
+      if (caveat.find("not calibrated") != std::string::npos) fit.reasons.push_back(caveat);
+  }
+
+  const auto part = [&](Status status, const std::string& words) {
+    const std::string names = Names(u, status);
+    return names.empty() ? "" : words + names + ". ";
+  };
+  fit.verdict =
+      part(Status::kFitted, "The photographs identify ") + part(Status::kPrior, "Held by its prior, not measured: ") +
+      part(Status::kNotIdentified, "Not identified by these photographs: ") + part(Status::kAtBound, "At a bound: ");
+  if (fit.verdict.empty()) fit.verdict = "Nothing was free to fit. ";
+  fit.verdict.pop_back();
+}
+
+}  // namespace crownfit

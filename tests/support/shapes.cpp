@@ -1,0 +1,102 @@
+#include "support/shapes.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+namespace crownfit {
+namespace {
+
+constexpr double kTwoPi = 2.0 * std::numbers::pi;
+
+/// Closes a stack of equally long rings, given from bottom to top, counter-clockwise seen from the top.
+TriangleMesh Stack(const std::vector<std::vector<glm::dvec3>>& rings) {
+  TriangleMesh mesh;
+  const int n = static_cast<int>(rings[0].size());
+  for (const auto& ring : rings) mesh.vertices.insert(mesh.vertices.end(), ring.begin(), ring.end());
+  for (int k = 0; k + 1 < static_cast<int>(rings.size()); ++k) {
+    for (int i = 0; i < n; ++i) {
+      const int a = k * n + i, b = k * n + (i + 1) % n;
+      mesh.triangles.emplace_back(a, b, b + n);
+      mesh.triangles.emplace_back(a, b + n, a + n);
+    }
+  }
+  const auto cap = [&](int ring, bool up) {
+    glm::dvec3 centre(0.0);
+    for (const auto& p : rings[ring]) centre += p / static_cast<double>(n);
+    mesh.vertices.push_back(centre);
+    const int c = static_cast<int>(mesh.vertices.size()) - 1;
+    for (int i = 0; i < n; ++i) {
+      const int a = ring * n + i, b = ring * n + (i + 1) % n;
+      mesh.triangles.emplace_back(up ? glm::ivec3(a, b, c) : glm::ivec3(b, a, c));
+    }
+  };
+  cap(0, false);
+  cap(static_cast<int>(rings.size()) - 1, true);
+  return mesh;
+}
+
+}  // namespace
+
+TriangleMesh Sphere(double radius, int rings) {
+  std::vector<std::vector<glm::dvec3>> stack;
+  for (int k = 1; k < rings; ++k) {
+    const double theta = std::numbers::pi * (1.0 - static_cast<double>(k) / rings);
+    std::vector<glm::dvec3> ring;
+    for (int i = 0; i < 2 * rings; ++i) {
+      const double a = kTwoPi * i / (2 * rings);
+      ring.push_back(radius *
+                     glm::dvec3(std::sin(theta) * std::cos(a), std::sin(theta) * std::sin(a), std::cos(theta)));
+    }
+    stack.push_back(ring);
+  }
+  TriangleMesh mesh = Stack(stack);
+  mesh.vertices[mesh.vertices.size() - 2] = {0, 0, -radius};
+  mesh.vertices.back() = {0, 0, radius};
+  return mesh;
+}
+
+TriangleMesh Disc(double thickness, double radius, int sides) {
+  std::vector<std::vector<glm::dvec3>> stack;
+  for (const auto& [z, r] :
+       {std::pair{-thickness, 0.5 * radius}, {-thickness, radius}, {0.0, radius}, {0.0, 0.5 * radius}}) {
+    std::vector<glm::dvec3> ring;
+    for (int i = 0; i < sides; ++i)
+      ring.emplace_back(r * std::cos(kTwoPi * i / sides), r * std::sin(kTwoPi * i / sides), z);
+    stack.push_back(ring);
+  }
+  return Stack(stack);
+}
+
+TriangleMesh Box(const glm::dvec3& low, const glm::dvec3& high) {
+  std::vector<std::vector<glm::dvec3>> stack;
+  for (double z : {low.z, high.z})
+    stack.push_back({{low.x, low.y, z}, {high.x, low.y, z}, {high.x, high.y, z}, {low.x, high.y, z}});
+  return Stack(stack);
+}
+
+TriangleMesh Incisor() {
+  constexpr int kLevels = 60, kSides = 96;
+  std::vector<std::vector<glm::dvec3>> stack;
+  for (int k = 0; k <= kLevels; ++k) {
+    const double u = static_cast<double>(k) / kLevels, y = -5.0 + 10.0 * u;
+    double half_width = 3.2 + 1.0 * std::sin(0.5 * std::numbers::pi * std::min(1.0, 1.2 * u));
+    double half_depth = 0.45 + 2.6 * std::pow(1.0 - u, 1.25);
+    // Round both ends off, the edge more sharply than the neck.
+    const double to_edge = std::clamp((1.0 - u) / 0.08, 0.0, 1.0), to_neck = std::clamp(u / 0.05, 0.0, 1.0);
+    const double round = std::min(std::sqrt(1.0 - (1.0 - to_edge) * (1.0 - to_edge)), 0.7 + 0.3 * std::sqrt(to_neck));
+    half_width *= std::max(0.06, round);
+    half_depth *= std::max(0.06, round);
+    const double bulge = 0.5 * std::sin(std::numbers::pi * u), power = 2.3;
+    std::vector<glm::dvec3> ring;
+    for (int i = 0; i < kSides; ++i) {
+      const double a = -kTwoPi * i / kSides, c = std::cos(a), s = std::sin(a);
+      const double r = std::pow(std::pow(std::abs(c), power) + std::pow(std::abs(s), power), -1.0 / power);
+      ring.emplace_back(half_width * r * c, y, bulge + half_depth * r * s);
+    }
+    stack.push_back(ring);
+  }
+  return Stack(stack);
+}
+
+}  // namespace crownfit

@@ -1,0 +1,20 @@
+#pragma once
+// Closed meshes of known shape.
+
+#include "geometry/triangle_mesh.h"
+
+namespace crownfit {
+
+TriangleMesh Sphere(double radius_mm, int rings = 48);
+
+/// Flat disc, faces at z = 0 and z = -thickness, with an inner ring so that its faces are no needles.
+TriangleMesh Disc(double thickness_mm, double radius_mm, int sides = 64);
+
+/// Axis-aligned box.
+TriangleMesh Box(const glm::dvec3& low, const glm::dvec3& high);
+
+/// An upper incisor's crown, about 8.4 x 10 x 6 mm: axis along y with the edge at +y, the facial side looks along +z.
+/// Superelliptic cross-sections that flatten towards the edge.
+TriangleMesh Incisor();
+
+}  // namespace crownfit
