@@ -117,10 +117,10 @@ int RunRender(const CommandLine& line) {
   options.seed = line.fit.seed;
   options.threads = line.fit.threads;
   options.converged_blur = line.fit.converged_blur;
+  options.shade_scenery = true;
   std::vector<double> thickness;
   for (const auto& layer : material.layers) thickness.push_back(layer[Quantity::kThickness][0]);
-  const CastState state = CastAll(
-      input, thickness, options, [](size_t, int, int) { return true; }, progress, only);
+  const CastState state = CastAll(input, thickness, options, progress, only);
   progress.Clear();
   for (size_t i = 0; i < capture.photographs.size(); ++i) {
     if (only && *only != i) continue;

@@ -20,9 +20,6 @@ CrownFit FitCrown(const Capture& stated, const FitOptions& options, Progress& pr
   cast_options.seed = options.seed;
   cast_options.threads = options.threads;
   cast_options.converged_blur = options.converged_blur;
-  const auto usable = [&](size_t i, int x, int y) {
-    return input.photographs[i].usable[static_cast<size_t>(y) * fit.capture.photographs[i].camera.width + x] != 0;
-  };
 
   SolveOptions solve_options;
   solve_options.use_priors = options.use_priors;
@@ -32,7 +29,7 @@ CrownFit FitCrown(const Capture& stated, const FitOptions& options, Progress& pr
   Evaluation at_solution;
   constexpr int kMaxCasts = 8;
   for (bool again = true; again && fit.casts < kMaxCasts; ++fit.casts) {
-    state = CastAll(input, ThicknessesAt(free, x), cast_options, usable, progress);
+    state = CastAll(input, ThicknessesAt(free, x), cast_options, progress);
     pixels = ChoosePixels(input, state, options.max_pixels_per_photograph);
     const ImageResiduals residuals(fit.capture, state, free, pixels, {3.0, options.threads});
     if (fit.casts == 0) x = BracketStart(residuals, free, solve_options, x);

@@ -24,6 +24,10 @@ void CheckObjectIsInPicture(const Capture& capture, const TriangleMesh& outer) {
   }
 }
 
+bool IsUsable(const Photograph& photo, const PixelCast& pixel) {
+  return photo.usable[static_cast<size_t>(pixel.y) * photo.linear.width + pixel.x] != 0;
+}
+
 double MedianDepth(const Crown& crown) {
   std::vector<double> depth;
   for (const Column& c : crown.columns) depth.push_back(c.total_mm);
@@ -57,7 +61,7 @@ CrownInput ReadInput(const Capture& capture, int threads, bool with_images) {
 }
 
 CastState CastAll(const CrownInput& input, const std::vector<double>& thickness_mm, const CastOptions& options,
-                  const std::function<bool(size_t, int, int)>& wanted, Progress& progress, std::optional<size_t> only) {
+                  Progress& progress, std::optional<size_t> only) {
   const Capture& capture = input.capture;
   CastState state;
   state.thickness_mm = thickness_mm;
@@ -70,8 +74,7 @@ CastState CastAll(const CrownInput& input, const std::vector<double>& thickness_
     if (only && *only != i) continue;
     progress.Show("casting rays", static_cast<double>(i) / static_cast<double>(capture.photographs.size()),
                   capture.photographs[i].name);
-    state.photographs.back() = CastPhotograph(
-        capture, *state.crown, input.scenery, i, [&](int x, int y) { return wanted(i, x, y); }, options);
+    state.photographs.back() = CastPhotograph(capture, *state.crown, input.scenery, i, options);
   }
   return state;
 }
@@ -99,12 +102,14 @@ std::vector<FitPixels> ChoosePixels(const CrownInput& input, const CastState& st
       p.exposure =
           exposure_groups.try_emplace(spec.exposure_group, static_cast<int>(exposure_groups.size())).first->second;
     const PhotographCast& cast = state.photographs[i];
-    const double every = std::sqrt(static_cast<double>(cast.pixels.size()) / static_cast<double>(max_pixels));
-    const int stride = std::max(1, static_cast<int>(std::ceil(every)));
     const Photograph& photo = input.photographs[i];
+    const auto is_usable = [&](const PixelCast& c) { return !c.at_silhouette && IsUsable(photo, c); };
+    const auto usable = std::count_if(cast.pixels.begin(), cast.pixels.end(), is_usable);
+    const double every = std::sqrt(static_cast<double>(usable) / static_cast<double>(max_pixels));
+    const int stride = std::max(1, static_cast<int>(std::ceil(every)));
     for (size_t k = 0; k < cast.pixels.size(); ++k) {
       const PixelCast& pixel = cast.pixels[k];
-      if (pixel.at_silhouette || pixel.x % stride || pixel.y % stride) continue;
+      if (!is_usable(pixel) || pixel.x % stride || pixel.y % stride) continue;
       glm::dvec3 value, stddev;
       for (int c = 0; c < kChannels; ++c) {
         value[c] = photo.linear.at(pixel.x, pixel.y, c);
@@ -156,7 +161,7 @@ std::vector<PhotographResult> ComparePhotographs(const CrownInput& input, const 
     } else if (spec.exposure_is_free) {
       double top = 0, bottom = 0;  // a held-out photograph of its own exposure: least squares on itself
       for (size_t k = 0; k < values.size(); ++k)
-        for (int c = 0; c < kChannels; ++c) {
+        for (int c = 0; c < kChannels && IsUsable(photo, cast_pixels[k]); ++c) {
           const double w = 1.0 / photo.variance.at(cast_pixels[k].x, cast_pixels[k].y, c);
           top += w * values[k][c] * photo.linear.at(cast_pixels[k].x, cast_pixels[k].y, c);
           bottom += w * values[k][c] * values[k][c];
@@ -167,7 +172,7 @@ std::vector<PhotographResult> ComparePhotographs(const CrownInput& input, const 
     size_t count = 0;
     for (size_t k = 0; k < values.size(); ++k) {
       const PixelCast& pixel = cast_pixels[k];
-      const bool compared = !pixel.at_silhouette;
+      const bool compared = !pixel.at_silhouette && IsUsable(photo, pixel);
       r.compared[static_cast<size_t>(pixel.y) * photo.linear.width + pixel.x] = compared;
       for (int c = 0; c < kChannels; ++c) {
         const double predicted = r.exposure * values[k][c];

@@ -1,7 +1,7 @@
 #pragma once
 // The named steps of FitCrown that join modules.
 
-#include <functional>
+#include <optional>
 
 #include "base/progress.h"
 #include "geometry/cast_samples.h"
@@ -23,10 +23,8 @@ struct CrownInput {
 CrownInput ReadInput(const Capture& capture, int threads, bool with_images = true);
 
 /// Casts every photograph (or only number `only`) on the crown built with these thicknesses.
-/// `wanted(photograph, x, y)`: pixels to keep.
 CastState CastAll(const CrownInput& input, const std::vector<double>& thickness_mm, const CastOptions& options,
-                  const std::function<bool(size_t, int, int)>& wanted, Progress& progress,
-                  std::optional<size_t> only = {});
+                  Progress& progress, std::optional<size_t> only = {});
 
 /// Thickness per layer at x, as BuildCrown wants it.
 std::vector<double> ThicknessesAt(const FreeParameters& free, const Eigen::VectorXd& x);

@@ -10,7 +10,7 @@
 namespace crownfit {
 
 struct SolveOptions {
-  int max_iterations = 60;
+  int max_iterations = 100;
   bool use_priors = true;
   double stop_when_thickness_moved = 0.2;  ///< relative to what was cast; the caller casts again
 };

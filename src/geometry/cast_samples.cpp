@@ -197,12 +197,14 @@ Tap CastTap(const Crown& crown, const glm::dvec3& position, const glm::dvec3& no
   return tap;
 }
 
-PixelResult CastPixel(const Caster& caster, const Crown& crown, const TapKernel& kernel, int x, int y, uint64_t key) {
+PixelResult CastPixel(const Caster& caster, const Crown& crown, const TapKernel& kernel, bool shade_scenery, int x,
+                      int y, uint64_t key) {
   PixelResult result;
   const glm::dvec3 direction = caster.PixelDirection(x + 0.5, y + 0.5);
   const auto hit = caster.Seen(direction);
   if (!hit) return result;
   if (hit->mesh != 0) {
+    if (!shade_scenery) return result;
     BackgroundPixel background{x, y, glm::dvec3(0.0)};
     for (const auto& radiance : caster.SceneryRadiance(*hit, direction, key))
       background.value += std::numbers::pi * radiance;
@@ -248,8 +250,7 @@ std::vector<TriangleMesh> ReadScenery(const Capture& capture) {
 }
 
 PhotographCast CastPhotograph(const Capture& capture, const Crown& crown, const std::vector<TriangleMesh>& scenery,
-                              size_t photograph, const std::function<bool(int, int)>& wanted,
-                              const CastOptions& options) {
+                              size_t photograph, const CastOptions& options) {
   const PhotographSpec& photo = capture.photographs[photograph];
   const Caster caster(capture, crown, scenery, photograph, options);
   PhotographCast cast;
@@ -272,26 +273,29 @@ PhotographCast CastPhotograph(const Capture& capture, const Crown& crown, const 
   }
   cast.first_share.push_back(static_cast<int>(cast.vertex_shares.size()));
 
-  const int width = photo.camera.width, height = photo.camera.height;
-  std::vector<PixelResult> rows(static_cast<size_t>(width) * height);
-  ParallelFor(rows.size(), options.threads, [&](size_t i) {
-    const int x = static_cast<int>(i % width), y = static_cast<int>(i / width);
-    if (wanted(x, y)) rows[i] = CastPixel(caster, crown, cast.kernel, x, y, caster.KeyOf(kPixelStream, i));
-  });
-  for (PixelResult& r : rows) {
-    if (r.background) cast.background.push_back(*r.background);
-    if (!r.pixel) continue;
-    PixelCast pixel = *r.pixel;
-    const auto pack = [](auto& all, const auto& some, int& first, int& count) {
-      first = static_cast<int>(all.size());
-      count = static_cast<int>(some.size());
-      all.insert(all.end(), some.begin(), some.end());
-    };
-    pack(cast.taps, r.taps, pixel.first_tap, pixel.tap_count);
-    pack(cast.shares, r.shares, pixel.first_share, pixel.share_count);
-    pack(cast.highlights, r.highlights, pixel.first_highlight, pixel.highlight_count);
-    cast.pixels.push_back(pixel);
-    r = PixelResult();
+  const size_t width = photo.camera.width, pixels = width * photo.camera.height;
+  constexpr size_t kAtOnce = 1 << 15;  // so that a whole photograph's unpacked casts never stand in memory together
+  for (size_t begin = 0; begin < pixels; begin += kAtOnce) {
+    std::vector<PixelResult> results(std::min(kAtOnce, pixels - begin));
+    ParallelFor(results.size(), options.threads, [&](size_t i) {
+      const int x = static_cast<int>((begin + i) % width), y = static_cast<int>((begin + i) / width);
+      results[i] =
+          CastPixel(caster, crown, cast.kernel, options.shade_scenery, x, y, caster.KeyOf(kPixelStream, begin + i));
+    });
+    for (const PixelResult& r : results) {
+      if (r.background) cast.background.push_back(*r.background);
+      if (!r.pixel) continue;
+      PixelCast pixel = *r.pixel;
+      const auto pack = [](auto& all, const auto& some, int& first, int& count) {
+        first = static_cast<int>(all.size());
+        count = static_cast<int>(some.size());
+        all.insert(all.end(), some.begin(), some.end());
+      };
+      pack(cast.taps, r.taps, pixel.first_tap, pixel.tap_count);
+      pack(cast.shares, r.shares, pixel.first_share, pixel.share_count);
+      pack(cast.highlights, r.highlights, pixel.first_highlight, pixel.highlight_count);
+      cast.pixels.push_back(pixel);
+    }
   }
   return cast;
 }

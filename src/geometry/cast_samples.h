@@ -3,7 +3,6 @@
 // later.
 
 #include <cstdint>
-#include <functional>
 #include <vector>
 
 #include "calibration/capture.h"
@@ -35,6 +34,7 @@ struct CastOptions {
   bool converged_blur = false;
   double gloss_roughness = 0.15;  ///< lobe by which domes are sampled; any later roughness stays unbiased
   uint64_t seed = 1;
+  bool shade_scenery = false;  ///< also shade the pixels that show scenery or backings (to render whole pictures)
   int threads = 0;
 };
 
@@ -101,9 +101,8 @@ struct PhotographCast {
 /// Meshes of the capture's scenery, in the order of Capture::scenery.
 std::vector<TriangleMesh> ReadScenery(const Capture& capture);
 
-/// Casts one photograph. `wanted(x, y)`: pixels to keep.
+/// Casts one photograph: every pixel that shows the object, and scenery when options say so.
 PhotographCast CastPhotograph(const Capture& capture, const Crown& crown, const std::vector<TriangleMesh>& scenery,
-                              size_t photograph, const std::function<bool(int, int)>& wanted,
-                              const CastOptions& options);
+                              size_t photograph, const CastOptions& options);
 
 }  // namespace crownfit

@@ -76,17 +76,18 @@ TriangleMesh Box(const glm::dvec3& low, const glm::dvec3& high) {
 }
 
 TriangleMesh Incisor() {
-  constexpr int kLevels = 60, kSides = 96;
+  constexpr int kLevels = 72, kSides = 96;
   std::vector<std::vector<glm::dvec3>> stack;
   for (int k = 0; k <= kLevels; ++k) {
     const double u = static_cast<double>(k) / kLevels, y = -5.0 + 10.0 * u;
-    double half_width = 3.2 + 1.0 * std::sin(0.5 * std::numbers::pi * std::min(1.0, 1.2 * u));
-    double half_depth = 0.45 + 2.6 * std::pow(1.0 - u, 1.25);
-    // Round both ends off, the edge more sharply than the neck.
-    const double to_edge = std::clamp((1.0 - u) / 0.08, 0.0, 1.0), to_neck = std::clamp(u / 0.05, 0.0, 1.0);
-    const double round = std::min(std::sqrt(1.0 - (1.0 - to_edge) * (1.0 - to_edge)), 0.7 + 0.3 * std::sqrt(to_neck));
-    half_width *= std::max(0.06, round);
-    half_depth *= std::max(0.06, round);
+    double half_width = 3.1 + 1.1 * std::sin(0.5 * std::numbers::pi * std::min(1.0, 1.15 * u));
+    double half_depth = 0.65 + 2.4 * std::pow(1.0 - u, 1.2);
+    // Rounded corners at the edge, a blunt edge, and a rounded neck.
+    const auto arc = [](double t) { return std::sqrt(1.0 - (1.0 - t) * (1.0 - t)); };
+    const double corner = std::clamp((1.0 - u) / 0.22, 0.0, 1.0), edge = std::clamp((1.0 - u) / 0.06, 0.0, 1.0);
+    const double neck = std::clamp(u / 0.08, 0.0, 1.0);
+    half_width *= (0.62 + 0.38 * arc(corner)) * (0.75 + 0.25 * arc(neck));
+    half_depth *= (0.25 + 0.75 * arc(edge)) * (0.75 + 0.25 * arc(neck));
     const double bulge = 0.5 * std::sin(std::numbers::pi * u), power = 2.3;
     std::vector<glm::dvec3> ring;
     for (int i = 0; i < kSides; ++i) {

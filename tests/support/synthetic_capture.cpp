@@ -77,7 +77,7 @@ void WriteSyntheticCapture(const std::filesystem::path& folder, const SyntheticC
 
   const List enamel_scattering{0.21, 0.24, 0.3}, enamel_absorption{0.012, 0.02, 0.045};
   const List dentine_scattering{1.9, 2.0, 2.1}, dentine_absorption{0.03, 0.07, 0.22};
-  const double thickness = 0.8, roughness = 0.22, f = options.initial_factor;
+  const double thickness = 0.6, roughness = 0.22, f = options.initial_factor;
   const JsonValue g_enamel = Fixed(0.96), g_dentine = Fixed(0.93);
   const JsonValue::Array layers{
       Object{{"name", "enamel"},

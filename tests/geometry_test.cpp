@@ -1,0 +1,182 @@
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <fstream>
+#include <limits>
+#include <numbers>
+#include <sstream>
+
+#include "base/error.h"
+#include "base/files.h"
+#include "calibration/camera.h"
+#include "geometry/crown.h"
+#include "geometry/mesh_file.h"
+#include "geometry/signed_distance.h"
+#include "support/shapes.h"
+#include "support/temporary_folder.h"
+
+namespace crownfit {
+namespace {
+
+constexpr double kPi = std::numbers::pi;
+
+std::string StlText(const TriangleMesh& mesh) {
+  std::ostringstream out;
+  out.precision(9);
+  out << "solid s\n";
+  for (const auto& t : mesh.triangles) {
+    out << "facet normal 0 0 0\nouter loop\n";
+    for (int k = 0; k < 3; ++k) out << "vertex " << mesh.vertices[t[k]].x << " " << mesh.vertices[t[k]].y << " " << mesh.vertices[t[k]].z << "\n";
+    out << "endloop\nendfacet\n";
+  }
+  return out.str() + "endsolid s\n";
+}
+
+std::string ObjText(const TriangleMesh& mesh) {
+  std::ostringstream out;
+  out.precision(9);
+  for (const auto& v : mesh.vertices) out << "v " << v.x << " " << v.y << " " << v.z << "\n";
+  for (const auto& t : mesh.triangles) out << "f " << t.x + 1 << "/1/1 " << t.y + 1 << "//2 " << t.z + 1 << "\n";
+  return out.str();
+}
+
+TEST(MeshFiles, PlyStlAndObjGiveTheSameClosedSurface) {
+  const TemporaryFolder folder;
+  const TriangleMesh sphere = Sphere(4.0, 16);
+  WritePly(folder.path / "s.ply", sphere);
+  WriteTextFile(folder.path / "s.stl", StlText(sphere));
+  WriteTextFile(folder.path / "s.obj", ObjText(sphere));
+  for (const char* name : {"s.ply", "s.stl", "s.obj"}) {
+    std::vector<std::string> messages;
+    const TriangleMesh read = ReadClosedSurface(folder.path / name, messages);
+    EXPECT_EQ(read.vertices.size(), sphere.vertices.size()) << name;
+    EXPECT_NEAR(Volume(read), Volume(sphere), 1e-4 * Volume(sphere)) << name;
+  }
+}
+
+TEST(MeshFiles, VertexPropertiesSurvive) {
+  const TemporaryFolder folder;
+  TriangleMesh box = Box({-2, -2, -2}, {2, 2, 2});
+  for (size_t i = 0; i < box.vertices.size(); ++i) box.vertex_properties["thickness_mm"].push_back(0.1 * static_cast<double>(i));
+  WritePly(folder.path / "b.ply", box);
+  EXPECT_EQ(ReadMeshFile(folder.path / "b.ply").vertex_properties.at("thickness_mm"), box.vertex_properties["thickness_mm"]);
+}
+
+TEST(MeshFiles, TruncatedNotFiniteEmptyAndOutOfRangeAreRefused) {
+  const TemporaryFolder folder;
+  const TriangleMesh sphere = Sphere(4.0, 8);
+  WritePly(folder.path / "t.ply", sphere);
+  std::filesystem::resize_file(folder.path / "t.ply", std::filesystem::file_size(folder.path / "t.ply") - 5);
+  EXPECT_THROW(ReadMeshFile(folder.path / "t.ply"), InputError);
+  const std::string stl = StlText(sphere);
+  WriteTextFile(folder.path / "t.stl", stl.substr(0, stl.size() / 2));
+  EXPECT_THROW(ReadMeshFile(folder.path / "t.stl"), InputError);
+  TriangleMesh broken = sphere;
+  broken.vertices[3].y = std::numeric_limits<double>::quiet_NaN();
+  WritePly(folder.path / "nan.ply", broken);
+  EXPECT_THROW(ReadMeshFile(folder.path / "nan.ply"), InputError);
+  broken = sphere;
+  broken.triangles.clear();
+  WritePly(folder.path / "none.ply", broken);
+  EXPECT_THROW(ReadMeshFile(folder.path / "none.ply"), InputError);
+  broken = sphere;
+  broken.triangles[0].x = 9999;
+  WritePly(folder.path / "index.ply", broken);
+  EXPECT_THROW(ReadMeshFile(folder.path / "index.ply"), InputError);
+}
+
+TEST(MeshRepair, InvertedAndMixedFacesAreTurnedWithAMessageAndOpenMeshesRefused) {
+  const TemporaryFolder folder;
+  const TriangleMesh sphere = Sphere(4.0, 12);
+  TriangleMesh turned = sphere;
+  for (auto& t : turned.triangles) std::swap(t.x, t.y);
+  TriangleMesh mixed = sphere;
+  for (size_t i = 0; i < mixed.triangles.size(); i += 3) std::swap(mixed.triangles[i].x, mixed.triangles[i].y);
+  for (const TriangleMesh& wrong : {turned, mixed}) {
+    WritePly(folder.path / "w.ply", wrong);
+    std::vector<std::string> messages;
+    EXPECT_NEAR(Volume(ReadClosedSurface(folder.path / "w.ply", messages)), Volume(sphere), 1e-3);
+    EXPECT_FALSE(messages.empty());
+  }
+  TriangleMesh open = sphere;
+  open.triangles.pop_back();
+  WritePly(folder.path / "o.ply", open);
+  std::vector<std::string> messages;
+  EXPECT_THROW(ReadClosedSurface(folder.path / "o.ply", messages), InputError);
+}
+
+TEST(Meshes, RefiningKeepsAreaVolumeAndClosure) {
+  const TriangleMesh disc = Disc(1.0, 5.0, 32), fine = Refined(disc, 0.3);
+  EXPECT_NEAR(Area(fine), Area(disc), 1e-9 * Area(disc));
+  EXPECT_NEAR(Volume(fine), Volume(disc), 1e-9 * Volume(disc));
+  for (const auto& t : fine.triangles)
+    for (int k = 0; k < 3; ++k) ASSERT_LE(glm::distance(fine.vertices[t[k]], fine.vertices[t[(k + 1) % 3]]), 0.3);
+  // Euler: a closed surface without holes has V - F/2 = 2.
+  EXPECT_EQ(2 * fine.vertices.size() - fine.triangles.size(), 4u);
+}
+
+TEST(Meshes, NormalsAreSmoothOnACurveAndSharpAtARim) {
+  const TriangleMesh sphere = Sphere(4.0, 32), disc = Disc(1.0, 5.0, 64);
+  const auto smooth = CornerNormals(sphere);
+  for (size_t t = 0; t < smooth.size(); ++t)
+    for (int k = 0; k < 3; ++k)
+      ASSERT_GT(glm::dot(smooth[t][k], glm::normalize(sphere.vertices[sphere.triangles[t][k]])), 0.999);
+  const auto sharp = CornerNormals(disc);
+  for (size_t t = 0; t < sharp.size(); ++t)
+    if (FaceNormal(disc, static_cast<int>(t)).z > 0.99)
+      for (int k = 0; k < 3; ++k) ASSERT_GT(sharp[t][k].z, 0.9999);
+}
+
+TEST(Offsets, ASphereShrinksByTheThicknessEverywhere) {
+  const TriangleMesh sphere = Sphere(4.0, 64);
+  const DepthField field(sphere, 0);
+  EXPECT_NEAR(field.max_depth_mm(), 4.0, 0.1);
+  for (double t : {0.03, 0.4, 1.5, 3.0}) {
+    const auto inner = field.LevelSurface(t);
+    ASSERT_TRUE(inner);
+    for (const auto& v : inner->vertices) ASSERT_NEAR(glm::length(v), 4.0 - t, 0.012);  // the mesh itself dents by 0.005
+    const double r = 4.0 - t;
+    EXPECT_NEAR(Volume(*inner), 4.0 / 3.0 * kPi * r * r * r, 0.03 * r * r * r + 0.02) << t;
+  }
+  EXPECT_FALSE(field.LevelSurface(4.5));
+}
+
+TEST(Offsets, TheInnerLayerEndsWhereThePlateIsThinnerThanTwiceTheThickness) {
+  // A step: 3 mm thick on one side, 0.8 mm on the other. An offset by 0.5 mm exists in the thick part only.
+  TriangleMesh step = Box({-4, -3, -3}, {0, 3, 0});
+  const DepthField thick(step, 0);
+  const auto inner = thick.LevelSurface(0.5);
+  ASSERT_TRUE(inner);
+  const auto [low, high] = Bounds(*inner);
+  EXPECT_NEAR(high.z, -0.5, 1e-3);
+  EXPECT_NEAR(low.x, -3.5, 1e-3);
+  EXPECT_FALSE(DepthField(Box({-4, -3, -0.8}, {0, 3, 0}), 0).LevelSurface(0.5));
+}
+
+TEST(Rays, DistancesToASphereAreThoseOfGeometry) {
+  const TriangleMesh sphere = Sphere(4.0, 96);
+  const RayCaster caster({&sphere});
+  const auto hit = caster.Nearest({0.3, 0.2, 10}, {0, 0, -1});
+  ASSERT_TRUE(hit);
+  EXPECT_NEAR(hit->distance_mm, 10 - std::sqrt(16 - 0.13), 3e-3);  // facets of a 4 mm sphere with 96 rings
+  EXPECT_TRUE(caster.Occluded({0, 0, 10}, {0, 0, -1}, 0.0, 7.0));
+  EXPECT_FALSE(caster.Occluded({0, 0, 10}, {0, 0, -1}, 0.0, 5.0));
+  EXPECT_NEAR(caster.DistanceToSurface({0, 0, 1}), 3.0, 3e-3);
+  EXPECT_TRUE(IsInside(caster, sphere, {0, 0, 3.9}));
+  EXPECT_FALSE(IsInside(caster, sphere, {0, 0, 4.1}));
+}
+
+TEST(Cameras, PixelAndDirectionAreInverseUnderDistortion) {
+  Camera camera{.width = 640, .height = 480, .fx = 800, .fy = 790, .cx = 322, .cy = 238};
+  camera.distortion = {-0.12, 0.05, 1e-3, -8e-4, 0.01, 0, 0, 0};
+  for (const glm::dvec2 pixel : {glm::dvec2(0.5, 0.5), {320, 240}, {630.2, 17.9}}) {
+    const auto back = PixelFromPoint(camera, 250.0 * DirectionFromPixel(camera, pixel));
+    ASSERT_TRUE(back);
+    EXPECT_NEAR(back->x, pixel.x, 1e-9);
+    EXPECT_NEAR(back->y, pixel.y, 1e-9);
+  }
+  EXPECT_FALSE(PixelFromPoint(camera, {0, 0, -1}));
+}
+
+}  // namespace
+}  // namespace crownfit

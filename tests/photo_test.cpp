@@ -1,0 +1,109 @@
+#include <gtest/gtest.h>
+
+#include <OpenImageIO/imageio.h>
+
+#include <cmath>
+#include <fstream>
+
+#include "base/error.h"
+#include "base/files.h"
+#include "photo/image_io.h"
+#include "photo/photograph.h"
+#include "support/temporary_folder.h"
+
+namespace crownfit {
+namespace {
+
+Image Ramp(int width, int height) {
+  Image image(width, height, 3);
+  for (size_t i = 0; i < image.values.size(); ++i) image.values[i] = static_cast<float>(i % 251) / 251.0f;
+  return image;
+}
+
+void WriteAs(const std::filesystem::path& file, const Image& image, OIIO::TypeDesc type) {
+  const auto out = OIIO::ImageOutput::create(file.string());
+  out->open(file.string(), OIIO::ImageSpec(image.width, image.height, 3, type));
+  out->write_image(OIIO::TypeDesc::FLOAT, image.values.data());
+  out->close();
+}
+
+void Truncate(const std::filesystem::path& file) { std::filesystem::resize_file(file, std::filesystem::file_size(file) / 2); }
+
+TEST(ImageFiles, ExrAndTiffKeepValuesToTheirPrecision) {
+  const TemporaryFolder folder;
+  const Image image = Ramp(40, 30);
+  struct Case { const char* name; OIIO::TypeDesc type; float tolerance; };
+  for (const auto& [name, type, tolerance] : {Case{"a.exr", OIIO::TypeDesc::FLOAT, 0.0f}, Case{"a.tif", OIIO::TypeDesc::FLOAT, 0.0f},
+                                              Case{"b.tif", OIIO::TypeDesc::UINT16, 0.51f / 65535}, Case{"c.tif", OIIO::TypeDesc::UINT8, 0.51f / 255},
+                                              Case{"a.png", OIIO::TypeDesc::UINT16, 0.51f / 65535}}) {
+    WriteAs(folder.path / name, image, type);
+    const ImageFile read = ReadImageFile(folder.path / name);
+    ASSERT_EQ(read.image.values.size(), image.values.size());
+    for (size_t i = 0; i < image.values.size(); ++i) ASSERT_NEAR(read.image.values[i], image.values[i], tolerance) << name;
+  }
+}
+
+TEST(ImageFiles, TruncatedFilesAreRefusedInEveryFormat) {
+  const TemporaryFolder folder;
+  for (const auto& [name, type] : {std::pair{"a.exr", OIIO::TypeDesc::FLOAT}, {"a.tif", OIIO::TypeDesc::UINT16},
+                                   {"b.tif", OIIO::TypeDesc::UINT8}, {"c.tif", OIIO::TypeDesc::FLOAT}, {"a.png", OIIO::TypeDesc::UINT8}}) {
+    WriteAs(folder.path / name, Ramp(120, 90), type);
+    Truncate(folder.path / name);
+    EXPECT_THROW(ReadImageFile(folder.path / name), InputError) << name;
+  }
+}
+
+TEST(ImageFiles, ValuesThatAreNotFiniteAreRefused) {
+  const TemporaryFolder folder;
+  Image image = Ramp(8, 8);
+  image.values[17] = std::nanf("");
+  WriteImageFile(folder.path / "nan.exr", image);
+  EXPECT_THROW(ReadImageFile(folder.path / "nan.exr"), InputError);
+}
+
+TEST(Photographs, SrgbDecodingInvertsEncodingAndOnlyEncodedFilesAreDecoded) {
+  for (double v : {0.0, 0.002, 0.0031308, 0.18, 0.5, 1.0}) EXPECT_NEAR(LinearFromSrgb(SrgbFromLinear(v)), v, 1e-7);
+  const TemporaryFolder folder;
+  WriteAs(folder.path / "grey.png", Image(4, 4, 3, 128.0f / 255.0f), OIIO::TypeDesc::UINT8);
+  WriteAs(folder.path / "grey.exr", Image(4, 4, 3, 128.0f / 255.0f), OIIO::TypeDesc::FLOAT);
+  WriteAs(folder.path / "grey16.tif", Image(4, 4, 3, 128.0f / 255.0f), OIIO::TypeDesc::UINT16);
+  const auto value = [&](const char* name) { return ReadPhotograph({.image = folder.path / name}).linear.at(1, 1, 1); };
+  EXPECT_NEAR(value("grey.png"), 0.2158605, 1e-6);  // IEC 61966-2-1 of 128 / 255
+  EXPECT_NEAR(value("grey.exr"), 128.0 / 255.0, 1e-6);
+  EXPECT_NEAR(value("grey16.tif"), 128.0 / 255.0, 1e-4);
+}
+
+TEST(Photographs, MaskAndSaturationDecideWhatIsUsable) {
+  const TemporaryFolder folder;
+  Image image(4, 1, 3, 0.5f), mask(4, 1, 3, 1.0f);
+  image.at(1, 0, 2) = 1.2f;
+  mask.at(2, 0, 0) = mask.at(2, 0, 1) = mask.at(2, 0, 2) = 0.4f;
+  WriteImageFile(folder.path / "p.exr", image);
+  WriteImageFile(folder.path / "m.png", mask);
+  PhotographFiles files{.image = folder.path / "p.exr", .mask = folder.path / "m.png"};
+  EXPECT_EQ(ReadPhotograph(files).usable, (std::vector<uint8_t>{1, 1, 0, 1}));  // float files have no saturation of their own
+  files.saturation = 1.0;
+  const Photograph photo = ReadPhotograph(files);
+  EXPECT_EQ(photo.usable, (std::vector<uint8_t>{1, 0, 0, 1}));
+  EXPECT_EQ(photo.saturated_pixels, 1);
+}
+
+TEST(Photographs, NoiseFileGivesGainTimesSignalPlusReadNoiseSquared) {
+  const TemporaryFolder folder;
+  WriteImageFile(folder.path / "p.exr", Image(2, 2, 3, 0.6f));
+  WriteTextFile(folder.path / "noise.json", "{\"format\": \"crownfit-noise/1\", \"gain\": [1e-4, 2e-4, 3e-4], \"read_noise\": 1e-3, \"black\": 0.1}");
+  PhotographFiles files{.image = folder.path / "p.exr"};
+  files.noise = ReadSensorNoise(folder.path / "noise.json");
+  const Photograph photo = ReadPhotograph(files);
+  EXPECT_NEAR(photo.linear.at(0, 0, 1), 0.5, 1e-6);  // black level removed
+  EXPECT_NEAR(photo.variance.at(0, 0, 1), 2e-4 * 0.5 + 1e-6, 1e-9);
+}
+
+TEST(Photographs, WithoutANoiseFileTheErrorIsOnePerCentAndAFloor) {
+  const TemporaryFolder folder;
+  WriteImageFile(folder.path / "p.exr", Image(2, 2, 3, 0.6f));
+  EXPECT_NEAR(ReadPhotograph({.image = folder.path / "p.exr"}).variance.at(0, 0, 0), 0.006 * 0.006 + 0.0005 * 0.0005, 1e-8);
+}
+
+}  // namespace
+}  // namespace crownfit
