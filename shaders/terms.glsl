@@ -55,7 +55,8 @@ TERM Float GgxVisibility(Float cos_light, Float cos_view, Float roughness) {
   return 0.5 / max(v + l, Float(1e-9));
 }
 
-// Surface reflection, per steradian: single scattering on GGX facets. Loses up to a few per cent at roughness 0.5.
+// Surface reflection, per steradian: single scattering on GGX facets. What facets pass on to each other is lost: at normal
+// incidence 1 % of the reflection at roughness 0.1, 10 % at 0.3, 31 % at 0.5.
 TERM Float SurfaceReflection(Float cos_light, Float cos_view, Float cos_half, Float cos_light_half, Float roughness,
                              Float relative_ior) {
   return GgxDistribution(cos_half, roughness) * GgxVisibility(cos_light, cos_view, roughness) *

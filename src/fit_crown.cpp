@@ -27,7 +27,7 @@ CrownFit FitCrown(const Capture& stated, const FitOptions& options, Progress& pr
   CastState state;
   std::vector<FitPixels> pixels;
   Evaluation at_solution;
-  constexpr int kMaxCasts = 8;
+  constexpr int kMaxCasts = 10;
   for (bool again = true; again && fit.casts < kMaxCasts; ++fit.casts) {
     state = CastAll(input, ThicknessesAt(free, x), cast_options, progress);
     pixels = ChoosePixels(input, state, options.max_pixels_per_photograph);

@@ -87,7 +87,7 @@ std::vector<double> ThicknessesAt(const FreeParameters& free, const Eigen::Vecto
 
 bool GeometryIsStale(const FreeParameters& free, const Eigen::VectorXd& cast_at, const Eigen::VectorXd& x) {
   for (int k = 0; k < free.count(); ++k)
-    if (free.entries[k].moves_surface && std::abs(x[k] - cast_at[k]) > 0.003) return true;
+    if (free.entries[k].moves_surface && std::abs(x[k] - cast_at[k]) > 2e-4) return true;
   return false;
 }
 

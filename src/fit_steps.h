@@ -29,7 +29,7 @@ CastState CastAll(const CrownInput& input, const std::vector<double>& thickness_
 /// Thickness per layer at x, as BuildCrown wants it.
 std::vector<double> ThicknessesAt(const FreeParameters& free, const Eigen::VectorXd& x);
 
-/// True when a fitted thickness is so far from the cast one that scaled lengths are no longer good to 1e-3.
+/// True when a fitted thickness is so far from the cast one that scaled lengths are no longer good to a few 1e-4.
 bool GeometryIsStale(const FreeParameters& free, const Eigen::VectorXd& cast_at, const Eigen::VectorXd& x);
 
 /// Pixels for the fit: usable ones whose square lies on the object, every n-th in both directions when there are more

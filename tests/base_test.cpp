@@ -50,7 +50,8 @@ TEST(Json, MistypedMissingDoubledDeepAndHugeValuesAreRefusedByName) {
   const TemporaryFolder folder;
   const JsonFile file = FileWith(folder, "{\"a\": \"one\"}");
   const JsonObject root(file.root(), {"a", "b"});
-  EXPECT_NE(ComplaintAbout([&] { root.Require("a").Number(); }).find("a: expected a number, found a text"), std::string::npos);
+  EXPECT_NE(ComplaintAbout([&] { root.Require("a").Number(); }).find("a: expected a number, found a text"),
+            std::string::npos);
   EXPECT_NE(ComplaintAbout([&] { root.Require("b"); }).find("b: this required key is missing"), std::string::npos);
   EXPECT_NE(ComplaintAbout([&] { FileWith(folder, "{\"a\": 1, \"a\": 2}"); }).find("twice"), std::string::npos);
   EXPECT_NE(ComplaintAbout([&] { FileWith(folder, std::string(100000, '[')); }).find("nested"), std::string::npos);
@@ -101,7 +102,11 @@ TEST(Parallel, EveryItemIsVisitedOnceWhateverTheThreads) {
     ParallelFor(visits.size(), threads, [&](size_t i) { ++visits[i]; });
     EXPECT_EQ(std::count(visits.begin(), visits.end(), 1), 1000);
   }
-  EXPECT_THROW(ParallelFor(100, 2, [](size_t i) { if (i == 70) throw InputError("f", "k", "m"); }), InputError);
+  EXPECT_THROW(ParallelFor(100, 2,
+                           [](size_t i) {
+                             if (i == 70) throw InputError("f", "k", "m");
+                           }),
+               InputError);
 }
 
 }  // namespace

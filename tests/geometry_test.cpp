@@ -26,7 +26,8 @@ std::string StlText(const TriangleMesh& mesh) {
   out << "solid s\n";
   for (const auto& t : mesh.triangles) {
     out << "facet normal 0 0 0\nouter loop\n";
-    for (int k = 0; k < 3; ++k) out << "vertex " << mesh.vertices[t[k]].x << " " << mesh.vertices[t[k]].y << " " << mesh.vertices[t[k]].z << "\n";
+    for (int k = 0; k < 3; ++k)
+      out << "vertex " << mesh.vertices[t[k]].x << " " << mesh.vertices[t[k]].y << " " << mesh.vertices[t[k]].z << "\n";
     out << "endloop\nendfacet\n";
   }
   return out.str() + "endsolid s\n";
@@ -57,9 +58,11 @@ TEST(MeshFiles, PlyStlAndObjGiveTheSameClosedSurface) {
 TEST(MeshFiles, VertexPropertiesSurvive) {
   const TemporaryFolder folder;
   TriangleMesh box = Box({-2, -2, -2}, {2, 2, 2});
-  for (size_t i = 0; i < box.vertices.size(); ++i) box.vertex_properties["thickness_mm"].push_back(0.1 * static_cast<double>(i));
+  for (size_t i = 0; i < box.vertices.size(); ++i)
+    box.vertex_properties["thickness_mm"].push_back(0.1 * static_cast<double>(i));
   WritePly(folder.path / "b.ply", box);
-  EXPECT_EQ(ReadMeshFile(folder.path / "b.ply").vertex_properties.at("thickness_mm"), box.vertex_properties["thickness_mm"]);
+  EXPECT_EQ(ReadMeshFile(folder.path / "b.ply").vertex_properties.at("thickness_mm"),
+            box.vertex_properties["thickness_mm"]);
 }
 
 TEST(MeshFiles, TruncatedNotFiniteEmptyAndOutOfRangeAreRefused) {
@@ -135,7 +138,8 @@ TEST(Offsets, ASphereShrinksByTheThicknessEverywhere) {
   for (double t : {0.03, 0.4, 1.5, 3.0}) {
     const auto inner = field.LevelSurface(t);
     ASSERT_TRUE(inner);
-    for (const auto& v : inner->vertices) ASSERT_NEAR(glm::length(v), 4.0 - t, 0.012);  // the mesh itself dents by 0.005
+    for (const auto& v : inner->vertices)
+      ASSERT_NEAR(glm::length(v), 4.0 - t, 0.012);  // the mesh itself dents by 0.005
     const double r = 4.0 - t;
     EXPECT_NEAR(Volume(*inner), 4.0 / 3.0 * kPi * r * r * r, 0.03 * r * r * r + 0.02) << t;
   }

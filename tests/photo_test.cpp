@@ -1,6 +1,5 @@
-#include <gtest/gtest.h>
-
 #include <OpenImageIO/imageio.h>
+#include <gtest/gtest.h>
 
 #include <cmath>
 #include <fstream>
@@ -27,26 +26,37 @@ void WriteAs(const std::filesystem::path& file, const Image& image, OIIO::TypeDe
   out->close();
 }
 
-void Truncate(const std::filesystem::path& file) { std::filesystem::resize_file(file, std::filesystem::file_size(file) / 2); }
+void Truncate(const std::filesystem::path& file) {
+  std::filesystem::resize_file(file, std::filesystem::file_size(file) / 2);
+}
 
 TEST(ImageFiles, ExrAndTiffKeepValuesToTheirPrecision) {
   const TemporaryFolder folder;
   const Image image = Ramp(40, 30);
-  struct Case { const char* name; OIIO::TypeDesc type; float tolerance; };
-  for (const auto& [name, type, tolerance] : {Case{"a.exr", OIIO::TypeDesc::FLOAT, 0.0f}, Case{"a.tif", OIIO::TypeDesc::FLOAT, 0.0f},
-                                              Case{"b.tif", OIIO::TypeDesc::UINT16, 0.51f / 65535}, Case{"c.tif", OIIO::TypeDesc::UINT8, 0.51f / 255},
-                                              Case{"a.png", OIIO::TypeDesc::UINT16, 0.51f / 65535}}) {
+  struct Case {
+    const char* name;
+    OIIO::TypeDesc type;
+    float tolerance;
+  };
+  for (const auto& [name, type, tolerance] :
+       {Case{"a.exr", OIIO::TypeDesc::FLOAT, 0.0f}, Case{"a.tif", OIIO::TypeDesc::FLOAT, 0.0f},
+        Case{"b.tif", OIIO::TypeDesc::UINT16, 0.51f / 65535}, Case{"c.tif", OIIO::TypeDesc::UINT8, 0.51f / 255},
+        Case{"a.png", OIIO::TypeDesc::UINT16, 0.51f / 65535}}) {
     WriteAs(folder.path / name, image, type);
     const ImageFile read = ReadImageFile(folder.path / name);
     ASSERT_EQ(read.image.values.size(), image.values.size());
-    for (size_t i = 0; i < image.values.size(); ++i) ASSERT_NEAR(read.image.values[i], image.values[i], tolerance) << name;
+    for (size_t i = 0; i < image.values.size(); ++i)
+      ASSERT_NEAR(read.image.values[i], image.values[i], tolerance) << name;
   }
 }
 
 TEST(ImageFiles, TruncatedFilesAreRefusedInEveryFormat) {
   const TemporaryFolder folder;
-  for (const auto& [name, type] : {std::pair{"a.exr", OIIO::TypeDesc::FLOAT}, {"a.tif", OIIO::TypeDesc::UINT16},
-                                   {"b.tif", OIIO::TypeDesc::UINT8}, {"c.tif", OIIO::TypeDesc::FLOAT}, {"a.png", OIIO::TypeDesc::UINT8}}) {
+  for (const auto& [name, type] : {std::pair{"a.exr", OIIO::TypeDesc::FLOAT},
+                                   {"a.tif", OIIO::TypeDesc::UINT16},
+                                   {"b.tif", OIIO::TypeDesc::UINT8},
+                                   {"c.tif", OIIO::TypeDesc::FLOAT},
+                                   {"a.png", OIIO::TypeDesc::UINT8}}) {
     WriteAs(folder.path / name, Ramp(120, 90), type);
     Truncate(folder.path / name);
     EXPECT_THROW(ReadImageFile(folder.path / name), InputError) << name;
@@ -81,7 +91,8 @@ TEST(Photographs, MaskAndSaturationDecideWhatIsUsable) {
   WriteImageFile(folder.path / "p.exr", image);
   WriteImageFile(folder.path / "m.png", mask);
   PhotographFiles files{.image = folder.path / "p.exr", .mask = folder.path / "m.png"};
-  EXPECT_EQ(ReadPhotograph(files).usable, (std::vector<uint8_t>{1, 1, 0, 1}));  // float files have no saturation of their own
+  EXPECT_EQ(ReadPhotograph(files).usable,
+            (std::vector<uint8_t>{1, 1, 0, 1}));  // float files have no saturation of their own
   files.saturation = 1.0;
   const Photograph photo = ReadPhotograph(files);
   EXPECT_EQ(photo.usable, (std::vector<uint8_t>{1, 0, 0, 1}));
@@ -91,7 +102,9 @@ TEST(Photographs, MaskAndSaturationDecideWhatIsUsable) {
 TEST(Photographs, NoiseFileGivesGainTimesSignalPlusReadNoiseSquared) {
   const TemporaryFolder folder;
   WriteImageFile(folder.path / "p.exr", Image(2, 2, 3, 0.6f));
-  WriteTextFile(folder.path / "noise.json", "{\"format\": \"crownfit-noise/1\", \"gain\": [1e-4, 2e-4, 3e-4], \"read_noise\": 1e-3, \"black\": 0.1}");
+  WriteTextFile(
+      folder.path / "noise.json",
+      "{\"format\": \"crownfit-noise/1\", \"gain\": [1e-4, 2e-4, 3e-4], \"read_noise\": 1e-3, \"black\": 0.1}");
   PhotographFiles files{.image = folder.path / "p.exr"};
   files.noise = ReadSensorNoise(folder.path / "noise.json");
   const Photograph photo = ReadPhotograph(files);
@@ -102,7 +115,8 @@ TEST(Photographs, NoiseFileGivesGainTimesSignalPlusReadNoiseSquared) {
 TEST(Photographs, WithoutANoiseFileTheErrorIsOnePerCentAndAFloor) {
   const TemporaryFolder folder;
   WriteImageFile(folder.path / "p.exr", Image(2, 2, 3, 0.6f));
-  EXPECT_NEAR(ReadPhotograph({.image = folder.path / "p.exr"}).variance.at(0, 0, 0), 0.006 * 0.006 + 0.0005 * 0.0005, 1e-8);
+  EXPECT_NEAR(ReadPhotograph({.image = folder.path / "p.exr"}).variance.at(0, 0, 0), 0.006 * 0.006 + 0.0005 * 0.0005,
+              1e-8);
 }
 
 }  // namespace

@@ -50,15 +50,18 @@ TEST(Radiometry, DiskAndRingOnAxisFollowTheConeFormula) {
   // E = pi L sin^2 of the half angle, and the difference of two for a ring.
   const double outer = 40.0 * 40.0 / (40.0 * 40.0 + 100.0 * 100.0), inner = 20.0 * 20.0 / (20.0 * 20.0 + 100.0 * 100.0);
   EXPECT_NEAR(WhiteTile(DiskLight{{0, 0, 100}, {0, 0, -1}, glm::dvec3(2.0), 0.0, 40.0}), 2 * kPi * outer, 5e-3);
-  EXPECT_NEAR(WhiteTile(DiskLight{{0, 0, 100}, {0, 0, -1}, glm::dvec3(2.0), 20.0, 40.0}), 2 * kPi * (outer - inner), 5e-3);
+  EXPECT_NEAR(WhiteTile(DiskLight{{0, 0, 100}, {0, 0, -1}, glm::dvec3(2.0), 20.0, 40.0}), 2 * kPi * (outer - inner),
+              5e-3);
 }
 
 TEST(Radiometry, RectangleFollowsLambertsPolygonFormula) {
   // Form factor of a rectangle seen from below its centre (Howell C-11, four corners).
   const double a = 30.0 / 100.0, b = 20.0 / 100.0;
   const double corner = (a / std::sqrt(1 + a * a) * std::atan(b / std::sqrt(1 + a * a)) +
-                         b / std::sqrt(1 + b * b) * std::atan(a / std::sqrt(1 + b * b))) / (2 * kPi);
-  EXPECT_NEAR(WhiteTile(RectangleLight{{0, 0, 100}, {0, 20, 0}, {30, 0, 0}, glm::dvec3(1.5)}), 1.5 * kPi * 4 * corner, 5e-3);
+                         b / std::sqrt(1 + b * b) * std::atan(a / std::sqrt(1 + b * b))) /
+                        (2 * kPi);
+  EXPECT_NEAR(WhiteTile(RectangleLight{{0, 0, 100}, {0, 20, 0}, {30, 0, 0}, glm::dvec3(1.5)}), 1.5 * kPi * 4 * corner,
+              5e-3);
 }
 
 TEST(Radiometry, AreaLightsShineToOneSideOnly) {

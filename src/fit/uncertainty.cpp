@@ -168,9 +168,10 @@ Uncertainty Quantify(const Capture& capture, const CastState& state, const FreeP
       const bool data_wide = !(factor_width * data_sd <= std::log(kUnidentifiedFactor));
       const bool still_wide = !(factor_width * posterior_sd <= std::log(kUnidentifiedFactor));
       // A prior narrow enough to hold the value makes it `prior`; one too wide to do so leaves it not identified.
-      unidentified |= data_wide && (!entry_prior || still_wide);
-      prior |= entry_prior && !still_wide;
-      const double sd = entry_prior && !still_wide ? posterior_sd : data_sd;
+      unidentified |= !std::isfinite(data_sd) || (data_wide && (!entry_prior || still_wide));
+      const bool held = std::isfinite(data_sd) && entry_prior && !still_wide;
+      prior |= held;
+      const double sd = held ? posterior_sd : data_sd;
       const double value = p.value[c];
       const double low = log ? value * std::exp(-kZ95 * sd) : value - kZ95 * sd;
       const double high = log ? value * std::exp(kZ95 * sd) : value + kZ95 * sd;

@@ -69,16 +69,17 @@ class ShaderPrediction {
   /// Share of the irradiance that passes the surface and the outer layer unscattered (zeroth order).
   T Entering(const LightShare& share) const {
     const T passed = 1.0 - Term::FresnelReflectance(T(share.cos_incidence), entry_ior_);
-    return optics_.has_outer ? passed * ThroughOuter(share.outer_path_mm) : passed;
+    return optics_.has_outer ? passed * ThroughOuter(share.outer_path) : passed;
   }
 
-  T ThroughOuter(double path_mm) const {
-    return Term::Attenuation(extinction_, path_mm * optics_.outer_thickness_scale);
-  }
+  /// Length at the fitted thickness.
+  T Now(const OuterLength& length) const { return length.fixed_mm + length.scaled_mm * optics_.outer_thickness_scale; }
 
-  T DiffuserThickness(double front_mm, double back_mm, double total_mm) const {
-    const T between = total_mm - (front_mm + back_mm) * optics_.outer_thickness_scale;
-    return Term::max(optics_.has_outer ? between : T(total_mm), T(0.0)) * optics_.diffuser_thickness_scale;
+  T ThroughOuter(const OuterLength& path) const { return Term::Attenuation(extinction_, Now(path)); }
+
+  T DiffuserThickness(const OuterLength& front, const OuterLength& back, double total_mm) const {
+    const T between = optics_.has_outer ? total_mm - Now(front) - Now(back) : T(total_mm);
+    return Term::max(between, T(0.0)) * optics_.diffuser_thickness_scale;
   }
 
   /// Light through the object, back from the tile behind it and in again, as between parallel faces:
@@ -92,9 +93,9 @@ class ShaderPrediction {
       T from_front(0.0);
       for (int k = 0; k < 3; ++k)
         from_front += column.opposite.weights[k] * direct[crown.fine.triangles[column.opposite.triangle][k]];
-      const auto place = table_.At(DiffuserThickness(column.front_mm, column.back_mm, column.total_mm));
+      const auto place = table_.At(DiffuserThickness(column.front, column.back, column.total_mm));
       T out = table_.TotalTransmitted(place) * from_front;
-      if (optics_.has_outer) out *= ThroughOuter(2.0 * column.front_mm);  // out on this side and in again
+      if (optics_.has_outer) out *= ThroughOuter(column.front) * ThroughOuter(column.front);  // out here and in again
       entering_[v] += out * rho / (1.0 - rho * table_.TotalReflected(place));
     });
   }
@@ -108,7 +109,7 @@ class ShaderPrediction {
 
   /// Diffusion: entering light blurred by the profile, on this side and through from the other.
   T Diffuse(const PixelCast& pixel) const {
-    const auto place = table_.At(DiffuserThickness(pixel.front_mm, pixel.back_mm, pixel.total_mm));
+    const auto place = table_.At(DiffuserThickness(pixel.front, pixel.back, pixel.total_mm));
     T exitance(0.0);
     int ring = -1;
     T reflected(0.0), transmitted(0.0);
@@ -122,7 +123,7 @@ class ShaderPrediction {
       }
       exitance += reflected * EnteringAt(tap.front) + transmitted * EnteringAt(tap.opposite);
     }
-    if (optics_.has_outer) exitance *= ThroughOuter(pixel.outer_path_mm);
+    if (optics_.has_outer) exitance *= ThroughOuter(pixel.outer_path);
     return exitance * Term::ExitLobe(T(pixel.cos_view), entry_ior_, diffuse_fresnel_);
   }
 
@@ -132,7 +133,7 @@ class ShaderPrediction {
     T sum(0.0);
     if (!optics_.has_outer) return sum;
     const T albedo = optics_.outer_scattering / Term::max(extinction_, T(1e-9));
-    const T tau = extinction_ * (pixel.front_mm * optics_.outer_thickness_scale);
+    const T tau = extinction_ * Now(pixel.front);
     const T mu = Term::RefractedCosine(T(pixel.cos_view), entry_ior_);
     const T out = 1.0 - Term::FresnelReflectance(T(pixel.cos_view), entry_ior_);
     const T phase(0.25 / std::numbers::pi);

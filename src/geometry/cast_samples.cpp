@@ -83,15 +83,15 @@ class Caster {
 
   /// Light that arrives at a place, light by light; `view` adds the highlights.
   void Gather(const glm::dvec3& position, const glm::dvec3& normal, const glm::dvec3* view, uint64_t key,
-              std::vector<LightShare>& shares, std::vector<Highlight>* highlights) const {
+              std::vector<LightShare>& shares, std::vector<Highlight>* highlights, int lamp_strata) const {
     const glm::dvec3 lifted = position + kLift_mm * normal;
     std::vector<LightSample> samples;
     for (const auto& [index, shape] : lights_) {
       samples.clear();
       const auto* dome = std::get_if<DomeLight>(&shape);
-      const int strata = dome ? 2 * options_.strata : options_.strata;
+      const int strata = dome ? 2 * lamp_strata : lamp_strata;
       if (dome && view) {
-        SampleDomeForGloss(*dome, normal, *view, options_.gloss_roughness, options_.strata, Key(key, index), samples);
+        SampleDomeForGloss(*dome, normal, *view, options_.gloss_roughness, lamp_strata, Key(key, index), samples);
       } else {
         SampleLight(shape, position, normal, strata, Key(key, index), samples);
       }
@@ -124,7 +124,8 @@ class Caster {
       if (photo_.backing && hit->mesh + 1 == static_cast<int>(meshes_.size()))
         backing.reflectance += reflectance_[hit->mesh] / static_cast<double>(sky.size());
       const double cosine = glm::dot(sky[i].direction, normal);
-      const auto radiance = SceneryRadiance(*hit, sky[i].direction, Key(key, kSceneryStream, i));
+      const auto radiance =
+          SceneryRadiance(*hit, sky[i].direction, Key(key, kSceneryStream, i), std::max(1, options_.strata / 2));
       for (size_t l = 0; l < lights_.size(); ++l) {
         if (radiance[l] == glm::dvec3(0.0)) continue;
         sums[l][BandOf(cosine)].Add({sky[i].direction, hit->distance_mm, radiance[l] * sky[i].weight}, cosine, 0.0);
@@ -136,25 +137,28 @@ class Caster {
   }
 
   /// Radiance of a Lambertian thing seen along `direction`, one entry per light: rho E / pi, direct light only.
-  std::vector<glm::dvec3> SceneryRadiance(const Hit& hit, const glm::dvec3& direction, uint64_t key) const {
+  std::vector<glm::dvec3> SceneryRadiance(const Hit& hit, const glm::dvec3& direction, uint64_t key,
+                                          int lamp_strata) const {
     glm::dvec3 normal = FaceNormal(*meshes_[hit.mesh], hit.point.triangle);
     if (glm::dot(normal, direction) > 0) normal = -normal;  // sheets and tiles are seen from both sides
     std::vector<LightShare> shares;
-    Gather(Position(*meshes_[hit.mesh], hit.point), normal, nullptr, key, shares, nullptr);
+    Gather(Position(*meshes_[hit.mesh], hit.point), normal, nullptr, key, shares, nullptr, lamp_strata);
     std::vector<glm::dvec3> radiance(lights_.size(), glm::dvec3(0.0));
     for (const LightShare& share : shares)
       for (size_t l = 0; l < lights_.size(); ++l)
-        if (lights_[l].first == share.light) radiance[l] += reflectance_[hit.mesh] * share.irradiance / std::numbers::pi;
+        if (lights_[l].first == share.light)
+          radiance[l] += reflectance_[hit.mesh] * share.irradiance / std::numbers::pi;
     return radiance;
   }
 
-  double ViewPath(const glm::dvec3& position, const glm::dvec3& normal, const glm::dvec3& view) const {
+  OuterLength ViewPath(const glm::dvec3& position, const glm::dvec3& normal, const glm::dvec3& view) const {
     return OuterPath(crown_, position, normal, view, relative_ior_);
   }
   glm::dvec3 PixelDirection(double x, double y) const {
     return glm::transpose(photo_.camera_from_object.rotation) * DirectionFromPixel(photo_.camera, {x, y});
   }
   std::optional<Hit> Seen(const glm::dvec3& direction) const { return caster_.Nearest(camera_, direction); }
+  int strata() const { return options_.strata; }
   uint64_t KeyOf(Stream stream, uint64_t index) const { return Key(options_.seed, stream, photograph_, index); }
 
  private:
@@ -190,8 +194,10 @@ struct PixelResult {
   std::vector<Highlight> highlights;
 };
 
-Tap CastTap(const Crown& crown, const glm::dvec3& position, const glm::dvec3& normal, const TapKernel::Offset& offset) {
-  const auto [u, v] = Tangents(normal);
+Tap CastTap(const Crown& crown, const glm::dvec3& position, const glm::dvec3& normal, const TapKernel::Offset& offset,
+            double turn) {
+  const auto [s, t] = Tangents(normal);
+  const glm::dvec3 u = std::cos(turn) * s + std::sin(turn) * t, v = std::cos(turn) * t - std::sin(turn) * s;
   const glm::dvec3 place = position + offset.mm.x * u + offset.mm.y * v;
   // Down onto the surface along the point's own normal, from as high above as the tap is far away.
   const double lift = glm::length(offset.mm) + kLift_mm;
@@ -213,7 +219,7 @@ PixelResult CastPixel(const Caster& caster, const Crown& crown, const TapKernel&
   if (hit->mesh != 0) {
     if (!shade_scenery) return result;
     BackgroundPixel background{x, y, glm::dvec3(0.0)};
-    for (const auto& radiance : caster.SceneryRadiance(*hit, direction, key))
+    for (const auto& radiance : caster.SceneryRadiance(*hit, direction, key, caster.strata()))
       background.value += std::numbers::pi * radiance;
     result.background = background;
     return result;
@@ -228,22 +234,20 @@ PixelResult CastPixel(const Caster& caster, const Crown& crown, const TapKernel&
     pixel.at_silhouette |= !at_corner || at_corner->mesh != 0;
   }
   pixel.cos_view = std::max(1e-3, glm::dot(normal, view));
-  Column column;
   for (int k = 0; k < 3; ++k) {
     const Column& c = crown.columns[crown.fine.triangles[hit->point.triangle][k]];
-    column.front_mm += hit->point.weights[k] * c.front_mm;
-    column.back_mm += hit->point.weights[k] * c.back_mm;
-    column.total_mm += hit->point.weights[k] * c.total_mm;
+    pixel.front.Add(hit->point.weights[k], c.front);
+    pixel.back.Add(hit->point.weights[k], c.back);
+    pixel.total_mm += hit->point.weights[k] * c.total_mm;
   }
-  pixel.front_mm = column.front_mm;
-  pixel.back_mm = column.back_mm;
-  pixel.total_mm = column.total_mm;
-  pixel.outer_path_mm = caster.ViewPath(position, normal, view);
+  pixel.outer_path = caster.ViewPath(position, normal, view);
+  // Every pixel turns the kernel by an angle of its own: few taps then give noise near shadow edges in place of steps.
+  const double turn = 2.0 * std::numbers::pi * Uniform(key, 0x7475726eull);
   for (const auto& offset : kernel.offsets) {
-    const Tap tap = CastTap(crown, position, normal, offset);
+    const Tap tap = CastTap(crown, position, normal, offset, turn);
     if (tap.front.exists()) result.taps.push_back(tap);
   }
-  caster.Gather(position, normal, &view, key, result.shares, &result.highlights);
+  caster.Gather(position, normal, &view, key, result.shares, &result.highlights, caster.strata());
   result.pixel = pixel;
   return result;
 }
@@ -270,7 +274,7 @@ PhotographCast CastPhotograph(const Capture& capture, const Crown& crown, const 
   cast.backing.resize(vertices);
   ParallelFor(vertices, options.threads, [&](size_t v) {
     const glm::dvec3 &p = crown.fine.vertices[v], &n = crown.fine_vertex_normals[v];
-    caster.Gather(p, n, nullptr, caster.KeyOf(kVertexStream, v), at_vertex[v], nullptr);
+    caster.Gather(p, n, nullptr, caster.KeyOf(kVertexStream, v), at_vertex[v], nullptr, options.strata);
     cast.backing[v] = caster.GatherScenery(p, n, caster.KeyOf(kGatherStream, v), at_vertex[v]);
   });
   cast.has_backing = photo.backing.has_value();

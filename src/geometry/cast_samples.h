@@ -44,8 +44,8 @@ struct LightShare {
   int light;
   glm::dvec3 irradiance;  ///< per channel at intensity_scale 1, visibility and cosine included
   double cos_incidence;
-  double outer_path_mm;   ///< along the refracted direction
-  double cos_light_view;  ///< pixels only: dot(towards the light, towards the camera)
+  OuterLength outer_path;  ///< along the refracted direction
+  double cos_light_view;   ///< pixels only: dot(towards the light, towards the camera)
 };
 
 struct BackingShare {
@@ -74,8 +74,10 @@ struct Tap {
 struct PixelCast {
   int x, y;
   bool at_silhouette;  ///< a corner of the pixel's square misses the object
-  double cos_view, outer_path_mm;
-  double front_mm, back_mm, total_mm;  ///< as in Column
+  double cos_view;
+  OuterLength outer_path;   ///< along the refracted view
+  OuterLength front, back;  ///< as in Column
+  double total_mm;
   int first_tap, tap_count, first_share, share_count, first_highlight, highlight_count;
 };
 

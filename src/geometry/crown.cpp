@@ -30,14 +30,14 @@ Column CastColumn(const Crown& crown, const glm::dvec3& position, const glm::dve
   column.total_mm = out->distance_mm + kStart_mm;
   column.opposite = out->point;
   if (!crown.has_outer_layer()) return column;
-  column.front_mm = column.back_mm = 0.5 * column.total_mm;
+  column.front.fixed_mm = column.back.fixed_mm = 0.5 * column.total_mm;
   const auto in = crown.casters[1].Nearest(start, inward, 0.0, out->distance_mm);
   if (!in) return column;
   const glm::dvec3 far_side = start + out->distance_mm * inward - kStart_mm * inward;
   const auto back = crown.casters[1].Nearest(far_side, normal, 0.0, out->distance_mm);
-  column.front_mm = in->distance_mm + kStart_mm;
-  if (back) column.back_mm = back->distance_mm + kStart_mm;
-  column.back_mm = std::min(column.back_mm, column.total_mm - column.front_mm);
+  column.front = {0.0, in->distance_mm + kStart_mm};
+  const double left = column.total_mm - column.front.scaled_mm;
+  column.back = {0.0, std::min(back ? back->distance_mm + kStart_mm : left, left)};
   return column;
 }
 
@@ -116,7 +116,7 @@ std::shared_ptr<const Crown> BuildCrown(const Capture& capture, const CrownSourc
   for (size_t i = 0; i < crown->surfaces.size(); ++i) {
     if (i + 1 == crown->surfaces.size()) {
       double sum = 0;
-      for (const Column& c : crown->columns) sum += c.total_mm - c.front_mm - c.back_mm;
+      for (const Column& c : crown->columns) sum += c.total_mm - c.front.total_mm() - c.back.total_mm();
       crown->thickness_mm.push_back(sum / static_cast<double>(crown->columns.size()));
     } else {
       const bool is_offset = !source.meshes[i + 1];
@@ -132,17 +132,17 @@ glm::dvec3 ShadingNormal(const Crown& crown, const SurfacePoint& p) {
   return glm::normalize(p.weights.x * n[0] + p.weights.y * n[1] + p.weights.z * n[2]);
 }
 
-double OuterPath(const Crown& crown, const glm::dvec3& position, const glm::dvec3& normal,
-                 const glm::dvec3& towards_outside, double relative_ior) {
-  if (!crown.has_outer_layer()) return 0.0;
+OuterLength OuterPath(const Crown& crown, const glm::dvec3& position, const glm::dvec3& normal,
+                      const glm::dvec3& towards_outside, double relative_ior) {
+  if (!crown.has_outer_layer()) return {};
   const glm::dvec3 tangential = (towards_outside - glm::dot(towards_outside, normal) * normal) / relative_ior;
   const double inside_cosine = std::sqrt(std::max(0.0, 1.0 - glm::dot(tangential, tangential)));
   const glm::dvec3 direction = -tangential - inside_cosine * normal;
   const glm::dvec3 start = position - kStart_mm * normal;
   const auto in = crown.casters[1].Nearest(start, direction);
   const auto out = crown.fine_caster.Nearest(start, direction);
-  if (in && (!out || in->distance_mm < out->distance_mm)) return in->distance_mm + kStart_mm;
-  return out ? 0.5 * (out->distance_mm + kStart_mm) : 0.0;
+  if (in && (!out || in->distance_mm < out->distance_mm)) return {0.0, in->distance_mm + kStart_mm};
+  return {out ? 0.5 * (out->distance_mm + kStart_mm) : 0.0, 0.0};
 }
 
 }  // namespace crownfit

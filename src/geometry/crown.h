@@ -13,10 +13,20 @@
 
 namespace crownfit {
 
+/// A length in the outer layer that follows its thickness where the inner layer was met, and stays where it was not.
+struct OuterLength {
+  double fixed_mm = 0, scaled_mm = 0;
+  double total_mm() const { return fixed_mm + scaled_mm; }
+  void Add(double weight, const OuterLength& other) {
+    fixed_mm += weight * other.fixed_mm;
+    scaled_mm += weight * other.scaled_mm;
+  }
+};
+
 /// What the shader model needs to know of the object below one vertex of the outer surface, cast inward.
 struct Column {
-  double front_mm = 0;    ///< outer layer's thickness here (half the chord where the inner layer is absent)
-  double back_mm = 0;     ///< outer layer's thickness on the opposite side
+  OuterLength front;      ///< outer layer's thickness here (half the chord where the inner layer is absent)
+  OuterLength back;       ///< outer layer's thickness on the opposite side
   double total_mm = 0;    ///< from side to side along the inward normal
   SurfacePoint opposite;  ///< where the inward normal leaves the object
 };
@@ -55,7 +65,7 @@ glm::dvec3 ShadingNormal(const Crown& crown, const SurfacePoint& p);
 
 /// Length of the way through the outer layer, from a place on the surface along the direction a ray from
 /// `towards_outside` takes after refraction; half the chord when it leaves again without meeting the inner layer.
-double OuterPath(const Crown& crown, const glm::dvec3& position, const glm::dvec3& normal,
-                 const glm::dvec3& towards_outside, double relative_ior);
+OuterLength OuterPath(const Crown& crown, const glm::dvec3& position, const glm::dvec3& normal,
+                      const glm::dvec3& towards_outside, double relative_ior);
 
 }  // namespace crownfit

@@ -88,7 +88,8 @@ void Judge(CrownFit& fit) {
       part(Status::kNotIdentified, "Not identified by these photographs: ") + part(Status::kAtBound, "At a bound: ");
   if (fit.verdict.empty()) fit.verdict = "Nothing was free to fit. ";
   fit.verdict.pop_back();
-  if (!fit.usable) fit.verdict = "Not usable, see the reasons. Within the model, which does not hold here: " + fit.verdict;
+  if (!fit.usable)
+    fit.verdict = "Not usable, see the reasons. Within the model, which does not hold here: " + fit.verdict;
 }
 
 }  // namespace crownfit

@@ -12,7 +12,8 @@ struct KnownScene {
   std::vector<TriangleMesh> scenery;
 
   /// `outer` is the object; with two layers the second is its inward offset by `thickness_mm`.
-  explicit KnownScene(TriangleMesh outer, int layers = 1, double thickness_mm = 0.5, int pixels = 8, double view_mm = 4.0);
+  explicit KnownScene(TriangleMesh outer, int layers = 1, double thickness_mm = 0.5, int pixels = 8,
+                      double view_mm = 4.0);
   void Light(const LightShape& shape);
   std::shared_ptr<const Crown> Build() const;
   PhotographCast Cast(const Crown& crown, const CastOptions& options = {}) const;
