@@ -43,9 +43,9 @@ CommandLine ParseCommandLine(int argc, char** argv) {
   fit->add_option("--free", line.fit.overrides.free, "NAME: fit a parameter the capture holds fixed.")->take_all();
   bool no_priors = false;
   fit->add_flag("--no-priors", no_priors, "Let the photographs alone decide.");
-  fit->add_option("--seed", line.fit.seed, "Seed of the light samples (default 1).");
-  fit->add_flag("--converged-blur", line.fit.converged_blur,
-                "49 blur taps in place of the thesis's 13: slower, smoother.");
+  fit->add_option("--seed", line.fit.seed, "Seed of random numbers (default 1); model shader uses none.");
+  fit->add_flag("--twelve-taps", line.fit.twelve_taps,
+                "Blur by the thesis's 1 + 12 taps in place of 49: faster, coarser.");
   fit->add_option("--max-pixels", line.fit.max_pixels_per_photograph,
                   "Pixels per photograph that the fit uses (default 6000).")
       ->check(CLI::Range(size_t{100}, size_t{100000000}));
@@ -70,8 +70,9 @@ CommandLine ParseCommandLine(int argc, char** argv) {
       ->add_option("--noise", line.noise, "Add relative noise of this standard deviation (0.01: 1 %), keyed by --seed.")
       ->check(CLI::Range(0.0, 1.0));
   render->add_flag("--half", line.half_float, "16-bit EXR.");
-  render->add_flag("--converged-blur", line.fit.converged_blur, "49 blur taps in place of 13.");
-  render->add_option("--seed", line.fit.seed, "Seed of the light samples and of the noise (default 1).");
+  render->add_flag("--twelve-taps", line.fit.twelve_taps, "Blur by the thesis's 1 + 12 taps in place of 49.");
+  render->add_flag("--fine", line.fine, "Four times the light samples.");
+  render->add_option("--seed", line.fit.seed, "Seed of the noise (default 1).");
   AddCommonOptions(render, line);
 
   auto* compare =

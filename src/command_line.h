@@ -17,7 +17,7 @@ struct CommandLine {
   std::filesystem::path capture, output, material, mask, image_a, image_b;
   std::string photograph;
   bool json = false;
-  bool half_float = false;
+  bool half_float = false, fine = false;
   double noise = 0;  ///< render: relative noise to add
   ProgressMode progress = ProgressMode::kAuto;
   FitOptions fit;

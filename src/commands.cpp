@@ -114,9 +114,9 @@ int RunRender(const CommandLine& line) {
     throw InputError(capture.file, "photographs", "there is no photograph called '" + line.photograph + "'");
   const CrownInput input = ReadInput(capture, line.fit.threads, /*with_images=*/false);
   CastOptions options;
-  options.seed = line.fit.seed;
   options.threads = line.fit.threads;
-  options.converged_blur = line.fit.converged_blur;
+  options.converged_blur = !line.fit.twelve_taps;
+  if (line.fine) options.strata *= 2;
   options.shade_scenery = true;
   std::vector<double> thickness;
   for (const auto& layer : material.layers) thickness.push_back(layer[Quantity::kThickness][0]);

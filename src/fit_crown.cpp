@@ -17,9 +17,8 @@ CrownFit FitCrown(const Capture& stated, const FitOptions& options, Progress& pr
   const CrownInput input = ReadInput(fit.capture, options.threads);
   const FreeParameters free = FreeParametersOf(fit.capture);
   CastOptions cast_options;
-  cast_options.seed = options.seed;
   cast_options.threads = options.threads;
-  cast_options.converged_blur = options.converged_blur;
+  cast_options.converged_blur = !options.twelve_taps;
 
   SolveOptions solve_options;
   solve_options.use_priors = options.use_priors;

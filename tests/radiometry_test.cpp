@@ -73,13 +73,9 @@ TEST(Radiometry, GlossSamplesOfADomeIntegrateIrradianceAndTheLobeAlike) {
   std::vector<LightSample> samples;
   const glm::dvec3 normal(0, 0, 1), view = glm::normalize(glm::dvec3(0.4, 0, 1));
   double irradiance = 0;
-  constexpr int kTrials = 200;
-  for (int trial = 0; trial < kTrials; ++trial) {
-    samples.clear();
-    SampleDomeForGloss(DomeLight{glm::dvec3(1.0 / kPi)}, normal, view, 0.15, 4, trial, samples);
-    for (const auto& s : samples) irradiance += s.weight.x * glm::dot(s.direction, normal) / kTrials;
-  }
-  EXPECT_NEAR(irradiance, 1.0, 0.02);  // standard error of 200 x 32 samples about 0.005
+  SampleDomeForGloss(DomeLight{glm::dvec3(1.0 / kPi)}, normal, view, 0.15, 64, samples);
+  for (const auto& s : samples) irradiance += s.weight.x * glm::dot(s.direction, normal);
+  EXPECT_NEAR(irradiance, 1.0, 0.01);  // directions below cosine 1e-4 and the strata's size
 }
 
 }  // namespace

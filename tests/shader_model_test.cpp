@@ -166,7 +166,6 @@ TEST(Shadow, AnEdgeIsDarkBehindAndBlurredByTheMaterial) {
     scene.scenery.push_back(Box({-40, -40, 400}, {0, 40, 400.1}));
     scene.capture.photographs[0].scenery = {0};
     CastOptions options;
-    options.converged_blur = true;
     const CastState state = StateOf(scene, options);
     Material m = StatedMaterial(scene.capture);
     Set(m, 0, Quantity::kReducedScattering, scattering);

@@ -7,6 +7,7 @@
 #include <cmath>
 #include <cstdio>
 #include <map>
+#include <tuple>
 
 namespace crownfit {
 namespace {
@@ -14,24 +15,29 @@ namespace {
 constexpr double kNullRatio = 1e-7;  // singular values below this share of the largest are null directions
 constexpr double kUnidentifiedFactor = 4.0;
 constexpr double kZ95 = 1.959963984540054;
-constexpr int kPatch = 8;  // pixels
+constexpr int kPatch = 8;              // pixels
+constexpr double kModelError = 0.003;  // relative, common to a patch: the quadrature's error (docs/validation.md)
 
-/// Standard deviation of a linear combination: data only; infinite when it leans on a null direction.
+/// Variance of a linear combination: data only; infinite when it leans on a null direction.
 struct DataCovariance {
   Eigen::VectorXd singular;
   Eigen::MatrixXd v;
   double null_below = 0;
+  double inflation = 1;
+  Eigen::MatrixXd model_scatter;  ///< J' C J of the model's own correlated errors
   double Variance(const Eigen::RowVectorXd& g) const {
     double sum = 0;
+    Eigen::VectorXd pull = Eigen::VectorXd::Zero(v.rows());  // N^-1 g, with N the normal matrix
     for (int i = 0; i < singular.size(); ++i) {
       const double along = g.dot(v.col(i));
       if (singular[i] <= null_below) {
         if (std::abs(along) > 1e-4 * g.norm()) return HUGE_VAL;
       } else {
-        sum += along * along / (singular[i] * singular[i]);
+        sum += inflation * along * along / (singular[i] * singular[i]);
+        pull += along / (singular[i] * singular[i]) * v.col(i);
       }
     }
-    return sum;
+    return sum + pull.dot(model_scatter * pull);
   }
 };
 
@@ -49,26 +55,44 @@ DataCovariance Decompose(const Evaluation& e) {
   return c;
 }
 
+/// Calls visit(rows) for every patch of neighbouring pixels and every channel: its residuals' indices and the signal
+/// there in standard deviations.
+template <class Visit>
+void ForEachPatch(const CastState& state, const std::vector<FitPixels>& pixels, const Visit& visit) {
+  int row = 0;
+  for (const FitPixels& p : pixels) {
+    std::map<std::tuple<int, int, int>, std::vector<std::pair<int, double>>> patches;
+    for (size_t i = 0; i < p.pixels.size(); ++i) {
+      const PixelCast& pixel = state.photographs[p.photograph].pixels[p.pixels[i]];
+      for (int c = 0; c < kChannels; ++c, ++row)
+        patches[{pixel.x / kPatch, pixel.y / kPatch, c}].emplace_back(row, p.values[i][c] / p.stddev[i][c]);
+    }
+    for (const auto& [place, rows] : patches) visit(rows);
+  }
+}
+
 /// Mean square of (sum of residuals over a patch) / sqrt(count): 1 when pixel errors are independent and well stated.
 double BlockChi2(const CastState& state, const Evaluation& e, const std::vector<FitPixels>& pixels) {
   double total = 0;
-  size_t blocks = 0;
-  int row = 0;
-  for (const FitPixels& p : pixels) {
-    std::map<std::pair<int, int>, std::pair<glm::dvec3, int>> patches;
-    for (int index : p.pixels) {
-      const PixelCast& pixel = state.photographs[p.photograph].pixels[index];
-      auto& [sum, count] = patches[{pixel.x / kPatch, pixel.y / kPatch}];
-      sum += glm::dvec3(e.residuals[row], e.residuals[row + 1], e.residuals[row + 2]);
-      ++count;
-      row += kChannels;
-    }
-    for (const auto& [place, patch] : patches) {
-      total += glm::dot(patch.first, patch.first) / (kChannels * patch.second);
-      ++blocks;
-    }
-  }
-  return blocks ? total / static_cast<double>(blocks) : 0.0;
+  size_t patches = 0;
+  ForEachPatch(state, pixels, [&](const std::vector<std::pair<int, double>>& rows) {
+    double sum = 0;
+    for (const auto& [row, signal] : rows) sum += e.residuals[row];
+    total += sum * sum / static_cast<double>(rows.size());
+    ++patches;
+  });
+  return patches ? total / static_cast<double>(patches) : 0.0;
+}
+
+/// J' C J for an error of kModelError of the signal, the same within a patch and independent between patches.
+Eigen::MatrixXd ModelScatter(const CastState& state, const Evaluation& e, const std::vector<FitPixels>& pixels) {
+  Eigen::MatrixXd scatter = Eigen::MatrixXd::Zero(e.jacobian.cols(), e.jacobian.cols());
+  ForEachPatch(state, pixels, [&](const std::vector<std::pair<int, double>>& rows) {
+    Eigen::VectorXd pull = Eigen::VectorXd::Zero(e.jacobian.cols());
+    for (const auto& [row, signal] : rows) pull += kModelError * signal * e.jacobian.row(row).transpose();
+    scatter += pull * pull.transpose();
+  });
+  return scatter;
 }
 
 std::string Describe(const FreeParameters& free, const Eigen::VectorXd& direction, double stddev) {
@@ -131,15 +155,22 @@ Uncertainty Quantify(const Capture& capture, const CastState& state, const FreeP
   Eigen::MatrixXd posterior(n, n);
   if (n > 0) {
     data = Decompose(e);
+    data.inflation = result.inflation;
+    data.model_scatter = ModelScatter(state, e, pixels);
     result.condition = data.singular[n - 1] > 0 ? data.singular[0] / data.singular[n - 1] : HUGE_VAL;
     for (int i = n - 1; i >= 0; --i) {
       const bool null = data.singular[i] <= data.null_below;
-      const double stddev = null ? HUGE_VAL : std::sqrt(result.inflation) / data.singular[i];
+      const double stddev = null ? HUGE_VAL : std::sqrt(data.Variance(data.v.col(i).transpose()));
       if (stddev > 0.35) result.weak_directions.push_back(Describe(free, data.v.col(i), stddev));
     }
-    Eigen::MatrixXd normal = e.jacobian.transpose() * e.jacobian / result.inflation;
-    for (int k = 0; k < n; ++k) normal(k, k) += 1.0 / (free.entries[k].prior_stddev * free.entries[k].prior_stddev);
-    posterior = normal.ldlt().solve(Eigen::MatrixXd::Identity(n, n));
+    // With the priors: the data's normal matrix, weakened by the same inflation and model error, plus theirs.
+    Eigen::MatrixXd precision = Eigen::MatrixXd::Zero(n, n);
+    for (int i = 0; i < n; ++i) {
+      const double variance = data.Variance(data.v.col(i).transpose());
+      if (std::isfinite(variance)) precision += data.v.col(i) * data.v.col(i).transpose() / variance;
+    }
+    for (int k = 0; k < n; ++k) precision(k, k) += 1.0 / (free.entries[k].prior_stddev * free.entries[k].prior_stddev);
+    posterior = precision.ldlt().solve(Eigen::MatrixXd::Identity(n, n));
   }
 
   const auto report = [&](const ParameterSpec& spec, const ParameterRow& row, size_t layer, const std::string& owner) {
@@ -160,7 +191,7 @@ Uncertainty Quantify(const Capture& capture, const CastState& state, const FreeP
       const bool log = row.scale == Scale::kLog;
       const Eigen::RowVectorXd g =
           ValueGradient(free, x, layer, row.quantity, static_cast<int>(c)) / (log ? p.value[c] : 1.0);
-      const double data_sd = std::sqrt(result.inflation * data.Variance(g));
+      const double data_sd = std::sqrt(data.Variance(g));
       const double posterior_sd = std::sqrt((g * posterior * g.transpose())(0, 0));
       const double prior_sd = spec.prior_log_stddev.value_or(row.prior_stddev);
       const bool entry_prior = use_priors && data_sd > 0.5 * prior_sd;

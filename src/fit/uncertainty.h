@@ -26,7 +26,7 @@ struct Uncertainty {
   std::vector<FittedParameter> parameters;
   double reduced_chi2 = 0;  ///< of the pixels, residuals squared over degrees of freedom
   double block_chi2 = 0;    ///< of sums over patches of neighbouring pixels: larger when errors are correlated
-  double inflation = 1;     ///< variances were multiplied by max(1, reduced_chi2, block_chi2)
+  double inflation = 1;     ///< variances of the data were multiplied by max(1, reduced_chi2, block_chi2)
   double condition = 0;     ///< of the data-only problem in the fit's own scales
   std::vector<std::string> weak_directions;  ///< combinations that the photographs do not tell apart
 };

@@ -7,7 +7,6 @@
 
 #include "base/error.h"
 #include "base/parallel.h"
-#include "base/random.h"
 #include "geometry/light_samples.h"
 #include "geometry/mesh_file.h"
 
@@ -15,8 +14,6 @@ namespace crownfit {
 namespace {
 
 constexpr double kLift_mm = 2e-3;  // rays into the air start this far above the surface
-
-enum Stream : uint64_t { kVertexStream = 1, kGatherStream, kSceneryStream, kPixelStream };
 
 Interpolation At(const TriangleMesh& mesh, const SurfacePoint& p) {
   Interpolation at;
@@ -82,7 +79,7 @@ class Caster {
   }
 
   /// Light that arrives at a place, light by light; `view` adds the highlights.
-  void Gather(const glm::dvec3& position, const glm::dvec3& normal, const glm::dvec3* view, uint64_t key,
+  void Gather(const glm::dvec3& position, const glm::dvec3& normal, const glm::dvec3* view,
               std::vector<LightShare>& shares, std::vector<Highlight>* highlights, int lamp_strata) const {
     const glm::dvec3 lifted = position + kLift_mm * normal;
     std::vector<LightSample> samples;
@@ -91,9 +88,9 @@ class Caster {
       const auto* dome = std::get_if<DomeLight>(&shape);
       const int strata = dome ? 2 * lamp_strata : lamp_strata;
       if (dome && view) {
-        SampleDomeForGloss(*dome, normal, *view, options_.gloss_roughness, lamp_strata, Key(key, index), samples);
+        SampleDomeForGloss(*dome, normal, *view, options_.gloss_roughness, lamp_strata, samples);
       } else {
-        SampleLight(shape, position, normal, strata, Key(key, index), samples);
+        SampleLight(shape, position, normal, strata, samples);
       }
       std::array<ShareSum, kBands> sums;
       for (const LightSample& s : samples) {
@@ -110,13 +107,13 @@ class Caster {
   }
 
   /// Light that reaches a place by way of scenery and backings (one bounce), and how much of its sky the backing fills.
-  BackingShare GatherScenery(const glm::dvec3& position, const glm::dvec3& normal, uint64_t key,
+  BackingShare GatherScenery(const glm::dvec3& position, const glm::dvec3& normal,
                              std::vector<LightShare>& shares) const {
     BackingShare backing;
     if (reflectance_.size() < 2) return backing;
     const glm::dvec3 lifted = position + kLift_mm * normal;
     std::vector<LightSample> sky;
-    SampleLight(DomeLight{glm::dvec3(1.0)}, position, normal, options_.gather_strata, key, sky);
+    SampleLight(DomeLight{glm::dvec3(1.0)}, position, normal, options_.gather_strata, sky);
     std::vector<std::array<ShareSum, kBands>> sums(lights_.size());
     for (size_t i = 0; i < sky.size(); ++i) {
       const auto hit = caster_.Nearest(lifted, sky[i].direction);
@@ -124,8 +121,7 @@ class Caster {
       if (photo_.backing && hit->mesh + 1 == static_cast<int>(meshes_.size()))
         backing.reflectance += reflectance_[hit->mesh] / static_cast<double>(sky.size());
       const double cosine = glm::dot(sky[i].direction, normal);
-      const auto radiance =
-          SceneryRadiance(*hit, sky[i].direction, Key(key, kSceneryStream, i), std::max(1, options_.strata / 2));
+      const auto radiance = SceneryRadiance(*hit, sky[i].direction, std::max(1, options_.strata / 2));
       for (size_t l = 0; l < lights_.size(); ++l) {
         if (radiance[l] == glm::dvec3(0.0)) continue;
         sums[l][BandOf(cosine)].Add({sky[i].direction, hit->distance_mm, radiance[l] * sky[i].weight}, cosine, 0.0);
@@ -137,12 +133,11 @@ class Caster {
   }
 
   /// Radiance of a Lambertian thing seen along `direction`, one entry per light: rho E / pi, direct light only.
-  std::vector<glm::dvec3> SceneryRadiance(const Hit& hit, const glm::dvec3& direction, uint64_t key,
-                                          int lamp_strata) const {
+  std::vector<glm::dvec3> SceneryRadiance(const Hit& hit, const glm::dvec3& direction, int lamp_strata) const {
     glm::dvec3 normal = FaceNormal(*meshes_[hit.mesh], hit.point.triangle);
     if (glm::dot(normal, direction) > 0) normal = -normal;  // sheets and tiles are seen from both sides
     std::vector<LightShare> shares;
-    Gather(Position(*meshes_[hit.mesh], hit.point), normal, nullptr, key, shares, nullptr, lamp_strata);
+    Gather(Position(*meshes_[hit.mesh], hit.point), normal, nullptr, shares, nullptr, lamp_strata);
     std::vector<glm::dvec3> radiance(lights_.size(), glm::dvec3(0.0));
     for (const LightShare& share : shares)
       for (size_t l = 0; l < lights_.size(); ++l)
@@ -159,7 +154,6 @@ class Caster {
   }
   std::optional<Hit> Seen(const glm::dvec3& direction) const { return caster_.Nearest(camera_, direction); }
   int strata() const { return options_.strata; }
-  uint64_t KeyOf(Stream stream, uint64_t index) const { return Key(options_.seed, stream, photograph_, index); }
 
  private:
   static TriangleMesh BackingTile(const BackingSpec& b) { return SquareTile(b.point_mm, b.normal, b.size_mm); }
@@ -194,10 +188,8 @@ struct PixelResult {
   std::vector<Highlight> highlights;
 };
 
-Tap CastTap(const Crown& crown, const glm::dvec3& position, const glm::dvec3& normal, const TapKernel::Offset& offset,
-            double turn) {
-  const auto [s, t] = Tangents(normal);
-  const glm::dvec3 u = std::cos(turn) * s + std::sin(turn) * t, v = std::cos(turn) * t - std::sin(turn) * s;
+Tap CastTap(const Crown& crown, const glm::dvec3& position, const glm::dvec3& normal, const TapKernel::Offset& offset) {
+  const auto [u, v] = Tangents(normal);
   const glm::dvec3 place = position + offset.mm.x * u + offset.mm.y * v;
   // Down onto the surface along the point's own normal, from as high above as the tap is far away.
   const double lift = glm::length(offset.mm) + kLift_mm;
@@ -211,7 +203,7 @@ Tap CastTap(const Crown& crown, const glm::dvec3& position, const glm::dvec3& no
 }
 
 PixelResult CastPixel(const Caster& caster, const Crown& crown, const TapKernel& kernel, bool shade_scenery, int x,
-                      int y, uint64_t key) {
+                      int y) {
   PixelResult result;
   const glm::dvec3 direction = caster.PixelDirection(x + 0.5, y + 0.5);
   const auto hit = caster.Seen(direction);
@@ -219,7 +211,7 @@ PixelResult CastPixel(const Caster& caster, const Crown& crown, const TapKernel&
   if (hit->mesh != 0) {
     if (!shade_scenery) return result;
     BackgroundPixel background{x, y, glm::dvec3(0.0)};
-    for (const auto& radiance : caster.SceneryRadiance(*hit, direction, key, caster.strata()))
+    for (const auto& radiance : caster.SceneryRadiance(*hit, direction, caster.strata()))
       background.value += std::numbers::pi * radiance;
     result.background = background;
     return result;
@@ -241,13 +233,11 @@ PixelResult CastPixel(const Caster& caster, const Crown& crown, const TapKernel&
     pixel.total_mm += hit->point.weights[k] * c.total_mm;
   }
   pixel.outer_path = caster.ViewPath(position, normal, view);
-  // Every pixel turns the kernel by an angle of its own: few taps then give noise near shadow edges in place of steps.
-  const double turn = 2.0 * std::numbers::pi * Uniform(key, 0x7475726eull);
   for (const auto& offset : kernel.offsets) {
-    const Tap tap = CastTap(crown, position, normal, offset, turn);
+    const Tap tap = CastTap(crown, position, normal, offset);
     if (tap.front.exists()) result.taps.push_back(tap);
   }
-  caster.Gather(position, normal, &view, key, result.shares, &result.highlights, caster.strata());
+  caster.Gather(position, normal, &view, result.shares, &result.highlights, 2 * caster.strata());
   result.pixel = pixel;
   return result;
 }
@@ -274,8 +264,8 @@ PhotographCast CastPhotograph(const Capture& capture, const Crown& crown, const 
   cast.backing.resize(vertices);
   ParallelFor(vertices, options.threads, [&](size_t v) {
     const glm::dvec3 &p = crown.fine.vertices[v], &n = crown.fine_vertex_normals[v];
-    caster.Gather(p, n, nullptr, caster.KeyOf(kVertexStream, v), at_vertex[v], nullptr, options.strata);
-    cast.backing[v] = caster.GatherScenery(p, n, caster.KeyOf(kGatherStream, v), at_vertex[v]);
+    caster.Gather(p, n, nullptr, at_vertex[v], nullptr, options.strata);
+    cast.backing[v] = caster.GatherScenery(p, n, at_vertex[v]);
   });
   cast.has_backing = photo.backing.has_value();
   for (const auto& shares : at_vertex) {
@@ -290,8 +280,7 @@ PhotographCast CastPhotograph(const Capture& capture, const Crown& crown, const 
     std::vector<PixelResult> results(std::min(kAtOnce, pixels - begin));
     ParallelFor(results.size(), options.threads, [&](size_t i) {
       const int x = static_cast<int>((begin + i) % width), y = static_cast<int>((begin + i) / width);
-      results[i] =
-          CastPixel(caster, crown, cast.kernel, options.shade_scenery, x, y, caster.KeyOf(kPixelStream, begin + i));
+      results[i] = CastPixel(caster, crown, cast.kernel, options.shade_scenery, x, y);
     });
     for (const PixelResult& r : results) {
       if (r.background) cast.background.push_back(*r.background);

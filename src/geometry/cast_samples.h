@@ -2,7 +2,6 @@
 // Everything the shader model needs to know about where light goes, cast once per photograph: the material enters
 // later.
 
-#include <cstdint>
 #include <vector>
 
 #include "calibration/capture.h"
@@ -29,12 +28,11 @@ TapKernel TwelveTapKernel();
 TapKernel ConvergedKernel();
 
 struct CastOptions {
-  int strata = 4;         ///< per lamp: strata^2 directions (domes: four times as many)
-  int gather_strata = 6;  ///< directions in which a vertex looks for scenery and backings
-  bool converged_blur = false;
+  int strata = 6;                 ///< per lamp: strata^2 directions (domes and mirrored lamps: four times as many)
+  int gather_strata = 8;          ///< in which a vertex looks for scenery and backings
+  bool converged_blur = true;     ///< 49 blur taps; false: the thesis's 13
   double gloss_roughness = 0.15;  ///< lobe by which domes are sampled; any later roughness stays unbiased
-  uint64_t seed = 1;
-  bool shade_scenery = false;  ///< also shade the pixels that show scenery or backings (to render whole pictures)
+  bool shade_scenery = false;     ///< also shade the pixels that show scenery or backings (to render whole pictures)
   int threads = 0;
 };
 

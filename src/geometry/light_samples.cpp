@@ -4,7 +4,6 @@
 #include <limits>
 #include <numbers>
 
-#include "base/random.h"
 #include "geometry/triangle_mesh.h"
 
 namespace crownfit {
@@ -13,11 +12,10 @@ namespace {
 constexpr double kPi = std::numbers::pi;
 constexpr double kInfinite = std::numeric_limits<double>::infinity();
 
-/// Jittered points of the unit square.
-std::vector<glm::dvec2> Strata(int n, uint64_t key) {
+/// Centres of n x n strata of the unit square.
+std::vector<glm::dvec2> Strata(int n) {
   std::vector<glm::dvec2> points;
-  for (int i = 0; i < n * n; ++i)
-    points.emplace_back((i % n + Uniform(key, 2 * i)) / n, (i / n + Uniform(key, 2 * i + 1)) / n);
+  for (int i = 0; i < n * n; ++i) points.emplace_back((i % n + 0.5) / n, (i / n + 0.5) / n);
   return points;
 }
 
@@ -85,13 +83,13 @@ struct Sampler {
 
 }  // namespace
 
-void SampleLight(const LightShape& light, const glm::dvec3& point, const glm::dvec3& normal, int strata, uint64_t key,
+void SampleLight(const LightShape& light, const glm::dvec3& point, const glm::dvec3& normal, int strata,
                  std::vector<LightSample>& out) {
-  std::visit(Sampler{point, normal, Strata(strata, key), out}, light);
+  std::visit(Sampler{point, normal, Strata(strata), out}, light);
 }
 
 void SampleDomeForGloss(const DomeLight& dome, const glm::dvec3& normal, const glm::dvec3& view, double roughness,
-                        int strata, uint64_t key, std::vector<LightSample>& out) {
+                        int strata, std::vector<LightSample>& out) {
   const double a2 = roughness * roughness;
   const auto gloss_density = [&](const glm::dvec3& l) {
     const glm::dvec3 h = glm::normalize(l + view);
@@ -106,8 +104,8 @@ void SampleDomeForGloss(const DomeLight& dome, const glm::dvec3& normal, const g
     const double count = static_cast<double>(strata) * strata;
     out.push_back({l, kInfinite, dome.radiance / (count * (cosine / kPi + gloss_density(l)))});
   };
-  for (const auto& p : Strata(strata, key)) add(InFrame(normal, std::sqrt(1.0 - p.x), 2 * kPi * p.y));
-  for (const auto& p : Strata(strata, Mix(key))) {
+  for (const auto& p : Strata(strata)) add(InFrame(normal, std::sqrt(1.0 - p.x), 2 * kPi * p.y));
+  for (const auto& p : Strata(strata)) {
     const double c = std::sqrt((1.0 - p.x) / (1.0 + (a2 - 1.0) * p.x));  // GGX normals, Walter et al. 2007, eq. 35
     const glm::dvec3 h = InFrame(normal, c, 2 * kPi * p.y);
     add(2.0 * glm::dot(view, h) * h - view);

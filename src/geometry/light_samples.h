@@ -1,7 +1,6 @@
 #pragma once
 // Points on lamps, as seen from a point: a stratified quadrature of the incident light.
 
-#include <cstdint>
 #include <vector>
 
 #include "calibration/light_rig.h"
@@ -15,13 +14,14 @@ struct LightSample {
   glm::dvec3 weight;     ///< per channel, in units of irradiance
 };
 
-/// `strata` x `strata` samples, jittered by `key`. For a dome they are cosine-distributed about `normal`.
-void SampleLight(const LightShape& light, const glm::dvec3& point, const glm::dvec3& normal, int strata, uint64_t key,
+/// `strata` x `strata` samples at their strata's centres: smooth in everything, the same in every run.
+/// cosine-distributed about `normal`.
+void SampleLight(const LightShape& light, const glm::dvec3& point, const glm::dvec3& normal, int strata,
                  std::vector<LightSample>& out);
 
 /// Dome samples for a glossy surface seen from `view`: half cosine-distributed, half by the GGX lobe of `roughness`,
 /// combined by the balance heuristic (Veach 1995), so that the weights do not depend on the roughness fitted later.
 void SampleDomeForGloss(const DomeLight& dome, const glm::dvec3& normal, const glm::dvec3& view, double roughness,
-                        int strata, uint64_t key, std::vector<LightSample>& out);
+                        int strata, std::vector<LightSample>& out);
 
 }  // namespace crownfit

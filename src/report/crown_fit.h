@@ -18,7 +18,7 @@ struct FitOptions {
   uint64_t seed = 1;
   int threads = 0;
   size_t max_pixels_per_photograph = 6000;  ///< the fit takes every n-th pixel of larger ones; figures show them all
-  bool converged_blur = false;              ///< 49 taps in place of 13
+  bool twelve_taps = false;                 ///< blur by the thesis's 13 taps in place of 49
 };
 
 struct PhotographResult {

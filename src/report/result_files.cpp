@@ -119,7 +119,7 @@ JsonValue ProvenanceJson(const CrownFit& fit) {
                          {"fix", fixed},
                          {"free", freed},
                          {"priors", fit.options.use_priors},
-                         {"converged_blur", fit.options.converged_blur},
+                         {"twelve_taps", fit.options.twelve_taps},
                          {"max_pixels_per_photograph", static_cast<double>(fit.options.max_pixels_per_photograph)}}}};
 }
 
