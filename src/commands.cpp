@@ -116,7 +116,10 @@ int RunRender(const CommandLine& line) {
   CastOptions options;
   options.threads = line.fit.threads;
   options.converged_blur = !line.fit.twelve_taps;
-  if (line.fine) options.strata *= 2;
+  if (line.fine) {
+    options.strata *= 2;
+    options.gather_strata *= 2;
+  }
   options.shade_scenery = true;
   std::vector<double> thickness;
   for (const auto& layer : material.layers) thickness.push_back(layer[Quantity::kThickness][0]);

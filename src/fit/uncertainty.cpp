@@ -15,8 +15,10 @@ namespace {
 constexpr double kNullRatio = 1e-7;  // singular values below this share of the largest are null directions
 constexpr double kUnidentifiedFactor = 4.0;
 constexpr double kZ95 = 1.959963984540054;
-constexpr int kPatch = 8;              // pixels
-constexpr double kModelError = 0.003;  // relative, common to a patch: the quadrature's error (docs/validation.md)
+constexpr int kPatch = 8;  // pixels
+// Errors of prediction and calibration that many pixels share, relative to the signal (docs/validation.md, quadrature):
+constexpr double kPatchError = 0.003;       // common to a patch
+constexpr double kPhotographError = 0.005;  // common to a photograph: level of its light, exposure and backing
 
 /// Variance of a linear combination: data only; infinite when it leans on a null direction.
 struct DataCovariance {
@@ -84,14 +86,22 @@ double BlockChi2(const CastState& state, const Evaluation& e, const std::vector<
   return patches ? total / static_cast<double>(patches) : 0.0;
 }
 
-/// J' C J for an error of kModelError of the signal, the same within a patch and independent between patches.
+/// J' C J of these shared errors; patches and photographs are independent of each other.
 Eigen::MatrixXd ModelScatter(const CastState& state, const Evaluation& e, const std::vector<FitPixels>& pixels) {
   Eigen::MatrixXd scatter = Eigen::MatrixXd::Zero(e.jacobian.cols(), e.jacobian.cols());
   ForEachPatch(state, pixels, [&](const std::vector<std::pair<int, double>>& rows) {
     Eigen::VectorXd pull = Eigen::VectorXd::Zero(e.jacobian.cols());
-    for (const auto& [row, signal] : rows) pull += kModelError * signal * e.jacobian.row(row).transpose();
+    for (const auto& [row, signal] : rows) pull += kPatchError * signal * e.jacobian.row(row).transpose();
     scatter += pull * pull.transpose();
   });
+  int row = 0;
+  for (const FitPixels& p : pixels) {
+    Eigen::VectorXd pull = Eigen::VectorXd::Zero(e.jacobian.cols());
+    for (size_t i = 0; i < p.pixels.size(); ++i)
+      for (int c = 0; c < kChannels; ++c, ++row)
+        pull += kPhotographError * p.values[i][c] / p.stddev[i][c] * e.jacobian.row(row).transpose();
+    scatter += pull * pull.transpose();
+  }
   return scatter;
 }
 

@@ -237,7 +237,7 @@ PixelResult CastPixel(const Caster& caster, const Crown& crown, const TapKernel&
     const Tap tap = CastTap(crown, position, normal, offset);
     if (tap.front.exists()) result.taps.push_back(tap);
   }
-  caster.Gather(position, normal, &view, result.shares, &result.highlights, 2 * caster.strata());
+  caster.Gather(position, normal, &view, result.shares, &result.highlights, caster.strata());
   result.pixel = pixel;
   return result;
 }

@@ -28,7 +28,7 @@ TapKernel TwelveTapKernel();
 TapKernel ConvergedKernel();
 
 struct CastOptions {
-  int strata = 6;                 ///< per lamp: strata^2 directions (domes and mirrored lamps: four times as many)
+  int strata = 6;                 ///< per lamp: strata^2 directions (domes: four times as many)
   int gather_strata = 8;          ///< in which a vertex looks for scenery and backings
   bool converged_blur = true;     ///< 49 blur taps; false: the thesis's 13
   double gloss_roughness = 0.15;  ///< lobe by which domes are sampled; any later roughness stays unbiased
