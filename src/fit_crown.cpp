@@ -36,12 +36,14 @@ CrownFit FitCrown(const Capture& stated, const FitOptions& options, Progress& pr
       const double chi2 = 2.0 * cost / std::max(1, residuals.count());
       progress.Show("fitting", 1.0 - std::exp(-0.15 * iteration), "chi2 " + std::to_string(chi2));
     });
-    again = GeometryIsStale(free, x, solved.x) || solved.thickness_moved;
+    const Eigen::VectorXd cast_at = x;
     x = solved.x;
-    fit.iterations += solved.iterations;
-    fit.converged = solved.converged && !again;
     at_solution = residuals.Evaluate(x, true);
     fit.uncertainty = Quantify(fit.capture, state, free, x, at_solution, pixels, options.use_priors);
+    again = solved.thickness_moved || GeometryIsStale(free, cast_at, x, fit.uncertainty);
+    fit.iterations += solved.iterations;
+    fit.converged = solved.converged && !again;
+    if (again && !solved.thickness_moved) x = HalfWay(free, cast_at, x);
   }
 
   fit.material = MaterialAt(free, x);

@@ -85,10 +85,23 @@ std::vector<double> ThicknessesAt(const FreeParameters& free, const Eigen::Vecto
   return thickness;
 }
 
-bool GeometryIsStale(const FreeParameters& free, const Eigen::VectorXd& cast_at, const Eigen::VectorXd& x) {
-  for (int k = 0; k < free.count(); ++k)
-    if (free.entries[k].moves_surface && std::abs(x[k] - cast_at[k]) > 2e-4) return true;
+bool GeometryIsStale(const FreeParameters& free, const Eigen::VectorXd& cast_at, const Eigen::VectorXd& x,
+                     const Uncertainty& uncertainty) {
+  for (int k = 0; k < free.count(); ++k) {
+    const FreeEntry& e = free.entries[k];
+    if (!e.moves_surface) continue;
+    double relative_stddev = 0;
+    for (const auto& p : uncertainty.parameters)
+      if (p.layer == e.layer && p.quantity == e.quantity) relative_stddev = p.stddev[0] / p.value[0];
+    if (std::abs(x[k] - cast_at[k]) > std::max(1e-3, 0.1 * relative_stddev)) return true;
+  }
   return false;
+}
+
+Eigen::VectorXd HalfWay(const FreeParameters& free, const Eigen::VectorXd& cast_at, Eigen::VectorXd x) {
+  for (int k = 0; k < free.count(); ++k)
+    if (free.entries[k].moves_surface) x[k] = 0.5 * (cast_at[k] + x[k]);
+  return x;
 }
 
 std::vector<FitPixels> ChoosePixels(const CrownInput& input, const CastState& state, size_t max_pixels) {

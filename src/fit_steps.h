@@ -29,8 +29,14 @@ CastState CastAll(const CrownInput& input, const std::vector<double>& thickness_
 /// Thickness per layer at x, as BuildCrown wants it.
 std::vector<double> ThicknessesAt(const FreeParameters& free, const Eigen::VectorXd& x);
 
-/// True when a fitted thickness is so far from the cast one that scaled lengths are no longer good to a few 1e-4.
-bool GeometryIsStale(const FreeParameters& free, const Eigen::VectorXd& cast_at, const Eigen::VectorXd& x);
+/// True when a fitted thickness is so far from the cast one that lengths should be cast again: by more than 0.1 % and
+/// more than a tenth of its standard deviation.
+bool GeometryIsStale(const FreeParameters& free, const Eigen::VectorXd& cast_at, const Eigen::VectorXd& x,
+                     const Uncertainty& uncertainty);
+
+/// x with the thicknesses half way between cast and fitted: lengths that scale on one cast overshoot about as much as
+/// they correct, and full steps go back and forth (seen: 0.6013, 0.5989, 0.6013, ... around 0.6000).
+Eigen::VectorXd HalfWay(const FreeParameters& free, const Eigen::VectorXd& cast_at, Eigen::VectorXd x);
 
 /// Pixels for the fit: usable ones whose square lies on the object, every n-th in both directions when there are more
 /// than `max_pixels`. Holdouts are left out. Throws InputError when a photograph offers none.
