@@ -48,7 +48,7 @@ JsonValue ThicknessJson(const CrownFit& fit, size_t layer) {
   return ParameterJson(p);
 }
 
-JsonValue ErrorJson(const CrownFit& fit, const std::vector<const PhotographResult*>& photographs) {
+JsonValue ErrorJson(const std::vector<const PhotographResult*>& photographs) {
   // Over several photographs: blocks weigh alike, so means are weighted by block counts; quantiles are taken per
   // photograph and averaged the same way.
   double weight = 0, median = 0, p95 = 0, mean = 0, pt = 0, at = 0, pixel_median = 0, pixel_p95 = 0, chi2 = 0;
@@ -65,7 +65,6 @@ JsonValue ErrorJson(const CrownFit& fit, const std::vector<const PhotographResul
     chi2 += w * p->reduced_chi2;
   }
   if (weight == 0) return JsonValue();
-  (void)fit;
   return JsonValue::Object{{"de00_median", median / weight},       {"de00_p95", p95 / weight},
                            {"de00_mean", mean / weight},           {"share_below_pt", pt / weight},
                            {"share_below_at", at / weight},        {"de00_median_pixel", pixel_median / weight},
@@ -138,33 +137,33 @@ std::string MaterialJson(const CrownFit& fit) {
   std::vector<const PhotographResult*> used, held_out;
   for (const auto& p : fit.photographs) {
     (p.is_holdout ? held_out : used).push_back(&p);
-    by_name.emplace_back(p.name, ErrorJson(fit, {&p}));
+    by_name.emplace_back(p.name, ErrorJson({&p}));
     if (p.exposure_is_free) scales.emplace_back("exposure_scale " + p.name, p.exposure);
   }
   for (size_t l = 0; l < fit.capture.lights.size(); ++l)
     if (fit.capture.lights[l].scale_is_free)
       scales.emplace_back("intensity_scale " + fit.capture.lights[l].name, fit.scales.light[l]);
   const Uncertainty& u = fit.uncertainty;
-  return ToJsonText(JsonValue::Object{{"format", "crownfit-material/1"},
-                                      {"model", fit.options.model},
-                                      {"status", fit.usable ? "usable" : "not_usable"},
-                                      {"reasons", fit.reasons},
-                                      {"caveats", fit.caveats},
-                                      {"channels", channels},
-                                      {"layers", layers},
-                                      {"surface", surface},
-                                      {"viewer", ViewerJson(fit)},
-                                      {"image_error", JsonValue::Object{{"fit", ErrorJson(fit, used)},
-                                                                        {"holdout", ErrorJson(fit, held_out)},
-                                                                        {"photographs", by_name}}},
-                                      {"identifiability", JsonValue::Object{{"verdict", fit.verdict},
-                                                                            {"weak_directions", u.weak_directions},
-                                                                            {"condition", u.condition},
-                                                                            {"reduced_chi2", u.reduced_chi2},
-                                                                            {"block_chi2", u.block_chi2},
-                                                                            {"variance_inflation", u.inflation}}},
-                                      {"linear_scales", scales},
-                                      {"provenance", ProvenanceJson(fit)}});
+  return ToJsonText(JsonValue::Object{
+      {"format", "crownfit-material/1"},
+      {"model", fit.options.model},
+      {"status", fit.usable ? "usable" : "not_usable"},
+      {"reasons", fit.reasons},
+      {"caveats", fit.caveats},
+      {"channels", channels},
+      {"layers", layers},
+      {"surface", surface},
+      {"viewer", ViewerJson(fit)},
+      {"image_error",
+       JsonValue::Object{{"fit", ErrorJson(used)}, {"holdout", ErrorJson(held_out)}, {"photographs", by_name}}},
+      {"identifiability", JsonValue::Object{{"verdict", fit.verdict},
+                                            {"weak_directions", u.weak_directions},
+                                            {"condition", u.condition},
+                                            {"reduced_chi2", u.reduced_chi2},
+                                            {"block_chi2", u.block_chi2},
+                                            {"variance_inflation", u.inflation}}},
+      {"linear_scales", scales},
+      {"provenance", ProvenanceJson(fit)}});
 }
 
 void WriteResult(const std::filesystem::path& folder, const CrownFit& fit, const RunRecord& run) {
