@@ -231,7 +231,8 @@ std::vector<std::pair<std::string, JsonNode>> JsonNode::Members() const {
 JsonObject::JsonObject(const JsonNode& node, const std::vector<std::string>& allowed_keys) : node_(node) {
   const auto* object = std::get_if<JsonValue::Object>(&node.value_->data);
   if (!object) node.Expected("an object");
-  for (const auto& [key, value] : *object) {
+  for (const auto& member : *object) {
+    const std::string& key = member.first;
     if (std::find(allowed_keys.begin(), allowed_keys.end(), key) != allowed_keys.end()) continue;
     const auto nearest = std::min_element(allowed_keys.begin(), allowed_keys.end(), [&](const auto& a, const auto& b) {
       return EditDistance(a, key) < EditDistance(b, key);

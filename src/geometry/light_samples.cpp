@@ -15,7 +15,8 @@ constexpr double kInfinite = std::numeric_limits<double>::infinity();
 /// Centres of n x n strata of the unit square.
 std::vector<glm::dvec2> Strata(int n) {
   std::vector<glm::dvec2> points;
-  for (int i = 0; i < n * n; ++i) points.emplace_back((i % n + 0.5) / n, (i / n + 0.5) / n);
+  for (int row = 0; row < n; ++row)
+    for (int column = 0; column < n; ++column) points.emplace_back((column + 0.5) / n, (row + 0.5) / n);
   return points;
 }
 
