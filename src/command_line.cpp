@@ -64,7 +64,10 @@ CommandLine ParseCommandLine(int argc, char** argv) {
       ->required();
   render->add_option("--material", line.material, "material.json or truth.json; default: the capture's own values.");
   render->add_option("-o,--output", line.output, "Folder for the pictures.")->required();
-  render->add_option("--model", line.fit.model, "Forward model; this version has: shader.");
+  render->add_option("--model", line.fit.model,
+                     "shader: the real-time terms, seconds. path: random walks, the reference; with a variance layer.");
+  render->add_option("--paths", line.paths, "Paths per pixel of model path (default 256).")
+      ->check(CLI::Range(1, 100000000));
   render->add_option("--photograph", line.photograph, "Only this one.");
   render
       ->add_option("--noise", line.noise, "Add relative noise of this standard deviation (0.01: 1 %), keyed by --seed.")
@@ -99,7 +102,15 @@ CommandLine ParseCommandLine(int argc, char** argv) {
   if (!captures.empty()) line.capture = captures.front();
   if (captures.size() > 1)
     complain("several captures of one material can't be fitted together by this version; give one.");
-  if (line.fit.model != "shader") complain("--model " + line.fit.model + ": this version has only the model `shader`.");
+  const std::map<std::string, std::vector<std::string>> models{{"fit", {"shader"}}, {"render", {"shader", "path"}}};
+  if (const auto known = models.find(line.command); known != models.end()) {
+    const auto& names = known->second;
+    if (std::find(names.begin(), names.end(), line.fit.model) == names.end()) {
+      std::string list;
+      for (const auto& name : names) list += (list.empty() ? "" : ", ") + name;
+      complain("--model " + line.fit.model + ": " + line.command + " of this version has: " + list + ".");
+    }
+  }
   for (const auto& text : fixes) {
     const size_t equals = text.find('=');
     double value = 0;

@@ -19,6 +19,7 @@ struct CommandLine {
   bool json = false;
   bool half_float = false, fine = false;
   double noise = 0;  ///< render: relative noise to add
+  int paths = 256;   ///< render --model path: per pixel
   ProgressMode progress = ProgressMode::kAuto;
   FitOptions fit;
   std::optional<int> exit_code;  ///< set when parsing already answered (--help, --version, a wrong option)

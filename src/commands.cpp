@@ -1,9 +1,7 @@
 #include "commands.h"
 
 #include <chrono>
-#include <cmath>
 #include <cstdio>
-#include <numbers>
 
 #include "base/error.h"
 #include "base/json_file.h"
@@ -12,6 +10,7 @@
 #include "fit_crown.h"
 #include "fit_steps.h"
 #include "photo/image_io.h"
+#include "render_photographs.h"
 #include "report/figures.h"
 #include "report/result_files.h"
 
@@ -36,12 +35,6 @@ class Figures {
 
 void PrintMessages(const std::vector<std::string>& messages) {
   for (const auto& message : messages) std::fprintf(stderr, "note: %s\n", message.c_str());
-}
-
-/// Gaussian of unit variance from two counters (Box and Muller 1958).
-double Gaussian(uint64_t key, uint64_t index) {
-  return std::sqrt(-2.0 * std::log(1.0 - Uniform(key, 2 * index))) *
-         std::cos(2.0 * std::numbers::pi * Uniform(key, 2 * index + 1));
 }
 
 }  // namespace
@@ -105,51 +98,34 @@ int RunCheck(const CommandLine& line) {
 int RunRender(const CommandLine& line) {
   Progress progress(line.progress);
   const Capture capture = ReadCapture(line.capture);
-  CheckShaderSupports(capture);
   const Material material = line.material.empty() ? StatedMaterial(capture) : ReadMaterialFile(line.material, capture);
-  std::optional<size_t> only;
+  RenderOptions options{line.fit.model,  {}, line.paths, line.fit.twelve_taps, line.fine, line.fit.seed,
+                        line.fit.threads};
   for (size_t i = 0; i < capture.photographs.size(); ++i)
-    if (capture.photographs[i].name == line.photograph) only = i;
-  if (!line.photograph.empty() && !only)
+    if (capture.photographs[i].name == line.photograph) options.photograph = i;
+  if (!line.photograph.empty() && !options.photograph)
     throw InputError(capture.file, "photographs", "there is no photograph called '" + line.photograph + "'");
-  const CrownInput input = ReadInput(capture, line.fit.threads, /*with_images=*/false);
-  CastOptions options;
-  options.threads = line.fit.threads;
-  options.converged_blur = !line.fit.twelve_taps;
-  if (line.fine) {
-    options.strata *= 2;
-    options.gather_strata *= 2;
-  }
-  options.shade_scenery = true;
-  std::vector<double> thickness;
-  for (const auto& layer : material.layers) thickness.push_back(layer[Quantity::kThickness][0]);
-  const CastState state = CastAll(input, thickness, options, progress, only);
-  progress.Clear();
-  for (size_t i = 0; i < capture.photographs.size(); ++i) {
-    if (only && *only != i) continue;
-    const PhotographSpec& photo = capture.photographs[i];
-    const PhotographCast& cast = state.photographs[i];
-    const auto values = PredictPixels(capture, state, i, material, StatedLightScales(capture), line.fit.threads);
-    Image picture(photo.camera.width, photo.camera.height, 3), on_object(photo.camera.width, photo.camera.height, 3);
-    const auto put = [&](int x, int y, const glm::dvec3& value) {
-      const uint64_t key = Key(line.fit.seed, 0x6e6f697365ull, i, static_cast<uint64_t>(y) * picture.width + x);
-      for (int c = 0; c < kChannels; ++c)
-        picture.at(x, y, c) =
-            static_cast<float>(photo.exposure_scale * value[c] * (1.0 + line.noise * Gaussian(key, c)));
-    };
-    for (size_t k = 0; k < values.size(); ++k) {
-      put(cast.pixels[k].x, cast.pixels[k].y, values[k]);
-      for (int c = 0; c < kChannels; ++c) on_object.at(cast.pixels[k].x, cast.pixels[k].y, c) = 1.0f;
+  const auto messages = RenderPhotographs(capture, material, options, progress, [&](const RenderedPhotograph& r) {
+    const PhotographSpec& photo = capture.photographs[r.photograph];
+    Image picture = r.picture;
+    for (size_t k = 0; k < picture.values.size(); ++k) {
+      const uint64_t key = Key(line.fit.seed, 0x6e6f697365ull, r.photograph, k / 3);
+      picture.values[k] = static_cast<float>(picture.values[k] * (1.0 + line.noise * Gaussian(key, k % 3)));
     }
-    for (const auto& b : cast.background) put(b.x, b.y, b.value);
-    WriteImageFile(line.output / (photo.name + ".exr"), picture, line.half_float);
-    std::vector<uint8_t> mask(on_object.values.size() / 3);
-    for (size_t k = 0; k < mask.size(); ++k) mask[k] = on_object.values[3 * k] > 0;
+    const auto file = line.output / (photo.name + ".exr");
+    if (r.variance) {
+      WriteImageFile(file, picture, *r.variance, "variance");
+    } else {
+      WriteImageFile(file, picture, line.half_float);
+    }
     WriteImageFile(line.output / (photo.name + ".png"),
-                   DisplayPicture(picture, ComparisonScale(picture, mask, photo.linear_rgb_from_sensor_rgb),
+                   DisplayPicture(picture, ComparisonScale(picture, r.on_object, photo.linear_rgb_from_sensor_rgb),
                                   photo.linear_rgb_from_sensor_rgb));
-    std::printf("%s\n", (line.output / (photo.name + ".exr")).c_str());
-  }
+    progress.Clear();
+    std::printf("%s\n", file.c_str());
+  });
+  progress.Clear();
+  PrintMessages(messages);
   return 0;
 }
 

@@ -1,7 +1,10 @@
 #pragma once
 // Counter-based random numbers: a hash of a key and an index, so results depend neither on order nor on threads.
 
+#include <bit>
+#include <cmath>
 #include <cstdint>
+#include <numbers>
 
 namespace crownfit {
 
@@ -25,5 +28,31 @@ constexpr uint64_t Key(uint64_t first, Counters... rest) {
 constexpr double Uniform(uint64_t key, uint64_t index) {
   return static_cast<double>(Key(key, index) >> 11) * 0x1.0p-53;
 }
+
+/// Gaussian of unit variance (Box and Muller 1958).
+inline double Gaussian(uint64_t key, uint64_t index) {
+  return std::sqrt(-2.0 * std::log(1.0 - Uniform(key, 2 * index))) *
+         std::cos(2.0 * std::numbers::pi * Uniform(key, 2 * index + 1));
+}
+
+/// Many numbers of one key, quickly: number i is the mix of start + i step, both drawn from the key (the split
+/// generator of Steele, Lea and Flood 2014, whose rule for weak steps is kept). Streams of different keys do not
+/// overlap.
+class RandomStream {
+ public:
+  explicit RandomStream(uint64_t key) : state_(Mix(key)), step_(Mix(key ^ 0x632be59bd9b4e019ull) | 1) {
+    if (std::popcount(step_ ^ (step_ >> 1)) < 24) step_ ^= 0xaaaaaaaaaaaaaaaaull;
+  }
+  /// Uniform in [0, 1), 53 bits.
+  double Next() {
+    uint64_t x = state_ += step_;
+    x = (x ^ (x >> 30)) * 0xbf58476d1ce4e5b9ull;
+    x = (x ^ (x >> 27)) * 0x94d049bb133111ebull;
+    return static_cast<double>((x ^ (x >> 31)) >> 11) * 0x1.0p-53;
+  }
+
+ private:
+  uint64_t state_, step_;
+};
 
 }  // namespace crownfit

@@ -39,6 +39,12 @@ struct BackingSpec {
 
 enum class Polarisation { kNone, kCross, kParallel };
 
+/// What becomes of light S that kept its polarisation: none = S + D, cross = D, parallel = 2 S + D, as photographs are
+/// normalised to a white card seen through the filters.
+constexpr double SpecularFactor(Polarisation polarisation) {
+  return polarisation == Polarisation::kNone ? 1.0 : polarisation == Polarisation::kCross ? 0.0 : 2.0;
+}
+
 struct PhotographSpec {
   std::string name, key;  ///< key: where it stands in capture.json
   PhotographFiles files;

@@ -14,9 +14,11 @@ std::array<double, kChannels> ReadValue(const JsonNode& node, const ParameterRow
       one_value ? std::vector<double>(kChannels, node.Number()) : node.Numbers(size_t{kChannels});
   for (int c = 0; c < kChannels; ++c) {
     value[c] = numbers[c];
-    // Absorption 0 is a meaningful fixed value: the white limit. Fits move in ln and keep above the lower bound.
-    const double low =
-        row.quantity == Quantity::kAbsorption || row.quantity == Quantity::kReducedScattering ? 0 : row.low;
+    // 0 is a meaningful fixed value of these: the white, the clear, the polished limit. Fits move in ln and keep above
+    // the lower bound.
+    const bool may_vanish = row.quantity == Quantity::kAbsorption || row.quantity == Quantity::kReducedScattering ||
+                            row.quantity == Quantity::kRoughness;
+    const double low = may_vanish ? 0.0 : row.low;
     if (value[c] < low || value[c] > row.high)
       node.Fail("the value is outside [" + std::to_string(low) + ", " + std::to_string(row.high) + "] " + row.unit);
   }

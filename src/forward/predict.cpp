@@ -50,15 +50,15 @@ std::array<double, kShaderSlots> SlotValues(const Capture& capture, const Materi
   return values;
 }
 
-double SpecularFactor(Polarisation polarisation) {
-  return polarisation == Polarisation::kNone ? 1.0 : polarisation == Polarisation::kCross ? 0.0 : 2.0;
-}
-
 void CheckShaderSupports(const Capture& capture) {
   const ParameterSpec& wetness = capture.surface[static_cast<size_t>(Quantity::kWetness)];
   if (!wetness.fixed || wetness.value[0] != 0.0)
     throw InputError(capture.file, "object.surface.wetness", "the shader model of this version knows no wetness film",
                      "State \"wetness\": {\"fixed\": 0.0}.");
+  const ParameterRow& row = RowOf(Quantity::kRoughness);
+  if (capture.surface[static_cast<size_t>(Quantity::kRoughness)].value[0] < row.low)
+    throw InputError(capture.file, "object.surface.roughness", "the shader model needs a surface that is not a mirror",
+                     "State at least " + std::to_string(row.low) + ".");
 }
 
 std::vector<double> StatedLightScales(const Capture& capture) {

@@ -53,9 +53,6 @@ ShaderOptics<T> OpticsFromSlots(const Capture& capture, const std::array<T, kSha
   return o;
 }
 
-/// none = S + D, cross = D, parallel = 2 S + D, as photographs are normalised to a white card seen through the filters.
-double SpecularFactor(Polarisation polarisation);
-
 /// Refuses what the shader model does not know (wetness) by file and key.
 void CheckShaderSupports(const Capture& capture);
 

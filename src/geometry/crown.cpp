@@ -76,12 +76,12 @@ std::vector<double> StatedThicknesses(const Capture& capture) {
   return thickness;
 }
 
-std::shared_ptr<const Crown> BuildCrown(const Capture& capture, const CrownSource& source,
-                                        const std::vector<double>& thickness_mm, int threads) {
-  auto crown = std::make_shared<Crown>();
+std::vector<TriangleMesh> BuildSurfaces(const Capture& capture, const CrownSource& source,
+                                        const std::vector<double>& thickness_mm) {
+  std::vector<TriangleMesh> surfaces;
   for (size_t i = 0; i < capture.layers.size(); ++i) {
     if (source.meshes[i]) {
-      crown->surfaces.push_back(*source.meshes[i]);
+      surfaces.push_back(*source.meshes[i]);
       continue;
     }
     const size_t base = BaseOf(source, i);
@@ -94,8 +94,15 @@ std::shared_ptr<const Crown> BuildCrown(const Capture& capture, const CrownSourc
                            " mm below '" + capture.layers[base].name + "', which is at most " +
                            std::to_string(source.fields[base]->max_depth_mm()) + " mm deep",
                        "State a smaller thickness, or check the mesh's scale.");
-    crown->surfaces.push_back(std::move(*surface));
+    surfaces.push_back(std::move(*surface));
   }
+  return surfaces;
+}
+
+std::shared_ptr<const Crown> BuildCrown(const Capture& capture, const CrownSource& source,
+                                        const std::vector<double>& thickness_mm, int threads) {
+  auto crown = std::make_shared<Crown>();
+  crown->surfaces = BuildSurfaces(capture, source, thickness_mm);
   for (const auto& surface : crown->surfaces) crown->casters.emplace_back(std::vector<const TriangleMesh*>{&surface});
 
   double edge = kFineEdge_mm;

@@ -52,8 +52,12 @@ struct CrownSource {
 
 CrownSource ReadCrownSource(const Capture& capture, int threads);
 
-/// Builds the nested surfaces; `thickness_mm[i]` is the distance between the surfaces i and i + 1 where i + 1 is an
-/// offset (ignored elsewhere). Throws InputError when a layer is thicker than what it should fit into.
+/// The nested surfaces, outermost first; `thickness_mm[i]` is the distance between the surfaces i and i + 1 where i + 1
+/// is an offset (ignored elsewhere). Throws InputError when a layer is thicker than what it should fit into.
+std::vector<TriangleMesh> BuildSurfaces(const Capture& capture, const CrownSource& source,
+                                        const std::vector<double>& thickness_mm);
+
+/// The same, with all that the shader model casts on.
 std::shared_ptr<const Crown> BuildCrown(const Capture& capture, const CrownSource& source,
                                         const std::vector<double>& thickness_mm, int threads);
 

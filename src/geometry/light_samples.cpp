@@ -1,5 +1,6 @@
 #include "geometry/light_samples.h"
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <numbers>
@@ -26,67 +27,132 @@ glm::dvec3 InFrame(const glm::dvec3& axis, double cosine, double angle) {
   return sine * std::cos(angle) * u + sine * std::sin(angle) * v + cosine * axis;
 }
 
-/// Uniform over a cone; a surface facing it receives `irradiance`.
-void SampleCone(const glm::dvec3& axis, double radius, const glm::dvec3& irradiance, double distance,
-                const std::vector<glm::dvec2>& points, std::vector<LightSample>& out) {
-  const double edge = std::cos(radius);
-  const glm::dvec3 weight = irradiance * (2.0 / (1.0 + edge)) / static_cast<double>(points.size());
-  for (const auto& p : points)
-    out.push_back({InFrame(axis, 1.0 - p.x * (1.0 - edge), 2 * kPi * p.y), distance, weight});
+/// The cone under which a directional or a point light is seen. Its radiance is uniform.
+struct LightCone {
+  glm::dvec3 axis, radiance;
+  double edge_cosine, distance_mm;
+  double density() const { return 1.0 / (2 * kPi * (1.0 - edge_cosine)); }
+};
+
+/// A surface that faces the cone receives `irradiance`. A light without size becomes a cone of 1e-4 rad.
+LightCone ConeOf(const glm::dvec3& axis, double sine, const glm::dvec3& irradiance, double distance) {
+  const double s2 = std::clamp(sine * sine, 1e-8, 1.0);
+  return {axis, irradiance / (kPi * s2), std::sqrt(1.0 - s2), distance};
+}
+LightCone ConeOf(const DirectionalLight& l, const glm::dvec3&) {
+  return ConeOf(l.direction, std::sin(l.angular_radius), l.irradiance, kInfinite);
+}
+LightCone ConeOf(const PointLight& l, const glm::dvec3& from) {
+  const glm::dvec3 way = l.position_mm - from;
+  const double d = glm::length(way);
+  return ConeOf(way / d, std::min(1.0, l.radius_mm / d), l.radiant_intensity / (d * d), d);
 }
 
-/// A point on a flat lamp that shines along `normal`: weight = L cos' dA / d^2.
-void AddAreaSample(const glm::dvec3& from, const glm::dvec3& on_lamp, const glm::dvec3& normal,
-                   const glm::dvec3& radiance, double area, std::vector<LightSample>& out) {
-  const glm::dvec3 way = on_lamp - from;
-  const double distance = glm::length(way), cosine = -glm::dot(way, normal) / distance;
-  if (!(cosine > 0)) return;
-  out.push_back({way / distance, distance, radiance * (cosine * area / (distance * distance))});
+/// A flat lamp: a point of its plane, and its area.
+struct FlatLamp {
+  glm::dvec3 centre, normal, radiance;
+  double area;
+};
+FlatLamp FlatOf(const DiskLight& l) {
+  const double r0 = l.inner_radius_mm, r1 = l.outer_radius_mm;
+  return {l.centre_mm, l.normal, l.radiance, kPi * (r1 * r1 - r0 * r0)};
+}
+FlatLamp FlatOf(const RectangleLight& l) {
+  const glm::dvec3 cross = glm::cross(l.half_axis_u_mm, l.half_axis_v_mm);
+  return {l.centre_mm, glm::normalize(cross), l.radiance, 4.0 * glm::length(cross)};
+}
+glm::dvec3 PointOn(const DiskLight& l, const glm::dvec2& p) {
+  const auto [u, v] = Tangents(l.normal);
+  const double r0 = l.inner_radius_mm * l.inner_radius_mm, r1 = l.outer_radius_mm * l.outer_radius_mm;
+  const double r = std::sqrt(r0 + p.x * (r1 - r0)), a = 2 * kPi * p.y;
+  return l.centre_mm + r * std::cos(a) * u + r * std::sin(a) * v;
+}
+glm::dvec3 PointOn(const RectangleLight& l, const glm::dvec2& p) {
+  return l.centre_mm + (2 * p.x - 1) * l.half_axis_u_mm + (2 * p.y - 1) * l.half_axis_v_mm;
+}
+bool Covers(const DiskLight& l, const glm::dvec3& from_centre) {
+  const double r2 = glm::dot(from_centre, from_centre);
+  return r2 >= l.inner_radius_mm * l.inner_radius_mm && r2 <= l.outer_radius_mm * l.outer_radius_mm;
+}
+bool Covers(const RectangleLight& l, const glm::dvec3& from_centre) {
+  const glm::dvec3 cross = glm::cross(l.half_axis_u_mm, l.half_axis_v_mm);
+  const double square = glm::dot(cross, cross);
+  const double a = glm::dot(glm::cross(from_centre, l.half_axis_v_mm), cross) / square,
+               b = glm::dot(glm::cross(l.half_axis_u_mm, from_centre), cross) / square;
+  return std::abs(a) <= 1.0 && std::abs(b) <= 1.0;
 }
 
-struct Sampler {
-  glm::dvec3 point, normal;
-  const std::vector<glm::dvec2>& points;
-  std::vector<LightSample>& out;
+template <class Shape>
+concept Flat = requires(const Shape& shape) {
+  FlatOf(shape);
+};
 
-  void operator()(const DirectionalLight& l) const {
-    SampleCone(l.direction, l.angular_radius, l.irradiance, kInfinite, points, out);
+struct PointSampler {
+  const glm::dvec3& from;
+  const glm::dvec2& p;
+  template <class Shape>
+  std::optional<LightPoint> operator()(const Shape& l) const {
+    const LightCone cone = ConeOf(l, from);
+    return LightPoint{InFrame(cone.axis, 1.0 - p.x * (1.0 - cone.edge_cosine), 2 * kPi * p.y), cone.distance_mm,
+                      cone.radiance, cone.density()};
   }
-  void operator()(const PointLight& l) const {
-    const glm::dvec3 way = l.position_mm - point;
-    const double d = glm::length(way);
-    SampleCone(way / d, std::asin(std::min(1.0, l.radius_mm / d)), l.radiant_intensity / (d * d), d, points, out);
+  template <Flat Shape>
+  std::optional<LightPoint> operator()(const Shape& l) const {
+    const FlatLamp lamp = FlatOf(l);
+    const glm::dvec3 way = PointOn(l, p) - from;
+    const double d2 = glm::dot(way, way), d = std::sqrt(d2), cosine = -glm::dot(way, lamp.normal) / d;
+    if (!(cosine > 0)) return std::nullopt;
+    return LightPoint{way / d, d, lamp.radiance, d2 / (cosine * lamp.area)};
   }
-  void operator()(const DiskLight& l) const {
-    const auto [u, v] = Tangents(l.normal);
-    const double r0 = l.inner_radius_mm * l.inner_radius_mm, r1 = l.outer_radius_mm * l.outer_radius_mm;
-    for (const auto& p : points) {
-      const double r = std::sqrt(r0 + p.x * (r1 - r0)), a = 2 * kPi * p.y;
-      AddAreaSample(point, l.centre_mm + r * std::cos(a) * u + r * std::sin(a) * v, l.normal, l.radiance,
-                    kPi * (r1 - r0) / static_cast<double>(points.size()), out);
-    }
+  std::optional<LightPoint> operator()(const DomeLight& l) const {
+    return LightPoint{InFrame({0, 0, 1}, 1.0 - 2.0 * p.x, 2 * kPi * p.y), kInfinite, l.radiance, 0.25 / kPi};
   }
-  void operator()(const RectangleLight& l) const {
-    const glm::dvec3 cross = glm::cross(l.half_axis_u_mm, l.half_axis_v_mm);
-    const double area = 4.0 * glm::length(cross) / static_cast<double>(points.size());
-    for (const auto& p : points)
-      AddAreaSample(point, l.centre_mm + (2 * p.x - 1) * l.half_axis_u_mm + (2 * p.y - 1) * l.half_axis_v_mm,
-                    glm::normalize(cross), l.radiance, area, out);
+};
+
+struct RayMeeting {
+  const glm::dvec3 &from, &direction;
+  template <class Shape>
+  std::optional<LightPoint> operator()(const Shape& l) const {
+    const LightCone cone = ConeOf(l, from);
+    if (glm::dot(direction, cone.axis) < cone.edge_cosine) return std::nullopt;
+    return LightPoint{direction, cone.distance_mm, cone.radiance, cone.density()};
   }
-  void operator()(const DomeLight& l) const {
-    for (const auto& p : points) {
-      const double cosine = std::sqrt(1.0 - p.x);
-      out.push_back({InFrame(normal, cosine, 2 * kPi * p.y), kInfinite,
-                     l.radiance * (kPi / (cosine * static_cast<double>(points.size())))});
-    }
+  template <Flat Shape>
+  std::optional<LightPoint> operator()(const Shape& l) const {
+    const FlatLamp lamp = FlatOf(l);
+    const double cosine = -glm::dot(direction, lamp.normal);
+    if (!(cosine > 0)) return std::nullopt;
+    const double d = glm::dot(from - lamp.centre, lamp.normal) / cosine;
+    if (!(d > 0) || !Covers(l, from + d * direction - lamp.centre)) return std::nullopt;
+    return LightPoint{direction, d, lamp.radiance, d * d / (cosine * lamp.area)};
+  }
+  std::optional<LightPoint> operator()(const DomeLight& l) const {
+    return LightPoint{direction, kInfinite, l.radiance, 0.25 / kPi};
   }
 };
 
 }  // namespace
 
+std::optional<LightPoint> SampleLightPoint(const LightShape& light, const glm::dvec3& from, const glm::dvec2& uniform) {
+  return std::visit(PointSampler{from, uniform}, light);
+}
+
+std::optional<LightPoint> LightAlong(const LightShape& light, const glm::dvec3& from, const glm::dvec3& direction) {
+  return std::visit(RayMeeting{from, direction}, light);
+}
+
 void SampleLight(const LightShape& light, const glm::dvec3& point, const glm::dvec3& normal, int strata,
                  std::vector<LightSample>& out) {
-  std::visit(Sampler{point, normal, Strata(strata), out}, light);
+  const double count = static_cast<double>(strata) * strata;
+  const auto* dome = std::get_if<DomeLight>(&light);
+  for (const auto& p : Strata(strata)) {
+    if (dome) {  // cosine-distributed about the normal
+      const double cosine = std::sqrt(1.0 - p.x);
+      out.push_back({InFrame(normal, cosine, 2 * kPi * p.y), kInfinite, dome->radiance * (kPi / (cosine * count))});
+    } else if (const auto sample = SampleLightPoint(light, point, p)) {
+      out.push_back({sample->direction, sample->distance_mm, sample->radiance / (sample->density * count)});
+    }
+  }
 }
 
 void SampleDomeForGloss(const DomeLight& dome, const glm::dvec3& normal, const glm::dvec3& view, double roughness,

@@ -1,6 +1,7 @@
 #pragma once
 // Points on lamps, as seen from a point: a stratified quadrature of the incident light.
 
+#include <optional>
 #include <vector>
 
 #include "calibration/light_rig.h"
@@ -13,6 +14,21 @@ struct LightSample {
   double distance_mm;    ///< infinite for directional lights and domes
   glm::dvec3 weight;     ///< per channel, in units of irradiance
 };
+
+/// A point on a lamp as seen from a place: chosen at random, or met by a ray.
+struct LightPoint {
+  glm::dvec3 direction;  ///< unit, towards the light
+  double distance_mm;    ///< infinite for directional lights and domes
+  glm::dvec3 radiance;
+  double density;  ///< with which SampleLightPoint chooses this direction, per steradian
+};
+
+/// Two uniform numbers to a point: uniform over the area of disks and rectangles, over the solid angle of the others.
+/// Nothing where the lamp turns its back.
+std::optional<LightPoint> SampleLightPoint(const LightShape& light, const glm::dvec3& from, const glm::dvec2& uniform);
+
+/// What a ray meets of a lamp; occlusion is the caller's business. Lamps do not block rays.
+std::optional<LightPoint> LightAlong(const LightShape& light, const glm::dvec3& from, const glm::dvec3& direction);
 
 /// `strata` x `strata` samples at their strata's centres: smooth in everything, the same in every run.
 /// cosine-distributed about `normal`.

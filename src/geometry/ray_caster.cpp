@@ -62,6 +62,13 @@ RTCRay MakeRay(const glm::dvec3& o, const glm::dvec3& d, double min_mm, double m
   return ray;
 }
 
+std::optional<Hit> HitOf(const RTCRayHit& query) {
+  if (query.hit.geomID == RTC_INVALID_GEOMETRY_ID) return std::nullopt;
+  const double u = query.hit.u, v = query.hit.v;
+  return Hit{query.ray.tfar, static_cast<int>(query.hit.geomID),
+             SurfacePoint{static_cast<int>(query.hit.primID), {1.0 - u - v, u, v}}};
+}
+
 }  // namespace
 
 struct RayCaster::Impl {
@@ -79,7 +86,9 @@ RayCaster::RayCaster(const std::vector<const TriangleMesh*>& meshes) : impl_(std
   impl_->device = rtcNewDevice("threads=1");  // the same tree whatever the machine's processors
   Check(impl_->device != nullptr, "Embree starts");
   impl_->scene = rtcNewScene(impl_->device);
-  rtcSetSceneFlags(impl_->scene, RTC_SCENE_FLAG_ROBUST);  // no leaks between neighbouring triangles
+  // Robust: no leaks between neighbouring triangles. Context filter: NearestAccepted.
+  rtcSetSceneFlags(impl_->scene,
+                   static_cast<RTCSceneFlags>(RTC_SCENE_FLAG_ROBUST | RTC_SCENE_FLAG_CONTEXT_FILTER_FUNCTION));
   for (size_t m = 0; m < meshes.size(); ++m) {
     const RTCGeometry geometry = rtcNewGeometry(impl_->device, RTC_GEOMETRY_TYPE_TRIANGLE);
     auto* v = static_cast<float*>(rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3,
@@ -110,10 +119,28 @@ std::optional<Hit> RayCaster::Nearest(const glm::dvec3& origin, const glm::dvec3
   query.ray = MakeRay(origin, direction, min_mm, max_mm);
   query.hit.geomID = RTC_INVALID_GEOMETRY_ID;
   rtcIntersect1(impl_->scene, &context, &query);
-  if (query.hit.geomID == RTC_INVALID_GEOMETRY_ID) return std::nullopt;
-  const double u = query.hit.u, v = query.hit.v;
-  return Hit{query.ray.tfar, static_cast<int>(query.hit.geomID),
-             SurfacePoint{static_cast<int>(query.hit.primID), {1.0 - u - v, u, v}}};
+  return HitOf(query);
+}
+
+std::optional<Hit> RayCaster::NearestAccepted(const glm::dvec3& origin, const glm::dvec3& direction, double max_mm,
+                                              Predicate predicate, const void* state) const {
+  struct FilterContext {
+    RTCIntersectContext embree;  // first, so that the callback can cast back
+    Predicate predicate;
+    const void* state;
+  } context{{}, predicate, state};
+  rtcInitIntersectContext(&context.embree);
+  context.embree.filter = [](const RTCFilterFunctionNArguments* args) {
+    const auto* c = reinterpret_cast<const FilterContext*>(args->context);
+    const int mesh = static_cast<int>(RTCHitN_geomID(args->hit, args->N, 0));
+    const int triangle = static_cast<int>(RTCHitN_primID(args->hit, args->N, 0));
+    if (!c->predicate(c->state, mesh, triangle)) args->valid[0] = 0;
+  };
+  RTCRayHit query{};
+  query.ray = MakeRay(origin, direction, 0.0, max_mm);
+  query.hit.geomID = RTC_INVALID_GEOMETRY_ID;
+  rtcIntersect1(impl_->scene, &context.embree, &query);
+  return HitOf(query);
 }
 
 bool RayCaster::Occluded(const glm::dvec3& origin, const glm::dvec3& direction, double min_mm, double max_mm) const {

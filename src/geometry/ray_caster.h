@@ -30,11 +30,23 @@ class RayCaster {
   /// Nearest hit with min < distance < max; `direction` is a unit vector.
   std::optional<Hit> Nearest(const glm::dvec3& origin, const glm::dvec3& direction, double min_mm = 0.0,
                              double max_mm = kFar) const;
+  /// Nearest hit that `accepts` (a predicate of mesh and triangle) lets count: what it refuses does not block.
+  template <class Accepts>
+  std::optional<Hit> NearestAccepted(const glm::dvec3& origin, const glm::dvec3& direction, double max_mm,
+                                     const Accepts& accepts) const {
+    return NearestAccepted(
+        origin, direction, max_mm,
+        [](const void* f, int mesh, int triangle) { return (*static_cast<const Accepts*>(f))(mesh, triangle); },
+        &accepts);
+  }
   bool Occluded(const glm::dvec3& origin, const glm::dvec3& direction, double min_mm = 0.0, double max_mm = kFar) const;
   /// Distance to the nearest triangle, computed in double precision on that triangle.
   double DistanceToSurface(const glm::dvec3& point) const;
 
  private:
+  using Predicate = bool (*)(const void* state, int mesh, int triangle);
+  std::optional<Hit> NearestAccepted(const glm::dvec3& origin, const glm::dvec3& direction, double max_mm,
+                                     Predicate predicate, const void* state) const;
   struct Impl;
   std::unique_ptr<Impl> impl_;
 };

@@ -19,6 +19,14 @@ namespace {
                    "Write the file again; EXR, PNG and TIFF are read.");
 }
 
+void Write(const std::filesystem::path& file, const std::filesystem::path& beside, const OIIO::ImageSpec& spec,
+           const Image& image) {
+  const auto output = OIIO::ImageOutput::create(beside.string());
+  if (!output || !output->open(beside.string(), spec) ||
+      !output->write_image(OIIO::TypeDesc::FLOAT, image.values.data()) || !output->close())
+    throw InputError(file, "", "the image can't be written: " + (output ? output->geterror() : OIIO::geterror()));
+}
+
 }  // namespace
 
 ImageFile ReadImageFile(const std::filesystem::path& file) {
@@ -55,10 +63,24 @@ void WriteImageFile(const std::filesystem::path& file, const Image& image, bool 
     OIIO::ImageSpec spec(image.width, image.height, image.channels,
                          exr ? (half ? OIIO::TypeDesc::HALF : OIIO::TypeDesc::FLOAT) : OIIO::TypeDesc::UINT8);
     if (!exr) spec.attribute("oiio:ColorSpace", "sRGB");
-    const auto output = OIIO::ImageOutput::create(beside.string());
-    if (!output || !output->open(beside.string(), spec) ||
-        !output->write_image(OIIO::TypeDesc::FLOAT, image.values.data()) || !output->close())
-      throw InputError(file, "", "the image can't be written: " + (output ? output->geterror() : OIIO::geterror()));
+    Write(file, beside, spec, image);
+  });
+}
+
+void WriteImageFile(const std::filesystem::path& file, const Image& image, const Image& second,
+                    const std::string& layer) {
+  Check(image.width == second.width && image.height == second.height && image.channels == 3 && second.channels == 3,
+        "two layers of one size");
+  Image both(image.width, image.height, 6);
+  for (size_t p = 0; p < image.values.size() / 3; ++p)
+    for (size_t c = 0; c < 3; ++c) {
+      both.values[6 * p + c] = image.values[3 * p + c];
+      both.values[6 * p + 3 + c] = second.values[3 * p + c];
+    }
+  WriteBesideAndRename(file, [&](const std::filesystem::path& beside) {
+    OIIO::ImageSpec spec(both.width, both.height, both.channels, OIIO::TypeDesc::FLOAT);
+    spec.channelnames = {"R", "G", "B", layer + ".R", layer + ".G", layer + ".B"};
+    Write(file, beside, spec, both);
   });
 }
 

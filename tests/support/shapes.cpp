@@ -56,6 +56,24 @@ TriangleMesh Sphere(double radius, int rings) {
   return mesh;
 }
 
+TriangleMesh Cup(double radius, double height, double wall, int sides) {
+  std::vector<std::vector<glm::dvec3>> stack;
+  const auto ring = [&](double r, double z) {
+    stack.emplace_back();
+    for (int i = 0; i < sides; ++i) {
+      const double a = kTwoPi * i / sides;
+      stack.back().emplace_back(r * std::cos(a), r * std::sin(a), z);
+    }
+  };
+  ring(0.5 * radius, -0.5 * height);
+  ring(radius, -0.5 * height);
+  ring(radius, 0.5 * height);
+  ring(radius - wall, 0.5 * height);
+  ring(radius - wall, wall - 0.5 * height);
+  ring(0.5 * (radius - wall), wall - 0.5 * height);
+  return Stack(stack);
+}
+
 TriangleMesh Disc(double thickness, double radius, int sides) {
   std::vector<std::vector<glm::dvec3>> stack;
   for (const auto& [z, r] :

@@ -13,6 +13,9 @@ TriangleMesh Disc(double thickness_mm, double radius_mm, int sides = 64);
 /// Axis-aligned box.
 TriangleMesh Box(const glm::dvec3& low, const glm::dvec3& high);
 
+/// A thick-walled open vessel: a body with a hollow, so that light leaves it and enters it again.
+TriangleMesh Cup(double radius_mm, double height_mm, double wall_mm, int sides = 64);
+
 /// An upper incisor's crown, about 8.4 x 10 x 6 mm: axis along y with the edge at +y, the facial side looks along +z.
 /// Superelliptic cross-sections that flatten towards the edge.
 TriangleMesh Incisor();

@@ -1,0 +1,95 @@
+#include "render_photographs.h"
+
+#include "fit_steps.h"
+#include "walk/path_photograph.h"
+
+namespace crownfit {
+namespace {
+
+using Done = std::function<void(const RenderedPhotograph&)>;
+
+std::vector<double> ThicknessesOf(const Material& material) {
+  std::vector<double> thickness;
+  for (const auto& layer : material.layers) thickness.push_back(layer[Quantity::kThickness][0]);
+  return thickness;
+}
+
+std::vector<std::string> RenderByShader(const CrownInput& input, const Material& material, const RenderOptions& options,
+                                        Progress& progress, const Done& done) {
+  const Capture& capture = input.capture;
+  CheckShaderSupports(capture);
+  CastOptions cast_options;
+  cast_options.threads = options.threads;
+  cast_options.converged_blur = !options.twelve_taps;
+  cast_options.shade_scenery = true;
+  if (options.fine) {
+    cast_options.strata *= 2;
+    cast_options.gather_strata *= 2;
+  }
+  const CastState state = CastAll(input, ThicknessesOf(material), cast_options, progress, options.photograph);
+  for (size_t i = 0; i < capture.photographs.size(); ++i) {
+    if (options.photograph && *options.photograph != i) continue;
+    const PhotographSpec& photo = capture.photographs[i];
+    const PhotographCast& cast = state.photographs[i];
+    const auto values = PredictPixels(capture, state, i, material, StatedLightScales(capture), options.threads);
+    RenderedPhotograph r{i, Image(photo.camera.width, photo.camera.height, 3), {}, {}};
+    r.on_object.resize(r.picture.values.size() / 3);
+    const auto put = [&](int x, int y, const glm::dvec3& value) {
+      for (int c = 0; c < kChannels; ++c) r.picture.at(x, y, c) = static_cast<float>(photo.exposure_scale * value[c]);
+    };
+    for (size_t k = 0; k < values.size(); ++k) {
+      put(cast.pixels[k].x, cast.pixels[k].y, values[k]);
+      r.on_object[static_cast<size_t>(cast.pixels[k].y) * photo.camera.width + cast.pixels[k].x] = 1;
+    }
+    for (const auto& b : cast.background) put(b.x, b.y, b.value);
+    done(r);
+  }
+  return {};
+}
+
+std::vector<std::string> RenderByPath(const CrownInput& input, const Material& material, const RenderOptions& options,
+                                      Progress& progress, const Done& done) {
+  const Capture& capture = input.capture;
+  const auto surfaces = BuildSurfaces(capture, input.source, ThicknessesOf(material));
+  PathOptions path;
+  path.paths_per_pixel = options.paths_per_pixel;
+  path.seed = options.seed;
+  path.threads = options.threads;
+  WalkCounters counters;
+  for (size_t i = 0; i < capture.photographs.size(); ++i) {
+    if (options.photograph && *options.photograph != i) continue;
+    const PhotographSpec& photo = capture.photographs[i];
+    const PathPhotograph rendered = RenderByPaths(capture, surfaces, input.scenery, material, i, path,
+                                                  [&](double share) { progress.Show("walking " + photo.name, share); });
+    counters.Add(rendered.counters);
+    RenderedPhotograph r{i, Image(rendered.width, rendered.height, 3), Image(rendered.width, rendered.height, 3), {}};
+    for (size_t p = 0; p < rendered.pixels.size(); ++p) {
+      const PixelEstimate& e = rendered.pixels[p];
+      const glm::dvec3 mean = photo.exposure_scale * e.mean,
+                       variance = photo.exposure_scale * photo.exposure_scale * e.variance();
+      for (int c = 0; c < kChannels; ++c) {
+        r.picture.values[3 * p + c] = static_cast<float>(mean[c]);
+        r.variance->values[3 * p + c] = static_cast<float>(variance[c]);
+      }
+      r.on_object.push_back(e.on_object);
+    }
+    done(r);
+  }
+  char text[160];
+  std::snprintf(text, sizeof text, "%llu walks inside, %llu lost between facets (%.1e of them)",
+                static_cast<unsigned long long>(counters.walks), static_cast<unsigned long long>(counters.lost),
+                counters.lost_share());
+  return {text};
+}
+
+}  // namespace
+
+std::vector<std::string> RenderPhotographs(const Capture& capture, const Material& material,
+                                           const RenderOptions& options, Progress& progress, const Done& done) {
+  progress.Show("reading", 0.0);
+  const CrownInput input = ReadInput(capture, options.threads, /*with_images=*/false);
+  return options.model == "path" ? RenderByPath(input, material, options, progress, done)
+                                 : RenderByShader(input, material, options, progress, done);
+}
+
+}  // namespace crownfit

@@ -1,0 +1,38 @@
+#pragma once
+// Predicted photographs of a capture, by any model.
+
+#include <functional>
+#include <optional>
+#include <string>
+
+#include "base/progress.h"
+#include "calibration/capture.h"
+#include "optics/material.h"
+#include "photo/image.h"
+
+namespace crownfit {
+
+struct RenderOptions {
+  std::string model = "shader";
+  std::optional<size_t> photograph;  ///< only this one
+  int paths_per_pixel = 256;         ///< model path
+  bool twelve_taps = false;          ///< model shader: 13 blur taps in place of 49
+  bool fine = false;                 ///< model shader: four times the light samples
+  uint64_t seed = 1;
+  int threads = 0;
+};
+
+/// What the camera would record, the photograph's exposure_scale included.
+struct RenderedPhotograph {
+  size_t photograph;
+  Image picture;
+  std::optional<Image> variance;   ///< model path: of the picture's noise
+  std::vector<uint8_t> on_object;  ///< 1: the ray through the pixel's centre meets the object
+};
+
+/// Renders and hands over one photograph after the other. Returns remarks for the user.
+std::vector<std::string> RenderPhotographs(const Capture& capture, const Material& material,
+                                           const RenderOptions& options, Progress& progress,
+                                           const std::function<void(const RenderedPhotograph&)>& done);
+
+}  // namespace crownfit

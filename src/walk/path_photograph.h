@@ -1,0 +1,43 @@
+#pragma once
+// The `path` model: photographs by random walks from the camera through nested layers to the lamps. The truth that the
+// other models are measured against; docs/forward_model.md says what it models and what it was checked with.
+
+#include <functional>
+#include <vector>
+
+#include "calibration/capture.h"
+#include "optics/material.h"
+#include "walk/random_walk.h"
+
+namespace crownfit {
+
+/// Mean of a pixel and the covariance of that mean, per channel pair RR RG RB GG GB BB.
+struct PixelEstimate {
+  glm::dvec3 mean{0.0};
+  std::array<double, 6> covariance{};
+  bool on_object = false;  ///< the ray through the pixel's centre meets the object
+  glm::dvec3 variance() const { return {covariance[0], covariance[3], covariance[5]}; }
+};
+
+struct PathOptions {
+  int paths_per_pixel = 256;      ///< rounded up to whole groups of heroes
+  uint64_t seed = 1, stream = 0;  ///< streams keep synthetic photographs apart from any fit's own walks
+  int threads = 0;
+};
+
+struct PathPhotograph {
+  int width = 0, height = 0;
+  std::vector<PixelEstimate> pixels;  ///< exposure 1; index y * width + x
+  WalkCounters counters;
+};
+
+/// The layers' media in the order of WalkScene: outside first.
+Media MediaOf(const Capture& capture, const Material& material);
+
+/// Renders one photograph. `surfaces`: of BuildSurfaces; `scenery`: all of the capture's, in its order. Every pixel's
+/// numbers depend on seed, photograph and pixel alone: the same bytes for any number of threads.
+PathPhotograph RenderByPaths(const Capture& capture, const std::vector<TriangleMesh>& surfaces,
+                             const std::vector<TriangleMesh>& scenery, const Material& material, size_t photograph,
+                             const PathOptions& options, const std::function<void(double)>& progress);
+
+}  // namespace crownfit

@@ -1,0 +1,108 @@
+#pragma once
+// The random walk inside the layers, for any geometry that can say which boundary a flight meets.
+//
+// Flights are drawn from one channel's scattering ("hero"); absorption and the other channels' scattering enter as
+// weights computed from what the walk did in each medium, so channels of equal scattering share every walk and others
+// are combined by the balance heuristic over heroes (Wilkie et al. 2014, hero wavelength spectral sampling).
+
+#include <vector>
+
+#include "walk/medium.h"
+#include "walk/walk_scene.h"
+
+namespace crownfit {
+
+/// Collisions and path length of one walk in one medium: all that coefficients need to be changed afterwards.
+struct Visit {
+  double length_mm = 0;
+  int collisions = 0;
+};
+
+struct WalkCounters {
+  uint64_t walks = 0, lost = 0, flights = 0, boundaries = 0;
+  double lost_share() const { return walks > 0 ? static_cast<double>(lost) / static_cast<double>(walks) : 0.0; }
+  void Add(const WalkCounters& o) {
+    walks += o.walks, lost += o.lost, flights += o.flights, boundaries += o.boundaries;
+  }
+};
+
+/// One walk on its way.
+struct WalkState {
+  glm::dvec3 position{0.0}, direction{0.0};
+  int medium = kOutside;
+  double boost = 1.0;         ///< inverse probability of what the roulette let live
+  std::vector<Visit> visits;  ///< per medium
+
+  void Begin(size_t media) {
+    medium = kOutside;
+    boost = 1.0;
+    visits.assign(media, Visit());
+  }
+};
+
+/// The media of a scene, and what follows from them for all walks.
+class Media {
+ public:
+  explicit Media(std::vector<Medium> media);
+  const Medium& operator[](int i) const { return media_[i]; }
+  size_t size() const { return media_.size(); }
+  /// 1 when the channels scatter alike, else the number of channels: heroes that one estimate must average over.
+  int heroes() const { return heroes_; }
+  /// Share of light that is left per channel, over the chance that a walk of a random hero took this way.
+  glm::dvec3 Weight(const WalkState& state) const;
+  /// The largest share that absorption leaves in any channel, roulette's boost included.
+  double LargestShare(const WalkState& state) const;
+
+ private:
+  std::vector<Medium> media_;
+  int heroes_ = 1;
+};
+
+/// Walks from inside a layer until the medium is the outside or satisfies `is_end`; false when absorbed or lost.
+/// `cross(boundary)` decides what happens at a boundary: it sets the state's direction and medium.
+template <class Scene, class Cross, class IsEnd>
+bool Walk(const Scene& scene, const Media& media, int hero, WalkState& state, RandomStream& random,
+          WalkCounters& counters, const Cross& cross, const IsEnd& is_end) {
+  constexpr int kRouletteEvery = 32;  // collisions of this walk, so that the outcome depends on nothing else
+  constexpr double kRouletteBelow = 0.03, kSurvival = 0.25;
+  int until_roulette = kRouletteEvery;
+  while (!is_end(state.medium)) {
+    const Medium& medium = media[state.medium];
+    Visit& visit = state.visits[state.medium];
+    const double scattering = medium.scattering[hero];
+    for (;;) {
+      const double flight = scattering > 0 ? -std::log(1.0 - random.Next()) / scattering : kFar;
+      ++counters.flights;
+      const auto boundary = scene.Next(state.position, state.direction, state.medium, flight);
+      if (boundary) {
+        visit.length_mm += boundary->distance_mm;
+        state.position = boundary->position;
+        ++counters.boundaries;
+        cross(*boundary);
+        break;
+      }
+      if (std::isinf(flight)) {  // a clear medium without an end: rounding let the walk through between two facets
+        ++counters.lost;
+        return false;
+      }
+      visit.length_mm += flight;
+      ++visit.collisions;
+      state.position += flight * state.direction;
+      state.direction = SamplePhaseFunction(medium, state.direction, random);
+      if (--until_roulette == 0) {
+        until_roulette = kRouletteEvery;
+        if (!scene.Holds(state.position)) {
+          ++counters.lost;
+          return false;
+        }
+        if (media.LargestShare(state) < kRouletteBelow) {
+          if (random.Next() >= kSurvival) return false;
+          state.boost /= kSurvival;
+        }
+      }
+    }
+  }
+  return true;
+}
+
+}  // namespace crownfit

@@ -1,0 +1,60 @@
+#include "walk/walk_scene.h"
+
+#include <algorithm>
+#include <cmath>
+#include <tuple>
+
+#include "base/parallel.h"
+
+namespace crownfit {
+
+Clearance::Clearance(const RayCaster& layers, const glm::dvec3& low, const glm::dvec3& high, int threads) : low_(low) {
+  const glm::dvec3 size = high - low;
+  const double cube_mm = std::max({size.x, size.y, size.z}) / 64.0;
+  per_mm_ = 1.0 / cube_mm;
+  count_ = glm::ivec3(glm::ceil(size * per_mm_));
+  distance_mm_.resize(static_cast<size_t>(count_.x) * count_.y * count_.z);
+  const double half_diagonal = 0.5 * std::sqrt(3.0) * cube_mm, rounding = 1e-4 * cube_mm;
+  ParallelFor(static_cast<size_t>(count_.y) * count_.z, threads, [&](size_t row) {
+    for (int x = 0; x < count_.x; ++x) {
+      const glm::dvec3 cell(x, static_cast<double>(row % count_.y), static_cast<double>(row / count_.y));
+      const double d = layers.DistanceToSurface(low_ + (cell + 0.5) * cube_mm);
+      distance_mm_[row * count_.x + x] = static_cast<float>(std::max(0.0, d - half_diagonal - rounding));
+    }
+  });
+}
+
+WalkScene::WalkScene(const std::vector<TriangleMesh>& surfaces, const std::vector<TriangleMesh>& opaque, int threads)
+    : layers_(static_cast<int>(surfaces.size())) {
+  for (const auto& mesh : surfaces) meshes_.push_back(&mesh);
+  for (const auto& mesh : opaque) meshes_.push_back(&mesh);
+  for (const auto* mesh : meshes_) {
+    normals_.emplace_back();
+    for (int t = 0; t < static_cast<int>(mesh->triangles.size()); ++t) normals_.back().push_back(FaceNormal(*mesh, t));
+  }
+  caster_ = RayCaster(meshes_);
+  std::tie(low_, high_) = Bounds(surfaces[0]);
+  const glm::dvec3 rounding(1e-4);  // rays are cast in single precision
+  low_ -= rounding, high_ += rounding;
+  const RayCaster layers({meshes_.begin(), meshes_.begin() + layers_});
+  clearance_ = Clearance(layers, low_, high_, threads);
+}
+
+std::optional<Boundary> WalkScene::Next(const glm::dvec3& origin, const glm::dvec3& direction, int medium,
+                                        double max_mm, const Boundary* left) const {
+  const auto counts = [&](int mesh, int triangle) {
+    if (mesh >= layers_)
+      return medium == kOutside && !(left && left->opaque == mesh - layers_ && left->triangle == triangle);
+    const double along = glm::dot(normals_[mesh][triangle], direction);
+    return along < 0 ? medium == mesh : along > 0 && medium == mesh + 1;
+  };
+  if (medium != kOutside && max_mm < clearance_.At(origin)) return std::nullopt;
+  const auto hit = caster_.NearestAccepted(origin, direction, max_mm, counts);
+  if (!hit) return std::nullopt;
+  const bool is_opaque = hit->mesh >= layers_;
+  return Boundary{
+      hit->distance_mm,           Position(*meshes_[hit->mesh], hit->point), normals_[hit->mesh][hit->point.triangle],
+      is_opaque ? -1 : hit->mesh, is_opaque ? hit->mesh - layers_ : -1,      hit->point.triangle};
+}
+
+}  // namespace crownfit

@@ -1,0 +1,75 @@
+#pragma once
+// Nested dielectric layers with opaque things around them, as a random walk meets them.
+
+#include <optional>
+#include <vector>
+
+#include "geometry/ray_caster.h"
+
+namespace crownfit {
+
+/// Number of the medium outside everything; the layer i (outermost first) is medium i + 1.
+inline constexpr int kOutside = 0;
+
+/// A boundary that ends a flight.
+struct Boundary {
+  double distance_mm;
+  glm::dvec3 position;
+  glm::dvec3 normal;  ///< unit, of the facet, outward
+  int surface;        ///< outer surface of layer `surface`; -1: an opaque thing
+  int opaque;         ///< index of the opaque thing; -1: a layer's surface
+  int triangle;
+  /// Medium on the other side.
+  int behind(int medium) const { return medium == surface + 1 ? surface : surface + 1; }
+};
+
+/// A lower bound of the distance to the layers' surfaces, on a grid: most flights are shorter and need no ray.
+class Clearance {
+ public:
+  Clearance() = default;
+  /// Cubes of about 1/64 of the longest side.
+  Clearance(const RayCaster& layers, const glm::dvec3& low, const glm::dvec3& high, int threads);
+  /// 0 outside the grid.
+  double At(const glm::dvec3& p) const {
+    const glm::dvec3 q = (p - low_) * per_mm_;
+    if (!(q.x >= 0 && q.y >= 0 && q.z >= 0)) return 0.0;
+    const int x = static_cast<int>(q.x), y = static_cast<int>(q.y), z = static_cast<int>(q.z);
+    if (x >= count_.x || y >= count_.y || z >= count_.z) return 0.0;
+    return distance_mm_[(static_cast<size_t>(z) * count_.y + y) * count_.x + x];
+  }
+
+ private:
+  glm::dvec3 low_{0.0};
+  glm::ivec3 count_{0};
+  double per_mm_ = 0;
+  std::vector<float> distance_mm_;
+};
+
+/// No distances are compared against a tolerance: a layer's surface counts only if its facing agrees with the medium
+/// one is in, so that the facet just left can't be met again; an opaque thing, which may be a sheet with two sides, is
+/// met from either, but not on the very triangle one leaves. Facets are flat: refraction uses their own normals.
+class WalkScene {
+ public:
+  /// `surfaces`: closed, outermost first, each inside the one before. Both lists must outlive the scene.
+  WalkScene(const std::vector<TriangleMesh>& surfaces, const std::vector<TriangleMesh>& opaque, int threads);
+
+  /// First boundary of `medium` along the way, within `max_mm`. `left`: the opaque boundary one comes from, if any.
+  std::optional<Boundary> Next(const glm::dvec3& origin, const glm::dvec3& direction, int medium, double max_mm,
+                               const Boundary* left = nullptr) const;
+
+  /// False beyond the outermost surface's bounding box, where no walk should be.
+  bool Holds(const glm::dvec3& p) const {
+    return p.x >= low_.x && p.y >= low_.y && p.z >= low_.z && p.x <= high_.x && p.y <= high_.y && p.z <= high_.z;
+  }
+  int layers() const { return layers_; }
+
+ private:
+  int layers_;
+  std::vector<const TriangleMesh*> meshes_;
+  std::vector<std::vector<glm::dvec3>> normals_;
+  RayCaster caster_{{}};
+  Clearance clearance_;
+  glm::dvec3 low_, high_;
+};
+
+}  // namespace crownfit

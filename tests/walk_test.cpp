@@ -1,0 +1,360 @@
+// The random walk: boundaries that lose nothing, walks that agree with closed forms, pictures that do not depend on how
+// the scene is cut into triangles, units or threads.
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <numbers>
+
+#include "support/known_scene.h"
+#include "support/shapes.h"
+#include "walk/boundary.h"
+#include "walk/path_photograph.h"
+
+namespace crownfit {
+namespace {
+
+constexpr double kPi = std::numbers::pi;
+
+/// Mean and standard error of independent samples.
+struct Mean {
+  double sum = 0, square = 0;
+  int n = 0;
+  double stated = 0;  ///< standard error from elsewhere
+  void Add(double x) { sum += x, square += x * x, ++n; }
+  double value() const { return sum / n; }
+  double error() const { return std::sqrt(std::max(0.0, square / n - value() * value()) / (n - 1)); }
+};
+
+glm::dvec3 Towards(double polar, double azimuth) {
+  return {std::sin(polar) * std::cos(azimuth), std::sin(polar) * std::sin(azimuth), std::cos(polar)};
+}
+
+TEST(PhaseFunction, MeanCosineIsTheAsymmetryTimesTheShareThatIsNotIsotropic) {
+  for (const auto& [g, isotropic] :
+       {std::pair{0.0, 0.0}, {5e-4, 0.0}, {0.68, 0.0}, {0.96, 0.0}, {-0.5, 0.0}, {0.93, 0.35}}) {
+    const Medium m{1.5, g, isotropic};
+    RandomStream random(Key(1, g * 1e4));
+    Mean first, second;
+    for (int i = 0; i < 200000; ++i) {
+      const double cosine = glm::dot(SamplePhaseFunction(m, {0, 0.6, 0.8}, random), {0, 0.6, 0.8});
+      first.Add(cosine);
+      second.Add(1.5 * cosine * cosine - 0.5);  // second Legendre moment: g^2
+    }
+    EXPECT_NEAR(first.value(), (1 - isotropic) * g, 4 * first.error()) << g;
+    EXPECT_NEAR(second.value(), (1 - isotropic) * g * g, 4 * second.error()) << g;
+  }
+}
+
+class RoughBoundary : public testing::TestWithParam<std::tuple<double, double>> {};
+
+TEST_P(RoughBoundary, StatedDensitiesAreThoseOfTheSampledDirections) {
+  // For light from either side at several angles: the stated density integrates, over the sky and weighted with a
+  // function that tells directions apart, to what the sampled directions give.
+  const auto [roughness, wetness] = GetParam();
+  const OuterBoundary boundary{roughness, wetness, 1.62, 1.0};
+  const glm::dvec3 normal(0, 0, 1);
+  for (const bool from_outside : {true, false}) {
+    for (const double polar : {0.1, 0.7, 1.3}) {
+      glm::dvec3 direction = -Towards(polar, 0.4);
+      if (!from_outside) direction.z = -direction.z;
+      RandomStream random(Key(7, from_outside, polar * 10, roughness * 100));
+      Mean sampled[2], stated[2];
+      for (int i = 0; i < 300000; ++i) {
+        const glm::dvec3 lamp = Towards(std::acos(std::sqrt(random.Next())), 2 * kPi * random.Next());
+        TargetDensity density;
+        const Scattered s = boundary.Scatter(direction, normal, random, {&lamp, 1}, {&density, 1});
+        const bool leaves = s.direction.z > 0 && s.density != kMirror;  // the mirror of a film is no target's share
+        EXPECT_NEAR(glm::length(s.direction), 1.0, 1e-9);
+        sampled[0].Add(leaves);
+        sampled[1].Add(leaves ? s.direction.x * s.direction.x - 0.3 * s.direction.y : 0.0);
+        const double weight = density.estimate * kPi / lamp.z;
+        stated[0].Add(weight);
+        stated[1].Add(weight * (lamp.x * lamp.x - 0.3 * lamp.y));
+      }
+      for (int k = 0; k < 2; ++k)
+        EXPECT_NEAR(sampled[k].value(), stated[k].value(), 4.5 * std::hypot(sampled[k].error(), stated[k].error()))
+            << roughness << " " << wetness << (from_outside ? " from outside " : " from inside ") << polar;
+    }
+  }
+}
+INSTANTIATE_TEST_SUITE_P(Roughness, RoughBoundary,
+                         testing::Values(std::tuple{0.2, 0.0}, std::tuple{0.6, 0.0}, std::tuple{1.0, 0.0},
+                                         std::tuple{0.3, 1.0}, std::tuple{0.5, 0.5}));
+
+TEST(RoughBoundary, IsReciprocalInReflectionAndTransmission) {
+  // Density over n^2 cos of where light goes is symmetric: nothing distinguishes the way there from the way back.
+  const double n = 1.62, roughness = 0.5;
+  const glm::dvec3 a = Towards(0.4, 0.1), b = Towards(1.2, 1.9);
+  RandomStream random(11);
+  const auto density = [&](const glm::dvec3& from, const glm::dvec3& to, double ior) {
+    Mean mean;
+    for (int i = 0; i < 400000; ++i) {
+      TargetDensity d;
+      ScatterOnMicrosurface(from, ior, roughness, random, {&to, 1}, {&d, 1});
+      mean.Add(d.estimate);
+    }
+    return mean;
+  };
+  const Mean ab = density(a, b, n), ba = density(b, a, n);
+  EXPECT_NEAR(ab.value() / b.z, ba.value() / a.z, 4 * std::hypot(ab.error() / b.z, ba.error() / a.z));
+  // Down through the surface along -c, and back up: from below, below is above.
+  const glm::dvec3 c = Towards(0.5, 3.4);
+  const Mean down = density(a, -c, n), up = density(c, -a, 1 / n);
+  EXPECT_NEAR(down.value() / (n * n * c.z), up.value() / a.z,
+              4 * std::hypot(down.error() / (n * n * c.z), up.error() / a.z));
+}
+
+TEST(RoughBoundary, TendsToTheSmoothOne) {
+  const OuterBoundary rough{2e-3, 0.0, 1.5, 1.0};
+  RandomStream random(5);
+  Mean reflected;
+  for (int i = 0; i < 100000; ++i)
+    reflected.Add(rough.Scatter(-Towards(kPi / 3, 0), {0, 0, 1}, random, {}, {}).direction.z > 0);
+  EXPECT_NEAR(reflected.value(), 0.0891867128, 4 * reflected.error());  // Fresnel at 60 degrees, 1 to 1.5
+}
+
+/// Mean over the pixels on the object, of the green channel, with the standard error that the pixels state.
+Mean RenderedMean(const KnownScene& scene, int paths, uint64_t seed = 1) {
+  const auto surfaces = BuildSurfaces(scene.capture, scene.source, StatedThicknesses(scene.capture));
+  const PathPhotograph photo = RenderByPaths(scene.capture, surfaces, scene.scenery, StatedMaterial(scene.capture), 0,
+                                             {paths, seed, 0, 0}, [](double) {});
+  EXPECT_LE(photo.counters.lost_share(), 1e-5);
+  Mean mean;
+  double variance = 0;
+  for (const PixelEstimate& p : photo.pixels)
+    if (p.on_object) mean.Add(p.mean.y), variance += p.covariance[3];
+  mean.stated = std::sqrt(variance) / mean.n;
+  return mean;
+}
+
+void SetLayer(KnownScene& scene, size_t layer, double ior, double g, double reduced_scattering, double absorption) {
+  LayerSpec& l = scene.capture.layers[layer];
+  l[Quantity::kIor].value.fill(ior);
+  l[Quantity::kAsymmetry].value.fill(g);
+  l[Quantity::kReducedScattering].value.fill(reduced_scattering);
+  l[Quantity::kAbsorption].value.fill(absorption);
+}
+
+void SetSurface(KnownScene& scene, double roughness, double wetness) {
+  scene.capture.surface[static_cast<size_t>(Quantity::kRoughness)].value.fill(roughness);
+  scene.capture.surface[static_cast<size_t>(Quantity::kWetness)].value.fill(wetness);
+}
+
+/// Six lamps of radiance 1/pi that close a cube around the object: a furnace whose light is found by sampling lamps.
+void LampCube(KnownScene& scene) {
+  for (int axis = 0; axis < 3; ++axis)
+    for (const double side : {-1.0, 1.0}) {
+      glm::dvec3 centre(0.0), u(0.0), v(0.0);
+      centre[axis] = side * 400;
+      u[(axis + 1) % 3] = 400;
+      v[(axis + 2) % 3] = -side * 400;  // shines along u x v, inwards
+      scene.Light(RectangleLight{centre, u, v, glm::dvec3(1.0 / kPi)});
+    }
+}
+
+struct FurnaceCase {
+  const char* name;
+  TriangleMesh mesh;
+  int layers;
+  double roughness, wetness;
+};
+
+TEST(WhiteFurnace, EveryMaterialWithoutAbsorptionDisappears) {
+  // Under a dome of radiance 1/pi, and in a closed cube of lamps (which tests the sampling of lamps and its weights).
+  const FurnaceCase cases[] = {
+      {"smooth", Sphere(1.5, 12), 1, 0.0, 0.0},         {"rough 0.05", Sphere(1.5, 12), 1, 0.05, 0.0},
+      {"rough 0.3", Sphere(1.5, 12), 1, 0.3, 0.0},      {"rough 0.6", Sphere(1.5, 12), 1, 0.6, 0.0},
+      {"layered", Sphere(1.5, 12), 2, 0.2, 0.0},        {"wet", Sphere(1.5, 12), 1, 0.3, 0.6},
+      {"wet and smooth", Sphere(1.5, 12), 1, 0.0, 1.0}, {"concave", Cup(1.8, 2.0, 0.5), 1, 0.15, 0.0},
+  };
+  for (const FurnaceCase& c : cases) {
+    for (const bool dome : {true, false}) {
+      KnownScene scene(c.mesh, c.layers, 0.4, 6, 1.8);  // nothing but the object is in the picture
+      SetLayer(scene, 0, 1.62, 0.6, 2.0, 0.0);
+      if (c.layers > 1) SetLayer(scene, 1, 1.54, 0.8, 5.0, 0.0);
+      SetSurface(scene, c.roughness, c.wetness);
+      if (dome) {
+        scene.Light(DomeLight{glm::dvec3(1.0 / kPi)});
+      } else {
+        LampCube(scene);
+      }
+      const Mean mean = RenderedMean(scene, 300);
+      EXPECT_NEAR(mean.value(), 1.0, 4 * mean.stated + 1e-6) << c.name << (dome ? ", dome" : ", lamps");
+    }
+  }
+}
+
+TEST(WhiteFurnace, WhiteSceneryAndBackingAroundTheObjectDisappearToo) {
+  KnownScene scene(Sphere(1.2, 12), 1, 0.4, 6, 1.4);
+  SetLayer(scene, 0, 1.54, 0.0, 3.0, 0.0);
+  SetSurface(scene, 0.3, 0.0);
+  scene.capture.backings.push_back({"white", {0, 0, -1.4}, {0, 0, 1}, 8.0, glm::dvec3(1.0)});
+  scene.capture.photographs[0].backing = 0;
+  scene.capture.scenery.push_back({"neighbour", "", glm::dvec3(1.0)});
+  scene.scenery.push_back(Box({1.3, -1, -1}, {2.0, 1, 1}));
+  scene.capture.photographs[0].scenery = {0};
+  LampCube(scene);
+  const Mean mean = RenderedMean(scene, 600);
+  EXPECT_NEAR(mean.value(), 1.0, 4 * mean.stated);
+}
+
+TEST(Path, WhiteTileShowsTheRadiometryOfTheContract) {
+  // Lamps at 300 mm and more, facing the tile or at 60 degrees; the object is out of sight.
+  const auto tile = [](const LightShape& light) {
+    KnownScene scene(Box({-0.1, -0.1, -60.2}, {0.1, 0.1, -60}), 1, 0.1, 4, 2.0);
+    scene.capture.scenery.push_back({"tile", "", glm::dvec3(1.0)});
+    scene.scenery.push_back(SquareTile(glm::dvec3(0.0), {0, 0, 1}, 20));
+    scene.capture.photographs[0].scenery = {0};
+    scene.Light(light);
+    const auto surfaces = BuildSurfaces(scene.capture, scene.source, StatedThicknesses(scene.capture));
+    const PathPhotograph photo = RenderByPaths(scene.capture, surfaces, scene.scenery, StatedMaterial(scene.capture), 0,
+                                               {1000, 1, 0, 0}, [](double) {});
+    Mean mean;
+    double variance = 0;
+    for (const PixelEstimate& p : photo.pixels) mean.Add(p.mean.y), variance += p.covariance[3];
+    mean.stated = std::sqrt(variance) / mean.n;
+    return mean;
+  };
+  const auto expect = [&](const LightShape& light, double value) {
+    const Mean mean = tile(light);
+    EXPECT_NEAR(mean.value(), value, 4 * mean.stated + 2e-4 * value);
+  };
+  const double degree = kPi / 180;
+  expect(DirectionalLight{{0, 0, 1}, glm::dvec3(1.0), degree}, 1.0);
+  expect(DirectionalLight{{std::sin(60 * degree), 0, 0.5}, glm::dvec3(1.0), degree}, 0.5);
+  expect(PointLight{{0, 0, 250}, glm::dvec3(62500.0), 250 * degree}, 1.0);
+  expect(DomeLight{glm::dvec3(1.0 / kPi)}, 1.0);
+  expect(DiskLight{{0, 0, 100}, {0, 0, -1}, glm::dvec3(2.0), 20.0, 40.0},
+         2 * kPi * (40.0 * 40.0 / (40.0 * 40.0 + 100.0 * 100.0) - 20.0 * 20.0 / (20.0 * 20.0 + 100.0 * 100.0)));
+}
+
+TEST(Path, ClearAbsorbingSlabFollowsBeerAndFresnel) {
+  // No scattering: through a clear plate between a lamp behind and the camera, every internal reflection counted.
+  KnownScene scene(Box({-30, -30, -2}, {30, 30, 0}), 1, 2.0, 2, 0.2);
+  SetLayer(scene, 0, 1.5, 0.0, 0.0, 0.2);
+  SetSurface(scene, 0.0, 0.0);
+  scene.Light(DirectionalLight{{0, 0, -1}, glm::dvec3(1.0), 0.2});
+  const double radiance = 1.0 / (kPi * std::pow(std::sin(0.2), 2)), f = 0.04, a = std::exp(-0.4);
+  const Mean mean = RenderedMean(scene, 40000);
+  EXPECT_NEAR(mean.value(), kPi * radiance * (1 - f) * (1 - f) * a / (1 - f * f * a * a), 4 * mean.stated);
+}
+
+/// A grey sphere with a core under a lamp and a dome: something to compare with itself.
+KnownScene Bead(double scale = 1.0, int rings = 24) {
+  KnownScene scene(Sphere(1.5 * scale, rings), 2, 0.4 * scale, 6, 4.0);
+  SetLayer(scene, 0, 1.62, 0.6, 1.0 / scale, 0.05 / scale);
+  SetLayer(scene, 1, 1.54, 0.8, 3.0 / scale, 0.2 / scale);
+  SetSurface(scene, 0.3, 0.0);
+  scene.Light(DiskLight{{200, 0, 200}, {-1, 0, -1}, glm::dvec3(2.0), 0.0, 90.0});
+  scene.Light(DomeLight{glm::dvec3(0.1)});
+  return scene;
+}
+
+TEST(Path, FinerTrianglesOfTheSameSurfaceChangeNothing) {
+  KnownScene coarse = Bead(), fine = Bead();
+  // Both cores from the same field: only the cut into triangles differs.
+  fine.source.meshes[0] = Refined(*coarse.source.meshes[0], 0.1);
+  fine.source.fields = coarse.source.fields;
+  const Mean a = RenderedMean(coarse, 4000, 1), b = RenderedMean(fine, 4000, 2);
+  EXPECT_NEAR(a.value(), b.value(), 4 * std::hypot(a.stated, b.stated));
+}
+
+TEST(Path, UnitsOfLengthDoNotMatter) {
+  KnownScene small = Bead(), large = Bead(1000.0);
+  large.capture.photographs[0].camera_from_object.translation_mm *= 1000.0;
+  large.capture.lights[0].shape = DiskLight{{2e5, 0, 2e5}, {-1, 0, -1}, glm::dvec3(2.0), 0.0, 9e4};
+  const Mean a = RenderedMean(small, 4000, 1), b = RenderedMean(large, 4000, 2);
+  EXPECT_NEAR(a.value(), b.value(), 4 * std::hypot(a.stated, b.stated));
+}
+
+TEST(Path, SamePictureForAnyNumberOfThreads) {
+  const KnownScene scene = Bead();
+  const auto surfaces = BuildSurfaces(scene.capture, scene.source, StatedThicknesses(scene.capture));
+  std::vector<PathPhotograph> photos;
+  for (const int threads : {1, 3})
+    photos.push_back(RenderByPaths(scene.capture, surfaces, {}, StatedMaterial(scene.capture), 0, {20, 1, 0, threads},
+                                   [](double) {}));
+  for (size_t p = 0; p < photos[0].pixels.size(); ++p) {
+    EXPECT_EQ(photos[0].pixels[p].mean, photos[1].pixels[p].mean);
+    EXPECT_EQ(photos[0].pixels[p].covariance, photos[1].pixels[p].covariance);
+  }
+}
+
+TEST(Path, StatedErrorsAreThoseOfThirtySeeds) {
+  KnownScene scene = Bead();
+  scene.source.meshes[1] = Sphere(1.1, 12);  // a mesh of its own: no field to build thirty times
+  Mean values;
+  double stated = 0;
+  for (uint64_t seed = 1; seed <= 30; ++seed) {
+    const Mean mean = RenderedMean(scene, 60, seed);
+    values.Add(mean.value());
+    stated += mean.stated / 30;
+  }
+  const double ratio = values.error() * std::sqrt(30.0) / stated;
+  EXPECT_GT(ratio, 0.7);  // the scatter of 30 numbers is itself uncertain by 13 %
+  EXPECT_LT(ratio, 1.35);
+}
+
+TEST(Path, ChannelsThatScatterDifferentlyAgreeWithEachAlone) {
+  // Spectral multiple importance sampling against grey runs, for coefficients as far apart as 2, 6 and 9.
+  const double s[3] = {2, 6, 9};
+  KnownScene together = Bead();
+  for (int c = 0; c < 3; ++c) {
+    together.capture.layers[0][Quantity::kReducedScattering].value[c] = s[c];
+    together.capture.layers[1][Quantity::kReducedScattering].value[c] = s[2 - c];
+  }
+  const auto surfaces = BuildSurfaces(together.capture, together.source, StatedThicknesses(together.capture));
+  const auto render = [&](const KnownScene& scene, int paths) {
+    return RenderByPaths(scene.capture, surfaces, {}, StatedMaterial(scene.capture), 0, {paths, 3, 0, 0},
+                         [](double) {});
+  };
+  const PathPhotograph all = render(together, 6000);
+  for (int c = 0; c < 3; ++c) {
+    KnownScene alone = together;
+    alone.capture.layers[0][Quantity::kReducedScattering].value.fill(s[c]);
+    alone.capture.layers[1][Quantity::kReducedScattering].value.fill(s[2 - c]);
+    const PathPhotograph one = render(alone, 3000);
+    double difference = 0, variance = 0;
+    for (size_t p = 0; p < all.pixels.size(); ++p) {
+      difference += all.pixels[p].mean[c] - one.pixels[p].mean[c];
+      variance += all.pixels[p].variance()[c] + one.pixels[p].variance()[c];
+    }
+    EXPECT_LT(std::abs(difference), 4 * std::sqrt(variance)) << c;
+  }
+}
+
+TEST(Path, LampAndCameraMayChangePlaces) {
+  // Reciprocity: a small bright disk at A seen from B gives the same as one at B seen from A, when both subtend the
+  // same few degrees and the "camera" is the mean over a picture that sees the whole body.
+  const auto look = [](const glm::dvec3& lamp, bool swap, uint64_t seed) {
+    KnownScene scene = Bead();
+    scene.capture.lights.clear();
+    scene.capture.photographs[0].lights.clear();
+    SetSurface(scene, 0.4, 0.0);
+    RigidTransform& pose = scene.capture.photographs[0].camera_from_object;
+    glm::dvec3 place = lamp;
+    if (swap) {  // camera at the lamp's place, looking at the origin
+      const glm::dvec3 z = -glm::normalize(lamp), x = glm::normalize(glm::cross(glm::dvec3(0, 1, 0), z)),
+                       y = glm::cross(z, x);
+      pose.rotation = glm::transpose(glm::dmat3(x, y, z));
+      pose.translation_mm = {0, 0, glm::length(lamp)};
+      place = {0, 0, 250};
+    }
+    scene.Light(DiskLight{place, -glm::normalize(place), glm::dvec3(100.0), 0.0, 12.0});
+    const auto surfaces = BuildSurfaces(scene.capture, scene.source, StatedThicknesses(scene.capture));
+    const PathPhotograph photo =
+        RenderByPaths(scene.capture, surfaces, {}, StatedMaterial(scene.capture), 0, {3000, seed, 0, 0}, [](double) {});
+    Mean mean;
+    double variance = 0;
+    for (const PixelEstimate& p : photo.pixels) mean.Add(p.mean.y), variance += p.covariance[3];
+    mean.stated = std::sqrt(variance) / mean.n;
+    return mean;
+  };
+  const glm::dvec3 lamp = 250.0 * Towards(1.1, 0.7);
+  const Mean there = look(lamp, false, 1), back = look(lamp, true, 2);
+  EXPECT_NEAR(there.value(), back.value(), 4 * std::hypot(there.stated, back.stated) + 2e-3 * there.value());
+}
+
+}  // namespace
+}  // namespace crownfit
