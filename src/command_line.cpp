@@ -25,6 +25,8 @@ CommandLine ParseCommandLine(int argc, char** argv) {
       "  crownfit check CAPTURE                 is the capture complete and consistent?\n"
       "  crownfit fit CAPTURE -o RESULT         scattering, absorption, thickness, roughness, with error bars\n"
       "  crownfit render CAPTURE --material M   the photographs a material predicts\n"
+      "  crownfit synthesize RECIPE -o CAPTURE  path-traced photographs with a known answer\n"
+      "  crownfit slab SLAB.json                reflectance and transmittance of a flat layered sample\n"
       "  crownfit compare A B                   CIEDE2000 between two pictures\n\n"
       "CAPTURE is a folder that holds capture.json, or that file. docs/file_formats.md describes it.\n"
       "Exit codes: 0 done; 1 finished, but the result must not be used (reasons are printed); 2 wrong input;\n"
@@ -78,6 +80,21 @@ CommandLine ParseCommandLine(int argc, char** argv) {
   render->add_option("--seed", line.fit.seed, "Seed of the noise (default 1).");
   AddCommonOptions(render, line);
 
+  auto* synthesize = app.add_subcommand(
+      "synthesize", "Path-traces a capture with a known answer: photographs, calibration, meshes, truth.json.");
+  synthesize->add_option("RECIPE", line.capture, "recipe.json (docs/file_formats.md).")->required();
+  synthesize->add_option("-o,--output", line.output, "Folder for the capture (made when missing).")->required();
+  AddCommonOptions(synthesize, line);
+
+  auto* slab = app.add_subcommand("slab", "Reflectance and transmittance of a flat layered sample, as JSON.");
+  slab->add_option("SLAB", line.capture, "slab.json (docs/file_formats.md).")->required();
+  slab->add_option("--model", line.fit.model,
+                   "layered: adding-doubling, milliseconds (default). path: random walks, with errors and rings.");
+  slab->add_option("--photons", line.photons, "Photons of model path (default 1000000).")
+      ->check(CLI::Range(uint64_t{2}, uint64_t{1000000000000}));
+  slab->add_option("--seed", line.fit.seed, "Seed of model path (default 1).");
+  AddCommonOptions(slab, line);
+
   auto* compare =
       app.add_subcommand("compare", "CIEDE2000 (D65, 2 degrees) between two linear pictures, over 8 x 8 blocks.");
   compare->add_option("IMAGE_A", line.image_a, "The photograph; sets the common brightness.")->required();
@@ -95,6 +112,7 @@ CommandLine ParseCommandLine(int argc, char** argv) {
   }
   line.command = app.get_subcommands().front()->get_name();
   line.fit.use_priors = !no_priors;
+  if (slab->parsed() && slab->count("--model") == 0) line.fit.model = "layered";
   const auto complain = [&](const std::string& message) {
     std::cerr << "crownfit: " << message << "\n";
     line.exit_code = 2;
@@ -102,7 +120,8 @@ CommandLine ParseCommandLine(int argc, char** argv) {
   if (!captures.empty()) line.capture = captures.front();
   if (captures.size() > 1)
     complain("several captures of one material can't be fitted together by this version; give one.");
-  const std::map<std::string, std::vector<std::string>> models{{"fit", {"shader"}}, {"render", {"shader", "path"}}};
+  const std::map<std::string, std::vector<std::string>> models{
+      {"fit", {"shader"}}, {"render", {"shader", "path"}}, {"slab", {"layered", "path"}}};
   if (const auto known = models.find(line.command); known != models.end()) {
     const auto& names = known->second;
     if (std::find(names.begin(), names.end(), line.fit.model) == names.end()) {

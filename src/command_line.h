@@ -18,8 +18,9 @@ struct CommandLine {
   std::string photograph;
   bool json = false;
   bool half_float = false, fine = false;
-  double noise = 0;  ///< render: relative noise to add
-  int paths = 256;   ///< render --model path: per pixel
+  double noise = 0;            ///< render: relative noise to add
+  int paths = 256;             ///< render --model path: per pixel
+  uint64_t photons = 1000000;  ///< slab --model path
   ProgressMode progress = ProgressMode::kAuto;
   FitOptions fit;
   std::optional<int> exit_code;  ///< set when parsing already answered (--help, --version, a wrong option)

@@ -9,10 +9,13 @@
 #include "exchange/material_file.h"
 #include "fit_crown.h"
 #include "fit_steps.h"
+#include "optics/adding_doubling.h"
 #include "photo/image_io.h"
 #include "render_photographs.h"
 #include "report/figures.h"
 #include "report/result_files.h"
+#include "synthetic/synthesize.h"
+#include "walk/slab_walk.h"
 
 namespace crownfit {
 namespace {
@@ -126,6 +129,37 @@ int RunRender(const CommandLine& line) {
   });
   progress.Clear();
   PrintMessages(messages);
+  return 0;
+}
+
+int RunSlab(const CommandLine& line) {
+  const auto begin = std::chrono::steady_clock::now();
+  const Slab slab = ReadSlab(line.capture);
+  Progress progress(line.progress);
+  SlabAnswer answer;
+  if (line.fit.model == "layered") {
+    if (!slab.radii_mm.empty())
+      throw InputError(line.capture, "radii_mm", "model layered knows no lateral transport, so it has no rings",
+                       "Remove the key, or use --model path.");
+    answer = SolveByAddingDoubling(slab);
+  } else {
+    answer = SolveByWalks(slab, {line.photons, line.fit.seed, line.fit.threads},
+                          [&](double share) { progress.Show("walking", share); });
+  }
+  progress.Clear();
+  answer.wall_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+  std::fputs(SlabAnswerJson(answer).c_str(), stdout);
+  return 0;
+}
+
+int RunSynthesize(const CommandLine& line) {
+  Progress progress(line.progress);
+  const Recipe recipe = ReadRecipe(line.capture);
+  const auto messages = Synthesize(recipe, line.output, line.fit.threads,
+                                   [&](const std::string& stage, double share) { progress.Show(stage, share); });
+  progress.Clear();
+  PrintMessages(messages);
+  std::printf("%s\n", (line.output / "capture.json").c_str());
   return 0;
 }
 

@@ -7,6 +7,8 @@ namespace crownfit {
 
 int RunFit(const CommandLine& line);
 int RunCheck(const CommandLine& line);
+int RunSlab(const CommandLine& line);
+int RunSynthesize(const CommandLine& line);
 int RunRender(const CommandLine& line);
 int RunCompare(const CommandLine& line);
 

@@ -11,10 +11,8 @@
 
 int main(int argc, char** argv) {
   const std::map<std::string, std::function<int(const crownfit::CommandLine&)>> commands{
-      {"check", crownfit::RunCheck},
-      {"compare", crownfit::RunCompare},
-      {"fit", crownfit::RunFit},
-      {"render", crownfit::RunRender},
+      {"check", crownfit::RunCheck},   {"compare", crownfit::RunCompare}, {"fit", crownfit::RunFit},
+      {"render", crownfit::RunRender}, {"slab", crownfit::RunSlab},       {"synthesize", crownfit::RunSynthesize},
   };
   try {
     const crownfit::CommandLine line = crownfit::ParseCommandLine(argc, argv);

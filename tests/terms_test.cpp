@@ -56,8 +56,8 @@ TEST(Phase, HenyeyGreensteinIntegratesToOneWithMeanCosineG) {
   for (double g : {-0.5, 0.0, 0.5, 0.68}) {
     double total = 0, mean = 0;
     for (int half = 0; half < 2; ++half)
-      for (int i = 0; i < GaussLegendre::kNodes; ++i) {
-        const double c = half ? q.x[i] : -q.x[i], w = 2 * kPi * q.weight[i] * D::HenyeyGreenstein(g, c);
+      for (size_t i = 0; i < q.node.size(); ++i) {
+        const double c = half ? q.node[i] : -q.node[i], w = 2 * kPi * q.weight[i] * D::HenyeyGreenstein(g, c);
         total += w;
         mean += w * c;
       }
@@ -72,8 +72,8 @@ TEST(Surface, GgxNormalsCoverTheirOwnAreaAndReflectNoMoreThanArrives) {
   for (double roughness : {0.15, 0.4, 0.9}) {
     double covered =
         0;  // integral of D cos over the hemisphere; t = tan^2-like substitution by the distribution's own cdf
-    for (int i = 0; i < GaussLegendre::kNodes; ++i) {
-      const double a2 = roughness * roughness, u = q.x[i], c2 = (1 - u) / (1 + (a2 - 1) * u);
+    for (size_t i = 0; i < q.node.size(); ++i) {
+      const double a2 = roughness * roughness, u = q.node[i], c2 = (1 - u) / (1 + (a2 - 1) * u);
       const double density = D::GgxDistribution(std::sqrt(c2), roughness), b = 1 + (a2 - 1) * u;
       covered += q.weight[i] * kPi * density * (a2 / (b * b));  // d(c2)/du = -a2 / b^2, solid angle pi d(c2)
     }

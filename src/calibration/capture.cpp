@@ -130,7 +130,10 @@ PhotographSpec ReadPhotographSpec(const JsonNode& node, Capture& capture) {
   photo.files.image = ReadPath(o.Require("file"), capture);
   photo.camera_file = ReadPath(o.Require("camera"), capture);
   photo.camera = ReadCamera(photo.camera_file);
-  photo.camera_from_object = ReadRigidTransform(o.Require("camera_from_object"));
+  const JsonNode pose = o.Require("camera_from_object");
+  photo.camera_from_object = ReadRigidTransform(pose);
+  const JsonObject pose_keys(pose, {"rotation", "translation_mm", "covariance", "stddev"});
+  photo.states_errors = pose_keys.Find("covariance") || pose_keys.Find("stddev");
   for (const auto& light : o.Require("lights").Items())
     photo.lights.push_back(IndexOf(capture.lights, light.String(), light, "light"));
   if (const auto p = o.Find("polarisation")) {
@@ -158,11 +161,12 @@ PhotographSpec ReadPhotographSpec(const JsonNode& node, Capture& capture) {
     blur->Fail("blur and veiling glare are not modelled by this version",
                "Remove the key; edges then keep their error.");
   if (const auto scale = o.Find("exposure_scale")) {
-    const JsonObject spec(*scale, {"fixed", "initial"});
+    const JsonObject spec(*scale, {"fixed", "initial", "stddev"});
     const auto fixed = spec.Find("fixed"), initial = spec.Find("initial");
     if (fixed.has_value() == initial.has_value()) scale->Fail("expected either {\"fixed\": v} or {\"initial\": v}");
     photo.exposure_is_free = initial.has_value();
     photo.exposure_scale = (fixed ? *fixed : *initial).Positive();
+    if (const auto stddev = spec.Find("stddev")) photo.states_errors |= stddev->Positive() > 0;
   }
   photo.exposure_group = photo.name;
   if (const auto group = o.Find("exposure_group")) photo.exposure_group = "group " + group->String();
@@ -170,19 +174,14 @@ PhotographSpec ReadPhotographSpec(const JsonNode& node, Capture& capture) {
   return photo;
 }
 
-}  // namespace
-
-Capture ReadCapture(const std::filesystem::path& path) {
+Capture ReadAs(const std::string& format, const std::filesystem::path& path, std::vector<std::string> keys) {
   Capture capture;
-  std::error_code ignored;
-  capture.file = std::filesystem::is_regular_file(path, ignored) ? path : path / "capture.json";
-  if (!std::filesystem::is_regular_file(capture.file, ignored))
-    throw InputError(capture.file, "", "there is no capture here",
-                     "Give a folder that holds capture.json, or that file.");
+  capture.file = path;
   capture.folder = capture.file.has_parent_path() ? capture.file.parent_path() : std::filesystem::path(".");
   capture.input_files.push_back(capture.file);
   const JsonFile file(capture.file);
-  const JsonObject root = file.RootOfFormat("crownfit-capture/1", {"object", "channels", "light_rig", "photographs"});
+  keys.insert(keys.end(), {"object", "channels", "light_rig", "photographs"});
+  const JsonObject root = file.RootOfFormat(format, keys);
   ReadObject(root.Require("object"), capture);
   if (const auto channels = root.Find("channels")) {
     const auto items = channels->Items();
@@ -202,6 +201,20 @@ Capture ReadCapture(const std::filesystem::path& path) {
   capture.input_files.erase(std::unique(capture.input_files.begin(), capture.input_files.end()),
                             capture.input_files.end());
   return capture;
+}
+
+}  // namespace
+
+Capture ReadCapture(const std::filesystem::path& path) {
+  std::error_code ignored;
+  const auto file = std::filesystem::is_regular_file(path, ignored) ? path : path / "capture.json";
+  if (!std::filesystem::is_regular_file(file, ignored))
+    throw InputError(file, "", "there is no capture here", "Give a folder that holds capture.json, or that file.");
+  return ReadAs("crownfit-capture/1", file, {});
+}
+
+Capture ReadRecipeCapture(const std::filesystem::path& file) {
+  return ReadAs("crownfit-recipe/1", file, {"synthesis"});
 }
 
 }  // namespace crownfit

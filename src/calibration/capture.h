@@ -57,6 +57,7 @@ struct PhotographSpec {
   std::vector<size_t> scenery;
   bool exposure_is_free = false;
   double exposure_scale = 1.0;
+  bool states_errors = false;  ///< of its pose or exposure ("stddev", "covariance")
   std::string exposure_group;  ///< photographs of one group share one free exposure
   bool is_holdout = false;
   bool has_noise_file = false;
@@ -81,5 +82,9 @@ struct Capture {
 /// Reads capture.json, or the one in the folder `path`, with its camera, light, noise and colour files.
 /// Images and meshes are not read here. Throws InputError.
 Capture ReadCapture(const std::filesystem::path& path);
+
+/// Reads the capture that a recipe ("crownfit-recipe/1") describes; its "synthesis" is left to the reader in
+/// synthetic/.
+Capture ReadRecipeCapture(const std::filesystem::path& file);
 
 }  // namespace crownfit

@@ -9,7 +9,7 @@ namespace crownfit {
 namespace {
 
 std::vector<std::string> KeysOf(const std::string& type) {
-  std::vector<std::string> keys{"name", "type", "frame", "intensity_scale"};
+  std::vector<std::string> keys{"name", "type", "frame", "intensity_scale", "stddev_mm"};
   const auto add = [&](std::initializer_list<const char*> more) { keys.insert(keys.end(), more.begin(), more.end()); };
   if (type == "directional") add({"direction", "irradiance_rgb", "angular_radius_deg"});
   if (type == "point") add({"position_mm", "radiant_intensity_rgb", "radius_mm"});
@@ -22,7 +22,7 @@ std::vector<std::string> KeysOf(const std::string& type) {
 
 std::string TypeOf(const JsonNode& node) {
   // The type decides which keys are allowed, so it is read before the others are compared.
-  std::vector<std::string> every{"name", "type", "frame", "intensity_scale"};
+  std::vector<std::string> every{"name", "type", "frame", "intensity_scale", "stddev_mm"};
   for (const char* type : {"directional", "point", "disk", "rectangle", "ring", "dome"})
     for (const auto& key : KeysOf(type)) every.push_back(key);
   every.insert(every.end(), {"file", "radiance_scale_rgb"});
@@ -88,6 +88,7 @@ std::vector<Light> ReadLightRig(const std::filesystem::path& path) {
       light.scale_is_free = initial.has_value();
       light.intensity_scale = (fixed ? *fixed : *initial).Positive();
     }
+    if (const auto stddev = object.Find("stddev_mm")) light.states_errors = stddev->Positive() > 0;
     light.shape = ReadShape(object, type);
     lights.push_back(light);
   }

@@ -37,6 +37,7 @@ struct Light {
   bool in_camera_frame = false;
   bool scale_is_free = false;  ///< intensity_scale {"initial"}: solved in closed form
   double intensity_scale = 1.0;
+  bool states_errors = false;  ///< of its place ("stddev_mm")
   LightShape shape;
 };
 

@@ -2,19 +2,13 @@
 // Integrals of the Fresnel reflectance over the hemisphere, by quadrature in the rare side's cosine, where the
 // integrand has no kink. theory: Fdr_int = 1 - (1 - Fdr_ext) / n^2 is exact (etendue).
 
-#include <array>
-
+#include "optics/quadrature.h"
 #include "optics/shading_terms.h"
 
 namespace crownfit {
 
-struct GaussLegendre {
-  static constexpr int kNodes = 32;
-  std::array<double, kNodes> x, weight;  ///< on [0, 1]
-};
-
-/// Nodes and weights, computed once by Newton's method on the Legendre polynomial.
-const GaussLegendre& UnitIntervalQuadrature();
+/// 32 Gauss-Legendre nodes on [0, 1], computed once.
+const Quadrature& UnitIntervalQuadrature();
 
 template <class T>
 struct FresnelMoments {
@@ -28,8 +22,8 @@ template <class T>
 FresnelMoments<T> MomentsOf(const T& relative_ior) {
   const auto& q = UnitIntervalQuadrature();
   T outside(0.0);
-  for (int i = 0; i < GaussLegendre::kNodes; ++i)
-    outside += 2.0 * q.weight[i] * q.x[i] * Terms<T>::FresnelReflectance(T(q.x[i]), relative_ior);
+  for (size_t i = 0; i < q.node.size(); ++i)
+    outside += 2.0 * q.weight[i] * q.node[i] * Terms<T>::FresnelReflectance(T(q.node[i]), relative_ior);
   FresnelMoments<T> m;
   m.diffuse_outside = outside;
   m.diffuse_inside = 1.0 - (1.0 - outside) / (relative_ior * relative_ior);

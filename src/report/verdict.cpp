@@ -46,6 +46,13 @@ void AddCaveats(CrownFit& fit) {
         "channels' ratios speak.");
   if (!noise_known)
     fit.caveats.push_back("No noise calibration: 1 % relative noise was assumed, and error bars rest on it.");
+  bool states_errors = false;
+  for (const auto& p : capture.photographs) states_errors |= p.states_errors;
+  for (const auto& light : capture.lights) states_errors |= light.states_errors;
+  if (states_errors)
+    fit.caveats.push_back(
+        "The capture states errors of its calibration (\"stddev\"); this version does not carry them into the "
+        "intervals, which are too narrow by that much.");
   fit.caveats.push_back(
       "Model `shader` treats light below the surface as in flat layers. On curved crowns it is wrong by several "
       "CIEDE2000 "

@@ -48,7 +48,11 @@ std::optional<Boundary> WalkScene::Next(const glm::dvec3& origin, const glm::dve
     const double along = glm::dot(normals_[mesh][triangle], direction);
     return along < 0 ? medium == mesh : along > 0 && medium == mesh + 1;
   };
-  if (medium != kOutside && max_mm < clearance_.At(origin)) return std::nullopt;
+  if (medium != kOutside && max_mm < kFar) {
+    // A surface on the way would be no farther from both ends together than the flight is long.
+    const double from_here = clearance_.At(origin);
+    if (max_mm < from_here || max_mm < from_here + clearance_.At(origin + max_mm * direction)) return std::nullopt;
+  }
   const auto hit = caster_.NearestAccepted(origin, direction, max_mm, counts);
   if (!hit) return std::nullopt;
   const bool is_opaque = hit->mesh >= layers_;

@@ -171,7 +171,7 @@ def cored_sphere(folder):
 def nested_crown(folder):
     return write_capture(
         folder, [layer("enamel", 1.63, 0.68, 1.2, 0.02), layer("dentine", 1.54, 0.8, 2.0, 0.08)],
-        {"enamel": crown(0), "dentine": crown(0.8)}, [dome(0.4 / math.pi), softbox("left", [-80, 30, 80], 80, 0.8)],
+        {"enamel": crown(0), "dentine": crown(0.8)}, [dome(0.2 / math.pi), softbox("left", [-90, 30, 60], 80, 1.0)],
         [photograph("front", ["dome", "left"], FACING @ turn(20, 1))], roughness=0.3)
 
 

@@ -16,7 +16,8 @@ What has to be said to Mitsuba so that it means what crownfit means:
 * g > 0 scatters forward in both. sigma_t = scattering + absorption, albedo = scattering / sigma_t.
 * Radiance changes by n^2 at each boundary; camera and lights are both outside, so nothing is left of it.
 * Russian roulette kills at least 5 % at every event once it has begun, so it begins late.
-* Mitsuba's camera looks along +z with x to the left and y up; crownfit's has x to the right and y down.
+* Mitsuba's camera looks along +z with x to the left and y up; crownfit's has x to the right and y down. Its principal
+  point moves against the picture.
 """
 import json
 import math
@@ -33,7 +34,6 @@ mi.set_variant("scalar_rgb")  # needs no LLVM; as fast here as llvm_ad_mono, who
 import rough_boundary  # noqa: E402  (its base class belongs to the variant)
 
 rough_boundary.register()
-drjit.set_thread_count(1)
 
 SMOOTH_BELOW = 0.001  # roughness that crownfit treats as none
 
@@ -139,7 +139,7 @@ def scene_of(capture_folder, photograph, channel=1):
         "sensor": {
             "type": "perspective", "to_world": mi.ScalarTransform4f(object_from_camera @ np.diag([-1.0, -1, 1, 1])),
             "fov_axis": "x", "fov": math.degrees(2 * math.atan(0.5 * width / camera["fx"])), "near_clip": 1.0, "far_clip": 1e5,
-            "principal_point_offset_x": camera["cx"] / width - 0.5, "principal_point_offset_y": camera["cy"] / height - 0.5,
+            "principal_point_offset_x": 0.5 - camera["cx"] / width, "principal_point_offset_y": 0.5 - camera["cy"] / height,
             "film": {"type": "hdrfilm", "width": width, "height": height, "pixel_format": "luminance", "component_format": "float32",
                      "rfilter": {"type": "box"}},
             "sampler": {"type": "independent"}}}
@@ -181,8 +181,11 @@ def tile_bsdf(reflectance):
 def render(scene, factor, paths, seeds):
     """Pixels [seed, row, column] of independent renders with `paths` paths per pixel each."""
     loaded = mi.load_dict(scene)
+    threads = drjit.thread_count()
+    drjit.set_thread_count(1)
     pictures = []
     for seed in seeds:
         random.seed(seed)
         pictures.append(np.array(mi.render(loaded, spp=paths, seed=seed), dtype=float)[..., 0])
+    drjit.set_thread_count(threads)  # with one thread Mitsuba waits for ever when it reads or writes EXR files
     return factor * np.stack(pictures)

@@ -1,0 +1,20 @@
+#pragma once
+// Flat layered samples by the same random walk that renders crowns: what is checked here against independent programs
+// is the walk itself.
+
+#include <functional>
+
+#include "optics/slab.h"
+
+namespace crownfit {
+
+struct SlabWalkOptions {
+  uint64_t photons = 1000000, seed = 1;
+  int threads = 0;
+};
+
+/// Totals with standard errors, and ring means where the slab names radii. `photons` come at normal
+/// incidence, on one point, and as many more diffusely.
+SlabAnswer SolveByWalks(const Slab& slab, const SlabWalkOptions& options, const std::function<void(double)>& progress);
+
+}  // namespace crownfit
