@@ -71,19 +71,21 @@ Stack Add(const Stack& a, const Stack& b) {
           b.reflect_up + b.transmit_down * a.reflect_up * up, a.transmit_up * up};
 }
 
-/// Fresnel boundary between media; diagonal, total reflection for directions that only the denser side has.
+/// Fresnel boundary between media; diagonal, total reflection for directions that only the denser side has. Total is a
+/// rounding short of 1: light trapped in a clear layer, which nothing ever enters, would be 0 / 0.
 Stack Interface(const Directions& above, const Directions& below) {
   Stack s{Matrix::Zero(above.size(), above.size()), Matrix::Zero(below.size(), above.size()),
           Matrix::Zero(below.size(), below.size()), Matrix::Zero(above.size(), below.size())};
+  constexpr double kTotal = 1.0 - 0x1.0p-50;
   for (Eigen::Index i = 0; i < std::max(above.size(), below.size()); ++i) {
     if (i < above.size() && i < below.size()) {
       const double f = Terms<double>::FresnelReflectance(above.cosine[i], below.ior / above.ior);
       s.reflect_down(i, i) = s.reflect_up(i, i) = f;
       s.transmit_down(i, i) = s.transmit_up(i, i) = 1.0 - f;
     } else if (i < above.size()) {
-      s.reflect_down(i, i) = 1.0;
+      s.reflect_down(i, i) = kTotal;
     } else {
-      s.reflect_up(i, i) = 1.0;
+      s.reflect_up(i, i) = kTotal;
     }
   }
   return s;

@@ -1,0 +1,190 @@
+// Flat layered samples: adding-doubling against published and converged values and against what physics demands, and
+// the random walk against adding-doubling. `./dev bench slabs` holds both against tables of independent programs.
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "optics/adding_doubling.h"
+#include "optics/quadrature.h"
+#include "walk/slab_walk.h"
+
+namespace crownfit {
+namespace {
+
+/// Layer by albedo and optical depth.
+SlabLayer Layer(double ior, double albedo, double depth, double g) {
+  return {ior, g, 0.0, albedo * depth, (1 - albedo) * depth, 1.0};
+}
+SlabLayer Tissue(double absorption, double scattering, double g, double ior, double mm) {
+  return {ior, g, 0.0, scattering, absorption, mm};
+}
+Slab Of(std::vector<SlabLayer> layers) {
+  Slab slab;
+  slab.layers = std::move(layers);
+  return slab;
+}
+
+/// Totals with the first surface's mirror reflection, as adding-doubling programs print them.
+struct Totals {
+  double UR1, UT1, URU, UTU;
+};
+Totals Layered(const Slab& slab, int nodes = 24) {
+  const SlabAnswer a = SolveByAddingDoubling(slab, {nodes});
+  return {a.value.reflectance_collimated + a.specular, a.value.transmittance_collimated,
+          a.value.reflectance_diffuse + a.specular_diffuse, a.value.transmittance_diffuse};
+}
+
+TEST(Quadrature, IntegratesPolynomialsExactly) {
+  for (const int n : {1, 2, 5, 16, 32}) {
+    for (const bool radau : {false, true}) {
+      const Quadrature q = radau ? GaussRadau(n, 0.0, 1.0) : GaussLegendre(n, 0.0, 1.0);
+      for (int power = 0; power <= 2 * n - (radau ? 2 : 1); ++power) {
+        double sum = 0;
+        for (int i = 0; i < n; ++i) sum += q.weight[i] * std::pow(q.node[i], power);
+        EXPECT_NEAR(sum, 1.0 / (power + 1), 1e-12) << n << " nodes, power " << power;
+      }
+    }
+    EXPECT_DOUBLE_EQ(GaussRadau(n, 0.0, 0.7).node.back(), 0.7);
+  }
+}
+
+TEST(AddingDoubling, AgreesWithPublishedAndConvergedValues) {
+  // van de Hulst 1980, iad's tests and a converged program of 36 nodes (1e-6 unless said).
+  const struct {
+    const char* name;
+    Slab slab;
+    Totals value;
+    double tolerance;
+  } cases[] = {
+      {"van de Hulst", Of({Layer(1, .9, 2, .75)}), {.09739, .66096, .19109, .50182}, 1e-5},
+      {"isotropic", Of({Layer(1, .99, 1, 0)}), {.33292, .65098, .43596, .54435}, 1e-5},
+      {"conservative", Of({Layer(1, 1, 1, 0)}), {.34133, .65867, .44659, .55341}, 1e-5},
+      {"thick", Of({Layer(1, 1, 10, 0)}), {.85300, .14700, .88325, .11675}, 1e-5},
+      {"n 1.5", Of({Layer(1.5, .9, 1, 0)}), {.22199, .50595, .27973, .44119}, 1e-5},
+      {"n 1.62", Of({Layer(1.62, .99, 8, 0)}), {.55673, .14825, .58848, .13600}, 1e-5},
+      {"g .9", Of({Layer(1.5, .99, 10, .9)}), {.26467, .42903, .31965, .37529}, 2e-5},
+      {"L1", Of({Tissue(.05, 6, .96, 1.62, 1), Tissue(.3, 28, .93, 1.54, 3)}), {.20221, .00875, .25441, .00773}, 5e-5},
+      {"L2",
+       Of({Tissue(.05, 6.6, .68, 1.62, 1), Tissue(.3, 28, .93, 1.54, 2)}),
+       {.37054, .02213, .41546, .02031},
+       5e-5},
+      {"L3",
+       Of({Tissue(.01, 6.6, .68, 1.62, 1), Tissue(.05, 28, .93, 1.54, 3)}),
+       {.54944, .08982, .58274, .08291},
+       5e-5},
+      {"L4", Of({Tissue(.02, 2, 0, 1.62, 1), Tissue(.1, 3, 0, 1.54, 3)}), {.49913, .02613, .53556, .02385}, 2e-5},
+      {"L6", Of({Tissue(.02, 2, 0, 1, 1), Tissue(.1, 3, 0, 1, 3)}), {.68041, .02530, .73701, .01968}, 2e-5},
+  };
+  for (const auto& c : cases) {
+    const Totals t = Layered(c.slab);
+    EXPECT_NEAR(t.UR1, c.value.UR1, c.tolerance) << c.name;
+    EXPECT_NEAR(t.UT1, c.value.UT1, c.tolerance) << c.name;
+    EXPECT_NEAR(t.URU, c.value.URU, c.tolerance) << c.name;
+    EXPECT_NEAR(t.UTU, c.value.UTU, c.tolerance) << c.name;
+  }
+  // Half-space, n = 1: UR1 = 1 - H(1) sqrt(1 - a) (Chandrasekhar).
+  EXPECT_NEAR(Layered(Of({Layer(1, .95, 400, 0)})).UR1, .535541, 2e-6);
+}
+
+TEST(AddingDoubling, ConservesEnergyWithoutAbsorption) {
+  for (const double g : {0.0, 0.8, 0.96}) {
+    Slab slab = Of({Tissue(0, 6, g, 1.62, 1), Tissue(0, 28, g, 1.54, 2)});
+    for (const double rho : {0.0, 0.5}) {
+      slab.backing_reflectance = rho;
+      const Totals t = Layered(slab);
+      EXPECT_NEAR(t.UR1 + t.UT1, 1.0, 2e-6) << g;
+      EXPECT_NEAR(t.URU + t.UTU, 1.0, 2e-6 + 2e-5) << g;  // the mirrored part comes from another quadrature
+    }
+  }
+}
+
+TEST(AddingDoubling, SplittingALayerOrAddingAClearOneChangesNothing) {
+  const SlabLayer a = Tissue(.05, 6, .9, 1.62, 1), b = Tissue(.3, 28, .93, 1.54, 2);
+  SlabLayer half = a;
+  half.thickness_mm = 0.5;
+  const Totals whole = Layered(Of({a, b})), split = Layered(Of({half, half, b})),
+               clear = Layered(Of({a, Tissue(0, 0, 0, 1.62, 1), b}));
+  for (const Totals& t : {split, clear}) {
+    EXPECT_NEAR(t.UR1, whole.UR1, 1e-8);
+    EXPECT_NEAR(t.UTU, whole.UTU, 1e-8);
+  }
+}
+
+TEST(AddingDoubling, DiffuseTransmittanceIsTheSameFromBothSides) {
+  const SlabLayer a = Tissue(.05, 6, .9, 1.62, 1), b = Tissue(.3, 28, .93, 1.4, 2);
+  EXPECT_NEAR(Layered(Of({a, b})).UTU, Layered(Of({b, a})).UTU, 1e-9);
+}
+
+TEST(AddingDoubling, PureAbsorberFollowsBeerAndFresnel) {
+  EXPECT_NEAR(Layered(Of({Layer(1, 0, 1, 0)})).UT1, std::exp(-1.0), 1e-8);
+  EXPECT_NEAR(Layered(Of({Layer(1, 0, 1, 0)})).UTU, .21938393, 1e-6);  // 2 E3(1)
+  const double f = std::pow(.62 / 2.62, 2);
+  EXPECT_NEAR(Layered(Of({Layer(1.62, 0, 0, 0)})).UR1, 2 * f / (1 + f), 1e-12);
+  const double a = std::exp(-0.3);
+  EXPECT_NEAR(Layered(Of({Layer(1.62, 0, .3, 0)})).UT1, (1 - f) * (1 - f) * a / (1 - f * f * a * a), 1e-8);
+}
+
+TEST(AddingDoubling, WhiteBackingInContactWithNoLayerOfAbsorptionReturnsEverything) {
+  Slab slab = Of({Tissue(0, 5, .8, 1.54, 1)});
+  slab.backing_reflectance = 1.0;
+  for (const bool contact : {false, true}) {
+    slab.backing_contact = contact;
+    EXPECT_NEAR(Layered(slab).UR1, 1.0, 1e-6);
+    EXPECT_NEAR(Layered(slab).UT1, 0.0, 1e-12);
+  }
+}
+
+TEST(SlabWalk, AgreesWithAddingDoublingWithinItsStatedErrors) {
+  Slab on_white = Of({Tissue(.05, 6.6, .68, 1.62, 1), Tissue(.1, 28, .93, 1.54, 1)}), in_contact = on_white;
+  on_white.backing_reflectance = in_contact.backing_reflectance = 0.85;
+  in_contact.backing_contact = true;
+  Slab mixed = Of({Tissue(.1, 8, .9, 1.5, 1)});
+  mixed.layers[0].isotropic_fraction = 0.4;
+  Slab matched = Of({Tissue(.03, 6, .96, 1.63, .5), Tissue(.2, 28, .93, 1.63, 1)});
+  matched.ior_below = 1.63;
+  const Slab slabs[] = {Of({Layer(1, .9, 2, .75)}), Of({Layer(1.62, .99, 8, 0)}), on_white, in_contact, mixed, matched};
+  for (size_t i = 0; i < std::size(slabs); ++i) {
+    const SlabTotals want = SolveByAddingDoubling(slabs[i]).value;
+    const SlabAnswer got = SolveByWalks(slabs[i], {60000, i + 1, 0}, [](double) {});
+    const auto agree = [&](double a, double b, double error) {
+      EXPECT_NEAR(a, b, 4 * error + 3e-5) << "slab " << i;
+      EXPECT_GT(error, 0.0);
+    };
+    agree(got.value.reflectance_collimated, want.reflectance_collimated, got.stddev.reflectance_collimated);
+    agree(got.value.transmittance_collimated, want.transmittance_collimated, got.stddev.transmittance_collimated);
+    agree(got.value.reflectance_diffuse, want.reflectance_diffuse, got.stddev.reflectance_diffuse);
+    agree(got.value.transmittance_diffuse, want.transmittance_diffuse, got.stddev.transmittance_diffuse);
+  }
+}
+
+TEST(SlabWalk, StatedErrorsAreThoseOfThirtySeedsAndRingsAddUp) {
+  Slab slab = Of({Tissue(.2, 10, .8, 1.54, 1)});
+  slab.radii_mm = {0, 0.2, 0.5, 1, 2, 1000};
+  double sum = 0, square = 0, stated = 0;
+  for (uint64_t seed = 1; seed <= 30; ++seed) {
+    const SlabAnswer a = SolveByWalks(slab, {4000, seed, 0}, [](double) {});
+    sum += a.value.reflectance_collimated;
+    square += a.value.reflectance_collimated * a.value.reflectance_collimated;
+    stated += a.stddev.reflectance_collimated / 30;
+    double rings = 0;
+    for (size_t r = 0; r + 1 < slab.radii_mm.size(); ++r)
+      rings += a.radial_reflectance_per_mm2[r] * M_PI *
+               (slab.radii_mm[r + 1] * slab.radii_mm[r + 1] - slab.radii_mm[r] * slab.radii_mm[r]);
+    EXPECT_NEAR(rings, a.value.reflectance_collimated, 1e-9);
+  }
+  const double scatter = std::sqrt((square - sum * sum / 30) / 29);
+  EXPECT_GT(scatter / stated, 0.65);  // 30 numbers know their scatter to 13 %: 2.7 of those either way
+  EXPECT_LT(scatter / stated, 1.35);
+}
+
+TEST(SlabWalk, SameAnswerForAnyNumberOfThreads) {
+  const Slab slab = Of({Tissue(.2, 10, .8, 1.54, 1)});
+  const SlabAnswer a = SolveByWalks(slab, {7000, 5, 1}, [](double) {}),
+                   b = SolveByWalks(slab, {7000, 5, 3}, [](double) {});
+  EXPECT_EQ(a.value.reflectance_collimated, b.value.reflectance_collimated);
+  EXPECT_EQ(a.stddev.transmittance_diffuse, b.stddev.transmittance_diffuse);
+}
+
+}  // namespace
+}  // namespace crownfit
