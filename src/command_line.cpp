@@ -90,7 +90,8 @@ CommandLine ParseCommandLine(int argc, char** argv) {
   slab->add_option("SLAB", line.capture, "slab.json (docs/file_formats.md).")->required();
   slab->add_option("--model", line.fit.model,
                    "layered: adding-doubling, milliseconds (default). path: random walks, with errors and rings.");
-  slab->add_option("--photons", line.photons, "Photons of model path (default 1000000).")
+  slab->add_option("--photons", line.photons,
+                   "Photons of model path at normal incidence (default 1000000); a quarter as many come diffusely.")
       ->check(CLI::Range(uint64_t{2}, uint64_t{1000000000000}));
   slab->add_option("--seed", line.fit.seed, "Seed of model path (default 1).");
   AddCommonOptions(slab, line);

@@ -149,11 +149,12 @@ SlabAnswer SolveByWalks(const Slab& slab, const SlabWalkOptions& options, const 
   const double n = slab.layers[0].ior / slab.ior_above;
   const size_t rings = slab.radii_mm.empty() ? 0 : slab.radii_mm.size() - 1;
   constexpr uint64_t kBatch = 2000;
-  const uint64_t batches = (options.photons + kBatch - 1) / kBatch;
+  const uint64_t batches = (options.photons + kBatch - 1) / kBatch, diffuse_photons = (options.photons + 3) / 4;
   std::vector<Tally> collimated(batches, Tally(rings)), diffuse(batches, Tally(0));
   const auto run = [&](uint64_t batch, bool is_diffuse, Tally& tally) {
     WalkCounters counters;
-    for (uint64_t i = batch * kBatch; i < std::min(options.photons, (batch + 1) * kBatch); ++i) {
+    const uint64_t end = std::min(is_diffuse ? diffuse_photons : options.photons, (batch + 1) * kBatch);
+    for (uint64_t i = batch * kBatch; i < end; ++i) {
       RandomStream random(Key(options.seed, 0x736c6162ull, is_diffuse, i));
       glm::dvec3 direction(0, 0, -1);
       double entered = 1.0 - answer.specular;
@@ -179,11 +180,11 @@ SlabAnswer SolveByWalks(const Slab& slab, const SlabWalkOptions& options, const 
   Tally c(rings), d(0);
   for (const auto& t : collimated) c.Add(t);
   for (const auto& t : diffuse) d.Add(t);
-  const double photons = answer.photons;
-  answer.value = {c.reflected / photons, c.transmitted / photons, d.reflected / photons, d.transmitted / photons};
-  answer.stddev = {
-      StandardError(c.reflected, c.reflected2, photons), StandardError(c.transmitted, c.transmitted2, photons),
-      StandardError(d.reflected, d.reflected2, photons), StandardError(d.transmitted, d.transmitted2, photons)};
+  const double photons = answer.photons, some = static_cast<double>(diffuse_photons);
+  answer.value = {c.reflected / photons, c.transmitted / photons, d.reflected / some, d.transmitted / some};
+  answer.stddev = {StandardError(c.reflected, c.reflected2, photons),
+                   StandardError(c.transmitted, c.transmitted2, photons),
+                   StandardError(d.reflected, d.reflected2, some), StandardError(d.transmitted, d.transmitted2, some)};
   for (size_t i = 0; i < rings; ++i) {
     const double area =
         std::numbers::pi * (slab.radii_mm[i + 1] * slab.radii_mm[i + 1] - slab.radii_mm[i] * slab.radii_mm[i]);

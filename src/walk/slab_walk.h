@@ -14,7 +14,7 @@ struct SlabWalkOptions {
 };
 
 /// Totals with standard errors, and ring means where the slab names radii. `photons` come at normal
-/// incidence, on one point, and as many more diffusely.
+/// incidence, on one point, and a quarter as many diffusely.
 SlabAnswer SolveByWalks(const Slab& slab, const SlabWalkOptions& options, const std::function<void(double)>& progress);
 
 }  // namespace crownfit
