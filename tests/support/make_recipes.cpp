@@ -1,4 +1,4 @@
-// Writes the recipes of the bundled path-traced captures: make_recipes FOLDER [PATHS_PER_PIXEL]
+// Writes the recipes of the bundled path-traced captures: make_recipes FOLDER [SHARE_OF_THE_PATHS]
 //   disc     a ceramic disc over black, over white, with a shadow edge; one held out
 //   incisor  a two-layer crown in front of black and white, lit from behind, with a shadow edge; one held out
 //   sphere   a sphere with a core under one lamp and a dome; one held out
@@ -124,7 +124,7 @@ JsonValue Layer(const char* name, const char* surface, double thickness_mm, doub
 
 int main(int argc, char** argv) {
   if (argc < 2) {
-    std::fprintf(stderr, "usage: make_recipes FOLDER [PATHS_PER_PIXEL]\n");
+    std::fprintf(stderr, "usage: make_recipes FOLDER [SHARE_OF_THE_PATHS]\n");
     return 2;
   }
   const std::filesystem::path folder = argv[1];
@@ -139,7 +139,7 @@ int main(int argc, char** argv) {
                {"edge", "none", "cross", "fit", {"lamp", "dome"}, {"blade"}},
                {"side", "none", "cross", "holdout", {"side", "dome"}, {}}},
               -1.2, {"ceramic.reduced_scattering_per_mm", "ceramic.absorption_per_mm", "surface.roughness"}, 96, 13.0,
-              paths(2000), 11);
+              paths(4000), 11);
 
   WritePly(folder / "incisor/mesh/incisor.ply", Incisor());
   WritePly(folder / "incisor/mesh/blade.ply", Box({-30, -30, 5.8}, {-1.0, 30, 5.85}));
@@ -155,7 +155,7 @@ int main(int argc, char** argv) {
               -4.0,
               {"enamel.reduced_scattering_per_mm", "enamel.absorption_per_mm", "dentine.reduced_scattering_per_mm",
                "dentine.absorption_per_mm", "surface.roughness"},
-              96, 12.0, paths(2000), 12);
+              96, 12.0, paths(4000), 12);
 
   WritePly(folder / "sphere/mesh/outer.ply", Sphere(4.0));
   WritePly(folder / "sphere/mesh/core.ply", Sphere(3.0));
@@ -169,7 +169,7 @@ int main(int argc, char** argv) {
               -6.0,
               {"shell.reduced_scattering_per_mm", "shell.absorption_per_mm", "core.reduced_scattering_per_mm",
                "core.absorption_per_mm", "surface.roughness"},
-              96, 10.0, paths(2000), 13);
+              96, 10.0, paths(4000), 13);
   std::printf("%s: disc, incisor, sphere\n", folder.c_str());
   return 0;
 }
