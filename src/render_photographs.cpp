@@ -50,7 +50,7 @@ std::vector<std::string> RenderByShader(const CrownInput& input, const Material&
 std::vector<std::string> RenderByPath(const CrownInput& input, const Material& material, const RenderOptions& options,
                                       Progress& progress, const Done& done) {
   const Capture& capture = input.capture;
-  const auto surfaces = BuildSurfaces(capture, input.source, ThicknessesOf(material));
+  const LayeredBody body(BuildSurfaces(capture, input.source, ThicknessesOf(material)), options.threads);
   PathOptions path;
   path.paths_per_pixel = options.paths_per_pixel;
   path.seed = options.seed;
@@ -59,7 +59,7 @@ std::vector<std::string> RenderByPath(const CrownInput& input, const Material& m
   for (size_t i = 0; i < capture.photographs.size(); ++i) {
     if (options.photograph && *options.photograph != i) continue;
     const PhotographSpec& photo = capture.photographs[i];
-    const PathPhotograph rendered = RenderByPaths(capture, surfaces, input.scenery, material, i, path,
+    const PathPhotograph rendered = RenderByPaths(capture, body, input.scenery, material, i, path,
                                                   [&](double share) { progress.Show("walking " + photo.name, share); });
     counters.Add(rendered.counters);
     RenderedPhotograph r{i, Image(rendered.width, rendered.height, 3), Image(rendered.width, rendered.height, 3), {}};
@@ -75,11 +75,7 @@ std::vector<std::string> RenderByPath(const CrownInput& input, const Material& m
     }
     done(r);
   }
-  char text[160];
-  std::snprintf(text, sizeof text, "%llu walks inside, %llu lost between facets (%.1e of them)",
-                static_cast<unsigned long long>(counters.walks), static_cast<unsigned long long>(counters.lost),
-                counters.lost_share());
-  return {text};
+  return {LossesInWords(counters)};
 }
 
 }  // namespace

@@ -114,10 +114,14 @@ TEST(RoughBoundary, TendsToTheSmoothOne) {
   EXPECT_NEAR(reflected.value(), 0.0891867128, 4 * reflected.error());  // Fresnel at 60 degrees, 1 to 1.5
 }
 
+LayeredBody BodyOf(const KnownScene& scene) {
+  return {BuildSurfaces(scene.capture, scene.source, StatedThicknesses(scene.capture)), 0};
+}
+
 /// Mean over the pixels on the object, of the green channel, with the standard error that the pixels state.
 Mean RenderedMean(const KnownScene& scene, int paths, uint64_t seed = 1) {
-  const auto surfaces = BuildSurfaces(scene.capture, scene.source, StatedThicknesses(scene.capture));
-  const PathPhotograph photo = RenderByPaths(scene.capture, surfaces, scene.scenery, StatedMaterial(scene.capture), 0,
+  const LayeredBody body = BodyOf(scene);
+  const PathPhotograph photo = RenderByPaths(scene.capture, body, scene.scenery, StatedMaterial(scene.capture), 0,
                                              {paths, seed, 0, 0}, [](double) {});
   EXPECT_LE(photo.counters.lost_share(), 1e-5);
   Mean mean;
@@ -207,8 +211,8 @@ TEST(Path, WhiteTileShowsTheRadiometryOfTheContract) {
     scene.scenery.push_back(SquareTile(glm::dvec3(0.0), {0, 0, 1}, 20));
     scene.capture.photographs[0].scenery = {0};
     scene.Light(light);
-    const auto surfaces = BuildSurfaces(scene.capture, scene.source, StatedThicknesses(scene.capture));
-    const PathPhotograph photo = RenderByPaths(scene.capture, surfaces, scene.scenery, StatedMaterial(scene.capture), 0,
+    const LayeredBody body = BodyOf(scene);
+    const PathPhotograph photo = RenderByPaths(scene.capture, body, scene.scenery, StatedMaterial(scene.capture), 0,
                                                {1000, 1, 0, 0}, [](double) {});
     Mean mean;
     double variance = 0;
@@ -270,11 +274,11 @@ TEST(Path, UnitsOfLengthDoNotMatter) {
 
 TEST(Path, SamePictureForAnyNumberOfThreads) {
   const KnownScene scene = Bead();
-  const auto surfaces = BuildSurfaces(scene.capture, scene.source, StatedThicknesses(scene.capture));
+  const LayeredBody body = BodyOf(scene);
   std::vector<PathPhotograph> photos;
   for (const int threads : {1, 3})
-    photos.push_back(RenderByPaths(scene.capture, surfaces, {}, StatedMaterial(scene.capture), 0, {20, 1, 0, threads},
-                                   [](double) {}));
+    photos.push_back(
+        RenderByPaths(scene.capture, body, {}, StatedMaterial(scene.capture), 0, {20, 1, 0, threads}, [](double) {}));
   for (size_t p = 0; p < photos[0].pixels.size(); ++p) {
     EXPECT_EQ(photos[0].pixels[p].mean, photos[1].pixels[p].mean);
     EXPECT_EQ(photos[0].pixels[p].covariance, photos[1].pixels[p].covariance);
@@ -304,10 +308,9 @@ TEST(Path, ChannelsThatScatterDifferentlyAgreeWithEachAlone) {
     together.capture.layers[0][Quantity::kReducedScattering].value[c] = s[c];
     together.capture.layers[1][Quantity::kReducedScattering].value[c] = s[2 - c];
   }
-  const auto surfaces = BuildSurfaces(together.capture, together.source, StatedThicknesses(together.capture));
+  const LayeredBody body = BodyOf(together);
   const auto render = [&](const KnownScene& scene, int paths) {
-    return RenderByPaths(scene.capture, surfaces, {}, StatedMaterial(scene.capture), 0, {paths, 3, 0, 0},
-                         [](double) {});
+    return RenderByPaths(scene.capture, body, {}, StatedMaterial(scene.capture), 0, {paths, 3, 0, 0}, [](double) {});
   };
   const PathPhotograph all = render(together, 6000);
   for (int c = 0; c < 3; ++c) {
@@ -342,9 +345,9 @@ TEST(Path, LampAndCameraMayChangePlaces) {
       place = {0, 0, 250};
     }
     scene.Light(DiskLight{place, -glm::normalize(place), glm::dvec3(100.0), 0.0, 12.0});
-    const auto surfaces = BuildSurfaces(scene.capture, scene.source, StatedThicknesses(scene.capture));
+    const LayeredBody body = BodyOf(scene);
     const PathPhotograph photo =
-        RenderByPaths(scene.capture, surfaces, {}, StatedMaterial(scene.capture), 0, {3000, seed, 0, 0}, [](double) {});
+        RenderByPaths(scene.capture, body, {}, StatedMaterial(scene.capture), 0, {3000, seed, 0, 0}, [](double) {});
     Mean mean;
     double variance = 0;
     for (const PixelEstimate& p : photo.pixels) mean.Add(p.mean.y), variance += p.covariance[3];

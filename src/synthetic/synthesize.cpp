@@ -291,7 +291,7 @@ std::vector<std::string> Synthesize(const Recipe& recipe, const std::filesystem:
   progress("reading", 0.0);
   const CrownSource source = ReadCrownSource(capture, threads);
   const auto scenery = ReadScenery(capture);
-  const auto surfaces = BuildSurfaces(capture, source, StatedThicknesses(capture));
+  const LayeredBody body(BuildSurfaces(capture, source, StatedThicknesses(capture)), threads);
   const Material material = StatedMaterial(capture);
   CaptureWriter writer(recipe, folder);
 
@@ -305,7 +305,7 @@ std::vector<std::string> Synthesize(const Recipe& recipe, const std::filesystem:
   WalkCounters counters;
   for (size_t i = 0; i < capture.photographs.size(); ++i) {
     const PhotographSpec& spec = capture.photographs[i];
-    const PathPhotograph photo = RenderByPaths(capture, surfaces, scenery, material, i, options,
+    const PathPhotograph photo = RenderByPaths(capture, body, scenery, material, i, options,
                                                [&](double share) { progress("walking " + spec.name, share); });
     counters.Add(photo.counters);
     const auto walk_variance = SmoothedVariance(photo);
@@ -333,10 +333,7 @@ std::vector<std::string> Synthesize(const Recipe& recipe, const std::filesystem:
                   spec.name.c_str(), 100.0 * std::sqrt(noise2 * on_object) / std::max(light, 1e-12));
     messages.emplace_back(text);
   }
-  char text[160];
-  std::snprintf(text, sizeof text, "%llu walks inside, %llu lost between facets",
-                static_cast<unsigned long long>(counters.walks), static_cast<unsigned long long>(counters.lost));
-  messages.emplace_back(text);
+  messages.push_back(LossesInWords(counters));
   writer.WriteCapture();
   WriteTextFile(folder / "truth.json", ToJsonText(TruthOf(recipe, material, exposure_errors)));
   return messages;

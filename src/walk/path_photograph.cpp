@@ -209,9 +209,9 @@ Media MediaOf(const Capture& capture, const Material& material) {
   return Media(std::move(media));
 }
 
-PathPhotograph RenderByPaths(const Capture& capture, const std::vector<TriangleMesh>& surfaces,
-                             const std::vector<TriangleMesh>& scenery, const Material& material, size_t photograph,
-                             const PathOptions& options, const std::function<void(double)>& progress) {
+PathPhotograph RenderByPaths(const Capture& capture, const LayeredBody& body, const std::vector<TriangleMesh>& scenery,
+                             const Material& material, size_t photograph, const PathOptions& options,
+                             const std::function<void(double)>& progress) {
   const PhotographSpec& photo = capture.photographs[photograph];
   std::vector<TriangleMesh> opaque;
   std::vector<glm::dvec3> reflectance;
@@ -225,7 +225,7 @@ PathPhotograph RenderByPaths(const Capture& capture, const std::vector<TriangleM
     reflectance.push_back(tile.reflectance);
   }
   const RigidTransform object_from_camera = photo.camera_from_object.Inverse();
-  const WalkScene scene(surfaces, opaque, options.threads);
+  const WalkScene scene(body, opaque);
   const Media media = MediaOf(capture, material);
   const OuterBoundary outer{material.surface[Quantity::kRoughness][0], material.surface[Quantity::kWetness][0],
                             media[1].ior, capture.outside_ior};

@@ -34,10 +34,10 @@ struct PathPhotograph {
 /// The layers' media in the order of WalkScene: outside first.
 Media MediaOf(const Capture& capture, const Material& material);
 
-/// Renders one photograph. `surfaces`: of BuildSurfaces; `scenery`: all of the capture's, in its order. Every pixel's
+/// Renders one photograph. `body`: of BuildSurfaces; `scenery`: all of the capture's, in its order. Every pixel's
 /// numbers depend on seed, photograph and pixel alone: the same bytes for any number of threads.
-PathPhotograph RenderByPaths(const Capture& capture, const std::vector<TriangleMesh>& surfaces,
-                             const std::vector<TriangleMesh>& scenery, const Material& material, size_t photograph,
-                             const PathOptions& options, const std::function<void(double)>& progress);
+PathPhotograph RenderByPaths(const Capture& capture, const LayeredBody& body, const std::vector<TriangleMesh>& scenery,
+                             const Material& material, size_t photograph, const PathOptions& options,
+                             const std::function<void(double)>& progress);
 
 }  // namespace crownfit

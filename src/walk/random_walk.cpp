@@ -1,6 +1,19 @@
 #include "walk/random_walk.h"
 
+#include <cstdio>
+
 namespace crownfit {
+
+std::string LossesInWords(const WalkCounters& counters) {
+  constexpr double kAcceptable = 1e-5;
+  char text[300];
+  std::snprintf(text, sizeof text, "%llu walks inside, %llu lost between facets%s",
+                static_cast<unsigned long long>(counters.walks), static_cast<unsigned long long>(counters.lost),
+                counters.lost_share() > kAcceptable
+                    ? ": more than 1 in 100,000, the picture is too dark. Do surfaces cross, or is one not closed?"
+                    : "");
+  return text;
+}
 
 Media::Media(std::vector<Medium> media) : media_(std::move(media)) {
   for (const Medium& m : media_)

@@ -5,6 +5,7 @@
 // weights computed from what the walk did in each medium, so channels of equal scattering share every walk and others
 // are combined by the balance heuristic over heroes (Wilkie et al. 2014, hero wavelength spectral sampling).
 
+#include <string>
 #include <vector>
 
 #include "walk/medium.h"
@@ -25,6 +26,9 @@ struct WalkCounters {
     walks += o.walks, lost += o.lost, flights += o.flights, boundaries += o.boundaries;
   }
 };
+
+/// How many walks were lost, for the user; above 1e-5 what to do about it.
+std::string LossesInWords(const WalkCounters& counters);
 
 /// One walk on its way.
 struct WalkState {

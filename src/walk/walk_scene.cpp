@@ -24,20 +24,24 @@ Clearance::Clearance(const RayCaster& layers, const glm::dvec3& low, const glm::
   });
 }
 
-WalkScene::WalkScene(const std::vector<TriangleMesh>& surfaces, const std::vector<TriangleMesh>& opaque, int threads)
-    : layers_(static_cast<int>(surfaces.size())) {
-  for (const auto& mesh : surfaces) meshes_.push_back(&mesh);
+LayeredBody::LayeredBody(std::vector<TriangleMesh> layer_surfaces, int threads) : surfaces(std::move(layer_surfaces)) {
+  std::tie(low, high) = Bounds(surfaces[0]);
+  const glm::dvec3 rounding(1e-5 * glm::length(high - low));
+  low -= rounding, high += rounding;
+  std::vector<const TriangleMesh*> meshes;
+  for (const auto& mesh : surfaces) meshes.push_back(&mesh);
+  clearance = Clearance(RayCaster(meshes), low, high, threads);
+}
+
+WalkScene::WalkScene(const LayeredBody& body, const std::vector<TriangleMesh>& opaque)
+    : body_(body), layers_(static_cast<int>(body.surfaces.size())) {
+  for (const auto& mesh : body.surfaces) meshes_.push_back(&mesh);
   for (const auto& mesh : opaque) meshes_.push_back(&mesh);
   for (const auto* mesh : meshes_) {
     normals_.emplace_back();
     for (int t = 0; t < static_cast<int>(mesh->triangles.size()); ++t) normals_.back().push_back(FaceNormal(*mesh, t));
   }
   caster_ = RayCaster(meshes_);
-  std::tie(low_, high_) = Bounds(surfaces[0]);
-  const glm::dvec3 rounding(1e-4);  // rays are cast in single precision
-  low_ -= rounding, high_ += rounding;
-  const RayCaster layers({meshes_.begin(), meshes_.begin() + layers_});
-  clearance_ = Clearance(layers, low_, high_, threads);
 }
 
 std::optional<Boundary> WalkScene::Next(const glm::dvec3& origin, const glm::dvec3& direction, int medium,
@@ -50,8 +54,8 @@ std::optional<Boundary> WalkScene::Next(const glm::dvec3& origin, const glm::dve
   };
   if (medium != kOutside && max_mm < kFar) {
     // A surface on the way would be no farther from both ends together than the flight is long.
-    const double from_here = clearance_.At(origin);
-    if (max_mm < from_here || max_mm < from_here + clearance_.At(origin + max_mm * direction)) return std::nullopt;
+    const double from_here = body_.clearance.At(origin);
+    if (max_mm < from_here || max_mm < from_here + body_.clearance.At(origin + max_mm * direction)) return std::nullopt;
   }
   const auto hit = caster_.NearestAccepted(origin, direction, max_mm, counts);
   if (!hit) return std::nullopt;

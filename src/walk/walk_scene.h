@@ -45,13 +45,21 @@ class Clearance {
   std::vector<float> distance_mm_;
 };
 
+/// The nested layers of an object: closed surfaces, outermost first, each inside the one before.
+struct LayeredBody {
+  LayeredBody(std::vector<TriangleMesh> layer_surfaces, int threads);
+  std::vector<TriangleMesh> surfaces;
+  glm::dvec3 low, high;  ///< bounding box, wider by what single-precision rays may miss
+  Clearance clearance;
+};
+
 /// No distances are compared against a tolerance: a layer's surface counts only if its facing agrees with the medium
 /// one is in, so that the facet just left can't be met again; an opaque thing, which may be a sheet with two sides, is
 /// met from either, but not on the very triangle one leaves. Facets are flat: refraction uses their own normals.
 class WalkScene {
  public:
-  /// `surfaces`: closed, outermost first, each inside the one before. Both lists must outlive the scene.
-  WalkScene(const std::vector<TriangleMesh>& surfaces, const std::vector<TriangleMesh>& opaque, int threads);
+  /// Both must outlive the scene.
+  WalkScene(const LayeredBody& body, const std::vector<TriangleMesh>& opaque);
 
   /// First boundary of `medium` along the way, within `max_mm`. `left`: the opaque boundary one comes from, if any.
   std::optional<Boundary> Next(const glm::dvec3& origin, const glm::dvec3& direction, int medium, double max_mm,
@@ -59,17 +67,17 @@ class WalkScene {
 
   /// False beyond the outermost surface's bounding box, where no walk should be.
   bool Holds(const glm::dvec3& p) const {
-    return p.x >= low_.x && p.y >= low_.y && p.z >= low_.z && p.x <= high_.x && p.y <= high_.y && p.z <= high_.z;
+    const glm::dvec3 &a = body_.low, &b = body_.high;
+    return p.x >= a.x && p.y >= a.y && p.z >= a.z && p.x <= b.x && p.y <= b.y && p.z <= b.z;
   }
   int layers() const { return layers_; }
 
  private:
+  const LayeredBody& body_;
   int layers_;
   std::vector<const TriangleMesh*> meshes_;
   std::vector<std::vector<glm::dvec3>> normals_;
   RayCaster caster_{{}};
-  Clearance clearance_;
-  glm::dvec3 low_, high_;
 };
 
 }  // namespace crownfit

@@ -7,6 +7,8 @@
 #include "geometry/signed_distance.h"
 #include "support/known_scene.h"
 #include "support/shapes.h"
+#include "walk/path_photograph.h"
+#include "walk/slab_walk.h"
 
 namespace crownfit {
 namespace {
@@ -67,6 +69,41 @@ void PredictOneChannel(benchmark::State& state) {
 }
 BENCHMARK(PredictOneChannel<double>)->Unit(benchmark::kMillisecond);
 BENCHMARK(PredictOneChannel<ceres::Jet<double, kShaderSlots>>)->Unit(benchmark::kMillisecond);
+
+void WalkTheToothSlab(benchmark::State& state) {
+  // Peers' tooth case: 338 scatterings a photon; MCML 74,000 photons/s and core.
+  Slab slab;
+  slab.layers = {{1.63, 0.96, 0.0, 6.0, 0.03, 1.0}, {1.54, 0.93, 0.0, 28.0, 0.2, 2.0}};
+  constexpr uint64_t kPhotons = 4000;
+  for (auto _ : state)
+    benchmark::DoNotOptimize(SolveByWalks(slab, {kPhotons, 1, 1}, [](double) {}).value.reflectance_collimated);
+  state.counters["photons/s"] =
+      benchmark::Counter(static_cast<double>(kPhotons * 5 / 4 * state.iterations()), benchmark::Counter::kIsRate);
+}
+BENCHMARK(WalkTheToothSlab)->Unit(benchmark::kMillisecond);
+
+void WalkTheIncisor(benchmark::State& state) {
+  // Enamel 6.6 / mm, g .68 over dentine 28 / mm, g .93: about 150 collisions a path.
+  KnownScene scene(Incisor(), 2, 0.9, 24, 6.0);
+  const double values[2][4] = {{1.63, 0.68, 6.6 * 0.32, 0.03}, {1.54, 0.93, 28 * 0.07, 0.1}};
+  const Quantity quantities[4] = {Quantity::kIor, Quantity::kAsymmetry, Quantity::kReducedScattering,
+                                  Quantity::kAbsorption};
+  for (int layer = 0; layer < 2; ++layer)
+    for (int q = 0; q < 4; ++q) scene.capture.layers[layer][quantities[q]].value.fill(values[layer][q]);
+  scene.Light(DiskLight{{130, 0, 130}, {-1, 0, -1}, glm::dvec3(1.0), 0.0, 65.0});
+  scene.Light(DomeLight{glm::dvec3(0.05)});
+  const LayeredBody body(BuildSurfaces(scene.capture, scene.source, StatedThicknesses(scene.capture)), 0);
+  const Material material = StatedMaterial(scene.capture);
+  uint64_t walks = 0, flights = 0;
+  for (auto _ : state) {
+    const auto photo = RenderByPaths(scene.capture, body, {}, material, 0, {30, 1, 0, 1}, [](double) {});
+    walks += photo.counters.walks;
+    flights += photo.counters.flights;
+  }
+  state.counters["walks/s"] = benchmark::Counter(static_cast<double>(walks), benchmark::Counter::kIsRate);
+  state.counters["flights/s"] = benchmark::Counter(static_cast<double>(flights), benchmark::Counter::kIsRate);
+}
+BENCHMARK(WalkTheIncisor)->Unit(benchmark::kMillisecond);
 
 }  // namespace
 }  // namespace crownfit

@@ -1,6 +1,7 @@
 #!/usr/bin/env python3
 """command_test.py CROWNFIT CAPTURE: the program as a user meets it: help, exit codes, fit, render, compare, same bytes."""
 import json
+import shutil
 import subprocess
 import sys
 import tempfile
@@ -22,7 +23,7 @@ def require(holds, what):
         faults.append(what)
 
 
-for command in ("fit", "check", "render", "compare"):
+for command in ("fit", "check", "render", "compare", "slab", "synthesize"):
     require(command in run("--help").stdout, f"--help does not mention {command}")
     require("Usage" in run(command, "--help").stdout, f"{command} --help has no usage")
 run("--version")
@@ -55,6 +56,45 @@ with tempfile.TemporaryDirectory() as folder:
     require(figures["de00_median"] < 0.8, f"fitted and photographed differ by {figures['de00_median']}")
     require((folder / "map.png").exists(), "compare wrote no map")
     run("compare", capture / "photos/back.exr", capture / "calib/camera.json", expect=2)
+
+with tempfile.TemporaryDirectory() as folder:
+    folder = Path(folder)
+    # A flat sample by both models, and what they refuse.
+    slab = {"format": "crownfit-slab/1", "layers": [{"ior": 1.54, "g": 0.8, "scattering_per_mm": 10, "absorption_per_mm": 0.1, "thickness_mm": 1}]}
+    (folder / "slab.json").write_text(json.dumps(slab))
+    layered = json.loads(run("slab", folder / "slab.json").stdout)
+    walked = json.loads(run("slab", folder / "slab.json", "--model", "path", "--photons", "20000").stdout)
+    difference = walked["reflectance_collimated"] - layered["reflectance_collimated"]
+    require(abs(difference) < 4 * walked["stddev"]["reflectance_collimated"], f"walks and adding-doubling differ by {difference}")
+    (folder / "slab.json").write_text(json.dumps(dict(slab, layer=1)))
+    require("layer" in run("slab", folder / "slab.json", expect=2).stderr, "an unknown key of slab.json is not named")
+
+    # A recipe made from the bundled capture: what is synthesised can be checked, read, and is the same for any number of threads.
+    recipe = json.loads((capture / "capture.json").read_text())
+    recipe["format"] = "crownfit-recipe/1"
+    for owner in recipe["object"]["layers"] + [recipe["object"]["surface"]]:
+        for key, value in owner.items():
+            if isinstance(value, dict) and "initial" in value:
+                owner[key] = {"fixed": value["initial"]}
+    recipe["synthesis"] = {"paths_per_pixel": 4, "seed": 3, "initial_factor": 2, "free": ["dentine.absorption_per_mm"], "calibration_error": {"exposure": 0.01, "pose_deg": 0.1, "pose_mm": 0.1, "light_mm": 1}}
+    recipe["photographs"] = recipe["photographs"][:2]
+    source = folder / "source"
+    shutil.copytree(capture, source)
+    (source / "recipe.json").write_text(json.dumps(recipe))
+    run("synthesize", source / "recipe.json", "-o", folder / "one", "--threads", "1")
+    run("synthesize", source / "recipe.json", "-o", folder / "two", "--threads", "2")
+    name = recipe["photographs"][0]["name"]
+    same = json.loads(run("compare", folder / f"one/photos/{name}.exr", folder / f"two/photos/{name}.exr", "--json").stdout)
+    require(same["de00_p95_pixel"] == 0, "a synthetic photograph depends on the number of threads")
+    made = json.loads((folder / "one/capture.json").read_text())
+    start, truth = made["object"]["layers"][1]["absorption_per_mm"]["initial"], json.loads((folder / "one/truth.json").read_text())["layers"][1]["absorption_per_mm"]
+    require(all(abs(a / b - 2) < 1e-6 for a, b in zip(start, truth)), "the free parameter does not start off by the factor")
+    require(json.loads(run("check", folder / "one", "--json").stdout)["free"] == [f"dentine.absorption_per_mm[{c}]" for c in "RGB"], "not what was asked is free")
+    recipe["synthesis"]["free"] = ["dentine.colour"]
+    (source / "recipe.json").write_text(json.dumps(recipe))
+    require("dentine.colour" in run("synthesize", source / "recipe.json", "-o", folder / "three", expect=2).stderr, "an unknown parameter is not named")
+    run("render", folder / "one", "--model", "path", "--paths", "2", "--photograph", name, "-o", folder / "pictures")
+    require((folder / f"pictures/{name}.png").exists(), "render --model path wrote no picture")
 
 for fault in faults:
     print("FAIL", fault)

@@ -43,8 +43,9 @@ Media TwoLayers() {
 
 /// Photons on a sphere, from all directions alike or from +z.
 Exits Illuminate(double shell_mm, bool uniform, size_t photons) {
-  const std::vector<TriangleMesh> surfaces{Sphere(kRadius, 128), Sphere(kRadius - shell_mm, 96)}, nothing;
-  const WalkScene scene(surfaces, nothing, 0);
+  const LayeredBody body({Sphere(kRadius, 128), Sphere(kRadius - shell_mm, 96)}, 0);
+  const std::vector<TriangleMesh> nothing;
+  const WalkScene scene(body, nothing);
   const Media media = TwoLayers();
   constexpr size_t kBatch = 1000;
   std::vector<Exits> batches((photons + kBatch - 1) / kBatch);
