@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <functional>
 #include <numbers>
 
 #include "geometry/light_samples.h"
@@ -46,6 +47,66 @@ TEST(Radiometry, DomeOfRadianceOneOverPiGivesOne) {
   EXPECT_NEAR(WhiteTile(DomeLight{glm::dvec3(1.0 / kPi)}), 1.0, 1e-6);
 }
 
+/// A panorama of one colour, and one that is bright where `bright` says.
+EnvironmentLight Panorama(int height, const std::function<float(int x, int y)>& radiance) {
+  Image picture(2 * height, height, 3);
+  for (int y = 0; y < height; ++y)
+    for (int x = 0; x < 2 * height; ++x)
+      for (int c = 0; c < 3; ++c) picture.values[3 * (static_cast<size_t>(y) * 2 * height + x) + c] = radiance(x, y);
+  return {std::make_shared<EnvironmentMap>(std::move(picture)), glm::dvec3(1.0)};
+}
+
+TEST(Radiometry, EnvironmentOfOneColourIsADome) {
+  const auto uniform = Panorama(16, [](int, int) { return static_cast<float>(1.0 / kPi); });
+  EXPECT_NEAR(WhiteTile(uniform, 32), 1.0, 2e-3);
+}
+
+TEST(Radiometry, EnvironmentStandsAsOpenExrSays) {
+  // The picture's centre along +z, its left quarter along +x, its top along +y.
+  const auto lit = [](double u, double v, const glm::dvec3& direction) {
+    const auto light =
+        Panorama(32, [&](int x, int y) { return std::hypot(x + 0.5 - 64 * u, y + 0.5 - 32 * v) < 3 ? 1.0f : 0.0f; });
+    return light.map->Radiance(direction).x;
+  };
+  EXPECT_EQ(lit(0.5, 0.5, {0, 0, 1}), 1.0);
+  EXPECT_EQ(lit(0.25, 0.5, {1, 0, 0}), 1.0);
+  EXPECT_EQ(lit(0.75, 0.5, {-1, 0, 0}), 1.0);
+  EXPECT_EQ(lit(0.5, 0.25, glm::normalize(glm::dvec3(0, 1, 1))), 1.0);
+  EXPECT_EQ(lit(0.5, 0.5, {0, 0, -1}), 0.0);
+}
+
+TEST(Radiometry, EnvironmentTurnsWithItsFrame) {
+  const EnvironmentLight light = Panorama(32, [](int x, int y) { return static_cast<float>(x + 100 * y); });
+  RigidTransform quarter;  // x to y, y to -x
+  quarter.rotation = glm::dmat3(glm::dvec3(0, 1, 0), glm::dvec3(-1, 0, 0), glm::dvec3(0, 0, 1));
+  const LightShape turned = Transformed(light, quarter);
+  const glm::dvec3 direction = glm::normalize(glm::dvec3(0.3, -0.5, 0.7));
+  EXPECT_EQ(LightAlong(turned, glm::dvec3(0.0), quarter.Direction(direction))->radiance.x,
+            LightAlong(light, glm::dvec3(0.0), direction)->radiance.x);
+}
+
+TEST(Radiometry, EnvironmentIsSampledByItsLightAndTheDensityIsTrue) {
+  const EnvironmentLight light = Panorama(
+      8, [](int x, int y) { return static_cast<float>((x * 7 + y * 3) % 5) + (x == 3 && y == 2 ? 50.f : 0.f); });
+  // Solid angle and light by sampling (points without light have density 0) against sums over a fine grid.
+  const int n = 256;
+  double lit = 0, integral = 0, lit_sampled = 0, integral_sampled = 0;
+  for (int j = 0; j < n; ++j) {
+    for (int i = 0; i < n; ++i) {
+      const double u = (i + 0.5) / n, v = (j + 0.5) / n, height = 1 - 2 * v, s = std::sqrt(1 - height * height);
+      const glm::dvec3 even(s * std::sin(2 * kPi * u), height, s * std::cos(2 * kPi * u));
+      const double value = light.map->Radiance(even).x;
+      lit += (value > 0) * 4 * kPi / (n * n);
+      integral += value * even.x * even.x * 4 * kPi / (n * n);
+      const glm::dvec3 drawn = light.map->Sample({u, v});
+      lit_sampled += 1.0 / light.map->Density(drawn) / (n * n);
+      integral_sampled += light.map->Radiance(drawn).x * drawn.x * drawn.x / light.map->Density(drawn) / (n * n);
+    }
+  }
+  EXPECT_NEAR(lit_sampled / lit, 1.0, 0.02);
+  EXPECT_NEAR(integral_sampled / integral, 1.0, 0.02);
+}
+
 TEST(Radiometry, DiskAndRingOnAxisFollowTheConeFormula) {
   // E = pi L sin^2 of the half angle, and the difference of two for a ring.
   const double outer = 40.0 * 40.0 / (40.0 * 40.0 + 100.0 * 100.0), inner = 20.0 * 20.0 / (20.0 * 20.0 + 100.0 * 100.0);
@@ -73,7 +134,7 @@ TEST(Radiometry, GlossSamplesOfADomeIntegrateIrradianceAndTheLobeAlike) {
   std::vector<LightSample> samples;
   const glm::dvec3 normal(0, 0, 1), view = glm::normalize(glm::dvec3(0.4, 0, 1));
   double irradiance = 0;
-  SampleDomeForGloss(DomeLight{glm::dvec3(1.0 / kPi)}, normal, view, 0.15, 64, samples);
+  SampleAllAroundForGloss(DomeLight{glm::dvec3(1.0 / kPi)}, normal, view, 0.15, 64, samples);
   for (const auto& s : samples) irradiance += s.weight.x * glm::dot(s.direction, normal);
   EXPECT_NEAR(irradiance, 1.0, 0.01);  // directions below cosine 1e-4 and the strata's size
 }

@@ -229,6 +229,9 @@ TEST(Path, WhiteTileShowsTheRadiometryOfTheContract) {
   expect(DirectionalLight{{std::sin(60 * degree), 0, 0.5}, glm::dvec3(1.0), degree}, 0.5);
   expect(PointLight{{0, 0, 250}, glm::dvec3(62500.0), 250 * degree}, 1.0);
   expect(DomeLight{glm::dvec3(1.0 / kPi)}, 1.0);
+  Image picture(16, 8, 3);
+  std::fill(picture.values.begin(), picture.values.end(), static_cast<float>(1.0 / kPi));
+  expect(EnvironmentLight{std::make_shared<EnvironmentMap>(picture), glm::dvec3(1.0)}, 1.0);
   expect(DiskLight{{0, 0, 100}, {0, 0, -1}, glm::dvec3(2.0), 20.0, 40.0},
          2 * kPi * (40.0 * 40.0 / (40.0 * 40.0 + 100.0 * 100.0) - 20.0 * 20.0 / (20.0 * 20.0 + 100.0 * 100.0)));
 }

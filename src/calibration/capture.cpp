@@ -193,7 +193,9 @@ Capture ReadAs(const std::string& format, const std::filesystem::path& path, std
       capture.wavelengths_nm[c] = channel.Require("wavelength_nm").Number(200.0, 2500.0);
     }
   }
-  capture.lights = ReadLightRig(ReadPath(root.Require("light_rig"), capture));
+  LightRig rig = ReadLightRig(ReadPath(root.Require("light_rig"), capture));
+  capture.lights = std::move(rig.lights);
+  capture.input_files.insert(capture.input_files.end(), rig.files.begin(), rig.files.end());
   const JsonNode photographs = root.Require("photographs");
   for (const auto& item : photographs.Items()) capture.photographs.push_back(ReadPhotographSpec(item, capture));
   if (capture.photographs.empty()) photographs.Fail("at least one photograph is needed");

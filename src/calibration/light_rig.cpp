@@ -17,23 +17,21 @@ std::vector<std::string> KeysOf(const std::string& type) {
   if (type == "rectangle") add({"centre_mm", "half_axis_u_mm", "half_axis_v_mm", "radiance_rgb"});
   if (type == "ring") add({"centre_mm", "axis", "inner_radius_mm", "outer_radius_mm", "radiance_rgb"});
   if (type == "dome") add({"radiance_rgb"});
+  if (type == "environment") add({"file", "radiance_scale_rgb"});
   return keys;
 }
 
 std::string TypeOf(const JsonNode& node) {
   // The type decides which keys are allowed, so it is read before the others are compared.
   std::vector<std::string> every{"name", "type", "frame", "intensity_scale", "stddev_mm"};
-  for (const char* type : {"directional", "point", "disk", "rectangle", "ring", "dome"})
+  for (const char* type : {"directional", "point", "disk", "rectangle", "ring", "dome", "environment"})
     for (const auto& key : KeysOf(type)) every.push_back(key);
-  every.insert(every.end(), {"file", "radiance_scale_rgb"});
-  const JsonNode type = JsonObject(node, every).Require("type");
-  const std::string word = type.OneOf({"directional", "point", "disk", "rectangle", "ring", "dome", "environment"});
-  if (word == "environment")
-    type.Fail("environment maps are not supported by this version", "Use a dome or area lights.");
-  return word;
+  return JsonObject(node, every)
+      .Require("type")
+      .OneOf({"directional", "point", "disk", "rectangle", "ring", "dome", "environment"});
 }
 
-LightShape ReadShape(const JsonObject& o, const std::string& type) {
+LightShape ReadShape(const JsonObject& o, const std::string& type, std::vector<std::filesystem::path>& files) {
   const auto rgb = [&](const char* key) { return ReadNonNegative(o.Require(key)); };
   if (type == "directional") {
     const auto radius = o.Find("angular_radius_deg");
@@ -64,15 +62,20 @@ LightShape ReadShape(const JsonObject& o, const std::string& type) {
       o.Require("half_axis_v_mm").Fail("the two half axes span no area");
     return light;
   }
+  if (type == "environment") {
+    files.push_back(o.node().file().parent_path() / o.Require("file").String());
+    const auto scale = o.Find("radiance_scale_rgb");
+    return EnvironmentLight{ReadEnvironmentMap(files.back()), scale ? ReadNonNegative(*scale) : glm::dvec3(1.0)};
+  }
   return DomeLight{rgb("radiance_rgb")};
 }
 
 }  // namespace
 
-std::vector<Light> ReadLightRig(const std::filesystem::path& path) {
+LightRig ReadLightRig(const std::filesystem::path& path) {
   const JsonFile file(path);
   const JsonObject root = file.RootOfFormat("crownfit-light-rig/1", {"lights"});
-  std::vector<Light> lights;
+  LightRig rig;
   std::set<std::string> names;
   for (const auto& item : root.Require("lights").Items()) {
     const std::string type = TypeOf(item);
@@ -89,11 +92,11 @@ std::vector<Light> ReadLightRig(const std::filesystem::path& path) {
       light.intensity_scale = (fixed ? *fixed : *initial).Positive();
     }
     if (const auto stddev = object.Find("stddev_mm")) light.states_errors = stddev->Positive() > 0;
-    light.shape = ReadShape(object, type);
-    lights.push_back(light);
+    light.shape = ReadShape(object, type, rig.files);
+    rig.lights.push_back(light);
   }
-  if (lights.empty()) root.Require("lights").Fail("the rig holds no lights");
-  return lights;
+  if (rig.lights.empty()) root.Require("lights").Fail("the rig holds no lights");
+  return rig;
 }
 
 LightShape Transformed(const LightShape& shape, const RigidTransform& t) {
@@ -119,6 +122,10 @@ LightShape Transformed(const LightShape& shape, const RigidTransform& t) {
       return l;
     }
     LightShape operator()(DomeLight l) const { return l; }
+    LightShape operator()(EnvironmentLight l) const {
+      l.map_from_frame = l.map_from_frame * glm::transpose(t.rotation);
+      return l;
+    }
   };
   return std::visit(Move{t}, shape);
 }

@@ -3,10 +3,12 @@
 
 #include <filesystem>
 #include <glm/glm.hpp>
+#include <memory>
 #include <string>
 #include <variant>
 #include <vector>
 
+#include "calibration/environment_map.h"
 #include "calibration/rigid_transform.h"
 
 namespace crownfit {
@@ -30,7 +32,18 @@ struct DomeLight {
   glm::dvec3 radiance;
 };  ///< uniform sphere
 
-using LightShape = std::variant<DirectionalLight, PointLight, DiskLight, RectangleLight, DomeLight>;
+struct EnvironmentLight {
+  std::shared_ptr<const EnvironmentMap> map;
+  glm::dvec3 scale;
+  glm::dmat3 map_from_frame{1.0};
+};  ///< from all around, as a picture
+
+using LightShape = std::variant<DirectionalLight, PointLight, DiskLight, RectangleLight, DomeLight, EnvironmentLight>;
+
+/// Light that comes from everywhere: surfaces find it by looking around.
+inline bool IsAllAround(const LightShape& shape) {
+  return std::holds_alternative<DomeLight>(shape) || std::holds_alternative<EnvironmentLight>(shape);
+}
 
 struct Light {
   std::string name;
@@ -41,8 +54,13 @@ struct Light {
   LightShape shape;
 };
 
-/// Reads light_rig.json ("crownfit-light-rig/1").
-std::vector<Light> ReadLightRig(const std::filesystem::path& file);
+struct LightRig {
+  std::vector<Light> lights;
+  std::vector<std::filesystem::path> files;  ///< further files that were read
+};
+
+/// Reads light_rig.json ("crownfit-light-rig/1") and the maps it names, whose paths are relative to it.
+LightRig ReadLightRig(const std::filesystem::path& file);
 
 /// The light in another frame.
 LightShape Transformed(const LightShape& shape, const RigidTransform& target_from_source);

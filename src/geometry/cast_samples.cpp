@@ -85,10 +85,10 @@ class Caster {
     std::vector<LightSample> samples;
     for (const auto& [index, shape] : lights_) {
       samples.clear();
-      const auto* dome = std::get_if<DomeLight>(&shape);
-      const int strata = dome ? 2 * lamp_strata : lamp_strata;
-      if (dome && view) {
-        SampleDomeForGloss(*dome, normal, *view, options_.gloss_roughness, lamp_strata, samples);
+      const bool all_around = IsAllAround(shape);
+      const int strata = all_around ? 2 * lamp_strata : lamp_strata;
+      if (all_around && view) {
+        SampleAllAroundForGloss(shape, normal, *view, options_.gloss_roughness, lamp_strata, samples);
       } else {
         SampleLight(shape, position, normal, strata, samples);
       }

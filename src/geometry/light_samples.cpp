@@ -107,6 +107,11 @@ struct PointSampler {
   std::optional<LightPoint> operator()(const DomeLight& l) const {
     return LightPoint{InFrame({0, 0, 1}, 1.0 - 2.0 * p.x, 2 * kPi * p.y), kInfinite, l.radiance, 0.25 / kPi};
   }
+  std::optional<LightPoint> operator()(const EnvironmentLight& l) const {
+    const glm::dvec3 in_map = l.map->Sample(p);
+    return LightPoint{glm::transpose(l.map_from_frame) * in_map, kInfinite, l.scale * l.map->Radiance(in_map),
+                      l.map->Density(in_map)};
+  }
 };
 
 struct RayMeeting {
@@ -128,6 +133,10 @@ struct RayMeeting {
   }
   std::optional<LightPoint> operator()(const DomeLight& l) const {
     return LightPoint{direction, kInfinite, l.radiance, 0.25 / kPi};
+  }
+  std::optional<LightPoint> operator()(const EnvironmentLight& l) const {
+    const glm::dvec3 in_map = l.map_from_frame * direction;
+    return LightPoint{direction, kInfinite, l.scale * l.map->Radiance(in_map), l.map->Density(in_map)};
   }
 };
 
@@ -155,8 +164,8 @@ void SampleLight(const LightShape& light, const glm::dvec3& point, const glm::dv
   }
 }
 
-void SampleDomeForGloss(const DomeLight& dome, const glm::dvec3& normal, const glm::dvec3& view, double roughness,
-                        int strata, std::vector<LightSample>& out) {
+void SampleAllAroundForGloss(const LightShape& light, const glm::dvec3& normal, const glm::dvec3& view,
+                             double roughness, int strata, std::vector<LightSample>& out) {
   const double a2 = roughness * roughness;
   const auto gloss_density = [&](const glm::dvec3& l) {
     const glm::dvec3 h = glm::normalize(l + view);
@@ -169,7 +178,8 @@ void SampleDomeForGloss(const DomeLight& dome, const glm::dvec3& normal, const g
     const double cosine = glm::dot(l, normal);
     if (cosine <= 1e-4) return;
     const double count = static_cast<double>(strata) * strata;
-    out.push_back({l, kInfinite, dome.radiance / (count * (cosine / kPi + gloss_density(l)))});
+    const auto met = LightAlong(light, glm::dvec3(0.0), l);
+    out.push_back({l, kInfinite, met->radiance / (count * (cosine / kPi + gloss_density(l)))});
   };
   for (const auto& p : Strata(strata)) add(InFrame(normal, std::sqrt(1.0 - p.x), 2 * kPi * p.y));
   for (const auto& p : Strata(strata)) {

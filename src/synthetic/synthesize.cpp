@@ -70,11 +70,12 @@ class CaptureWriter {
   }
 
  private:
-  void Copy(JsonValue& path) {
+  /// The file that `path` names moves along; `from_sub` and `to_sub` are where the file that names it stands.
+  void Copy(JsonValue& path, const std::filesystem::path& from_sub = {}, const std::filesystem::path& to_sub = {}) {
     const std::string from = std::get<std::string>(path.data);
     const auto to = Inside(from);
-    std::filesystem::create_directories((folder_ / to).parent_path());
-    std::filesystem::copy_file(recipe_.capture.folder / from, folder_ / to,
+    std::filesystem::create_directories((folder_ / to_sub / to).parent_path());
+    std::filesystem::copy_file(recipe_.capture.folder / from_sub / from, folder_ / to_sub / to,
                                std::filesystem::copy_options::overwrite_existing);
     path = to.generic_string();
   }
@@ -117,7 +118,8 @@ class CaptureWriter {
 
   void WriteLights() {
     JsonValue& path = *Find(root_, "light_rig");
-    JsonFile rig(recipe_.capture.folder / std::get<std::string>(path.data));
+    const std::filesystem::path from = std::get<std::string>(path.data), to = Inside(from.string());
+    JsonFile rig(recipe_.capture.folder / from);
     auto& lights = Items(*Find(rig.value, "lights"));
     for (size_t i = 0; recipe_.error.light_mm > 0 && i < lights.size(); ++i)
       for (const char* key : {"centre_mm", "position_mm"})
@@ -128,7 +130,8 @@ class CaptureWriter {
           }
           Set(lights[i], "stddev_mm", recipe_.error.light_mm);
         }
-    const auto to = Inside(std::get<std::string>(path.data));
+    for (auto& light : lights)
+      if (JsonValue* map = Find(light, "file")) Copy(*map, from.parent_path(), to.parent_path());
     WriteTextFile(folder_ / to, ToJsonText(rig.value));
     path = to.generic_string();
   }
