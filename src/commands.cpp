@@ -71,13 +71,17 @@ int RunCheck(const CommandLine& line) {
   const FreeParameters free = FreeParametersOf(capture);
   progress.Clear();
   PrintMessages(input.source.messages);
+  const std::vector<std::string> caveats = PhotographCaveats(capture, input.photographs);
+  for (const auto& caveat : caveats) std::fprintf(stderr, "warning: %s\n", caveat.c_str());
   if (line.json) {
     JsonValue::Array photographs, free_names;
     for (const auto& p : capture.photographs)
       photographs.push_back(JsonValue::Object{{"name", p.name}, {"use", p.is_holdout ? "holdout" : "fit"}});
     for (const auto& e : free.entries) free_names.push_back(e.name);
     std::fputs(
-        ToJsonText(JsonValue::Object{{"valid", true}, {"photographs", photographs}, {"free", free_names}}).c_str(),
+        ToJsonText(JsonValue::Object{
+                       {"valid", true}, {"photographs", photographs}, {"free", free_names}, {"caveats", caveats}})
+            .c_str(),
         stdout);
     return 0;
   }

@@ -52,6 +52,7 @@ CrownFit FitCrown(const Capture& stated, const FitOptions& options, Progress& pr
   fit.messages = input.source.messages;
   for (const FitPixels& p : pixels) fit.fitted_pixels += p.pixels.size();
   fit.photographs = ComparePhotographs(input, state, fit.material, at_solution.scales, pixels, options.threads);
+  fit.caveats = PhotographCaveats(fit.capture, input.photographs);
   Judge(fit);
   return fit;
 }

@@ -160,7 +160,6 @@ std::vector<PhotographResult> ComparePhotographs(const CrownInput& input, const 
     r.name = spec.name;
     r.is_holdout = spec.is_holdout;
     r.exposure_is_free = spec.exposure_is_free;
-    r.was_srgb_encoded = photo.was_srgb_encoded;
     r.saturated_pixels = photo.saturated_pixels;
     r.rgb_from_sensor = spec.linear_rgb_from_sensor_rgb;
     r.photograph = photo.linear;

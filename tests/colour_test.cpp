@@ -3,6 +3,7 @@
 #include <cmath>
 
 #include "report/colour_difference.h"
+#include "report/crown_fit.h"
 
 namespace crownfit {
 namespace {
@@ -73,6 +74,31 @@ TEST(Colour, BlocksAverageNoiseAndPixelsDoNot) {
   const ColourDifference d = ComparePictures(a, b, std::vector<uint8_t>(64 * 64, 1));
   EXPECT_LT(d.median, 0.01);
   EXPECT_GT(d.pixel_median, 0.5);
+}
+
+TEST(Caveats, PhotographsThatCannotBeTrustedAreNamed) {
+  Capture capture;
+  std::vector<Photograph> photographs(2);
+  for (const char* name : {"front", "back"}) {
+    capture.photographs.emplace_back();
+    capture.photographs.back().name = name;
+    capture.photographs.back().has_noise_file = true;
+  }
+  const auto says = [&](const char* word) {
+    for (const auto& caveat : PhotographCaveats(capture, photographs))
+      if (caveat.find(word) != std::string::npos) return true;
+    return false;
+  };
+  EXPECT_TRUE(PhotographCaveats(capture, photographs).empty());
+  photographs[0].white_balance = photographs[1].white_balance = {2.0, 1.0, 1.5};
+  EXPECT_FALSE(says("White balance"));
+  (*photographs[1].white_balance)[0] = 1.9;
+  EXPECT_TRUE(says("White balance differs between the camera's files of 'front' and 'back'"));
+  EXPECT_FALSE(says("JPEG"));
+  photographs[1].was_jpeg = true;
+  EXPECT_TRUE(says("JPEG (back)"));
+  photographs[0].has_ignored_profile = true;
+  EXPECT_TRUE(says("'front' carries a colour profile"));
 }
 
 }  // namespace

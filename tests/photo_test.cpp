@@ -2,12 +2,14 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <cstdlib>
 #include <fstream>
 
 #include "base/error.h"
 #include "base/files.h"
 #include "photo/image_io.h"
 #include "photo/photograph.h"
+#include "support/dng.h"
 #include "support/temporary_folder.h"
 
 namespace crownfit {
@@ -61,6 +63,92 @@ TEST(ImageFiles, TruncatedFilesAreRefusedInEveryFormat) {
     Truncate(folder.path / name);
     EXPECT_THROW(ReadImageFile(folder.path / name), InputError) << name;
   }
+}
+
+TEST(ImageFiles, JpegIsKnownAsSuchAndAsDisplayEncoded) {
+  const TemporaryFolder folder;
+  WriteAs(folder.path / "a.jpg", Image(16, 16, 3, 128.0f / 255.0f), OIIO::TypeDesc::UINT8);
+  const Photograph photo = ReadPhotograph({.image = folder.path / "a.jpg"});
+  EXPECT_TRUE(photo.was_jpeg);
+  EXPECT_NEAR(photo.linear.at(5, 5, 1), 0.2158605, 1e-2);
+  WriteAs(folder.path / "a.png", Image(16, 16, 3, 128.0f / 255.0f), OIIO::TypeDesc::UINT8);
+  EXPECT_FALSE(ReadPhotograph({.image = folder.path / "a.png"}).was_jpeg);
+}
+
+TEST(ImageFiles, SixteenBitPngIsDecodedUnlessItSaysGammaOne) {
+  const TemporaryFolder folder;
+  const auto value = [&](const char* name, float gamma) {
+    const auto out = OIIO::ImageOutput::create((folder.path / name).string());
+    OIIO::ImageSpec spec(4, 4, 3, OIIO::TypeDesc::UINT16);
+    spec.attribute("oiio:ColorSpace", gamma == 1 ? "linear" : "GammaCorrected");
+    spec.attribute("oiio:Gamma", gamma);
+    out->open((folder.path / name).string(), spec);
+    out->write_image(OIIO::TypeDesc::FLOAT, Image(4, 4, 3, 0.5f).values.data());
+    out->close();
+    return ReadPhotograph({.image = folder.path / name}).linear.at(1, 1, 1);
+  };
+  EXPECT_NEAR(value("linear.png", 1.0f), 0.5, 1e-4);
+  EXPECT_NEAR(value("encoded.png", 2.2f), 0.2140, 1e-3);
+}
+
+TEST(CameraRaw, CountsComeOutLinearWithBlackRemovedAndWhiteBalanceAsShot) {
+  const TemporaryFolder folder;
+  Dng dng;
+  dng.counts = [](int x, int y) {  // a flat field: R, G, B = 4000, 8000, 6000 counts above black
+    return static_cast<uint16_t>(2048 + (y % 2 == 0 ? (x % 2 == 0 ? 4000 : 8000) : (x % 2 == 0 ? 8000 : 6000)));
+  };
+  WriteDng(folder.path / "flat.dng", dng);
+  const ImageFile read = ReadImageFile(folder.path / "flat.dng");
+  ASSERT_EQ(read.image.channels, 3);
+  EXPECT_FALSE(read.is_srgb_encoded);
+  ASSERT_TRUE(read.white_balance);
+  EXPECT_NEAR((*read.white_balance)[0], 2.0, 1e-3);
+  EXPECT_NEAR((*read.white_balance)[2], 1.25, 1e-3);
+  const double range = 15000 - 2048;
+  EXPECT_NEAR(read.image.at(20, 20, 0), 4000 * 2.0 / range, 2e-4);
+  EXPECT_NEAR(read.image.at(20, 20, 1), 8000 / range, 2e-4);
+  EXPECT_NEAR(read.image.at(20, 20, 2), 6000 * 1.25 / range, 2e-4);
+}
+
+TEST(CameraRaw, BrightnessDoesNotDependOnWhatElseIsInThePicture) {
+  const TemporaryFolder folder;
+  const auto corner = [&](int bright) {
+    Dng dng;
+    dng.counts = [&](int x, int) { return static_cast<uint16_t>(x > 30 ? bright : 5000); };
+    WriteDng(folder.path / "p.dng", dng);
+    return ReadImageFile(folder.path / "p.dng").image.at(8, 8, 1);
+  };
+  EXPECT_EQ(corner(5000), corner(14000));
+}
+
+TEST(CameraRaw, PhotographOfACanonAgreesWithDcraw) {
+  const char* reference = std::getenv("CROWNFIT_REFERENCE");
+  const auto folder = std::filesystem::path(reference ? reference : "") / "data/real/colorchecker-passport-dng";
+  if (!reference || !std::filesystem::exists(folder)) GTEST_SKIP() << "no $CROWNFIT_REFERENCE with this photograph";
+  // dcraw's is half as large (a pixel from each 2 x 2), black removed, without white balance.
+  const ImageFile ours = ReadImageFile(folder / "colorchart.dng");
+  const Image dcraw = ReadImageFile(folder / "colorchart_linear_camrgb_half16.tiff").image;
+  ASSERT_EQ(ours.image.width, 2 * dcraw.width);
+  ASSERT_TRUE(ours.white_balance);
+  EXPECT_NEAR((*ours.white_balance)[0], 2.477, 1e-3);  // the file's AsShotNeutral
+  EXPECT_NEAR((*ours.white_balance)[2], 2.477 / 1.462, 1e-3);
+  // A block's share of an edge differs by half a pixel, since dcraw takes red and blue from where the filters stand.
+  const int block = 34;  // pixels of dcraw's picture
+  double difference = 0, light = 0;
+  for (int c = 0; c < 3; ++c)
+    for (int y = 0; y + block <= dcraw.height; y += block)
+      for (int x = 0; x + block <= dcraw.width; x += block) {
+        double a = 0, b = 0;
+        for (int j = 0; j < block; ++j)
+          for (int i = 0; i < block; ++i) {
+            b += dcraw.at(x + i, y + j, c) * (*ours.white_balance)[c] / (block * block);
+            for (int k = 0; k < 4; ++k)
+              a += ours.image.at(2 * (x + i) + k % 2, 2 * (y + j) + k / 2, c) / (4 * block * block);
+          }
+        difference += std::abs(a - b);
+        light += b;
+      }
+  EXPECT_LT(difference / light, 0.005);
 }
 
 TEST(ImageFiles, ValuesThatAreNotFiniteAreRefused) {

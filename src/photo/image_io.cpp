@@ -16,7 +16,26 @@ namespace {
 [[noreturn]] void Damaged(const std::filesystem::path& file, std::string reason) {
   reason = reason.substr(0, 300);
   throw InputError(file, "", "the image can't be read: " + (reason.empty() ? "unknown format" : reason),
-                   "Write the file again; EXR, PNG and TIFF are read.");
+                   "Write the file again; EXR, PNG, TIFF, JPEG and camera RAW are read.");
+}
+
+/// What LibRaw is to do with a camera's file. Its "linear" colour space would mix the channels and cut off what falls
+/// below 0; "raw" leaves the camera's own bands.
+OIIO::ImageSpec CameraRawSettings() {
+  OIIO::ImageSpec settings;
+  settings.attribute("raw:ColorSpace", "raw");
+  settings.attribute("raw:Demosaic", "linear");
+  settings.attribute("raw:auto_bright", 0);
+  settings.attribute("raw:use_camera_wb", 1);
+  settings.attribute("raw:user_flip", 0);
+  return settings;
+}
+
+std::optional<std::array<double, 3>> WhiteBalance(const OIIO::ImageSpec& spec) {
+  const auto* factors = spec.find_attribute("raw:cam_mul");
+  if (!factors || !(factors->get_float_indexed(1) > 0)) return std::nullopt;
+  const double green = factors->get_float_indexed(1);
+  return std::array<double, 3>{factors->get_float_indexed(0) / green, 1.0, factors->get_float_indexed(2) / green};
 }
 
 void Write(const std::filesystem::path& file, const std::filesystem::path& beside, const OIIO::ImageSpec& spec,
@@ -34,7 +53,8 @@ ImageFile ReadImageFile(const std::filesystem::path& file) {
   if (!std::filesystem::is_regular_file(file, ignored)) throw InputError(file, "", "there is no such image file");
   if (std::filesystem::file_size(file, ignored) == 0) Damaged(file, "the file is empty");
   (void)OIIO::geterror();  // forget complaints about earlier files
-  const auto input = OIIO::ImageInput::open(file.string());
+  const OIIO::ImageSpec settings = CameraRawSettings();
+  const auto input = OIIO::ImageInput::open(file.string(), &settings);
   if (!input) Damaged(file, OIIO::geterror());
   const OIIO::ImageSpec spec = input->spec();
   if (spec.width < 1 || spec.height < 1 || spec.width > 20000 || spec.height > 20000)
@@ -49,11 +69,15 @@ ImageFile ReadImageFile(const std::filesystem::path& file) {
   for (float v : result.image.values) {
     if (!std::isfinite(v)) throw InputError(file, "", "the image holds a value that is not finite (NaN or infinity)");
   }
+  result.is_jpeg = std::string(input->format_name()) == "jpeg";
+  if (std::string(input->format_name()) == "raw") result.white_balance = WhiteBalance(spec);
   result.is_integer = !spec.format.is_floating_point();
   const std::string space = spec.get_string_attribute("oiio:ColorSpace");
   const bool eight_bit = spec.format.basesize() == 1;
-  result.is_srgb_encoded = result.is_integer && space.find("inear") == std::string::npos &&
-                           (eight_bit || space.find("RGB") != std::string::npos);
+  result.is_srgb_encoded =
+      result.is_integer && space.find("inear") == std::string::npos &&
+      (eight_bit || space.find("RGB") != std::string::npos || space.find("Gamma") != std::string::npos);
+  result.has_colour_profile = spec.find_attribute("ICCProfile") != nullptr;
   return result;
 }
 

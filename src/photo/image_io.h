@@ -1,7 +1,9 @@
 #pragma once
 // Image files. OpenImageIO is named in image_io.cpp only.
 
+#include <array>
 #include <filesystem>
+#include <optional>
 #include <string>
 
 #include "photo/image.h"
@@ -11,10 +13,15 @@ namespace crownfit {
 struct ImageFile {
   Image image;
   bool is_integer = false;       ///< 8- or 16-bit file: values are scaled to [0, 1] and 1 means saturated
-  bool is_srgb_encoded = false;  ///< the values are sRGB-encoded (PNG, JPEG and 8-bit TIFF unless the file says linear)
+  bool is_srgb_encoded = false;  ///< display-encoded: JPEG, PNG and 8-bit TIFF unless the file says gamma 1
+  bool is_jpeg = false;
+  bool has_colour_profile = false;                     ///< ICC
+  std::optional<std::array<double, 3>> white_balance;  ///< camera RAW: factors applied, green's is 1
 };
 
-/// EXR, PNG, TIFF (8, 16, 32 bit) and what else OpenImageIO reads. Values as stored, nothing is linearised here.
+/// EXR, PNG, TIFF (8, 16, 32 bit), JPEG, camera RAW and what else OpenImageIO reads. Values as stored, nothing is
+/// linearised here. Camera RAW comes out linear in the camera's own primaries: black level removed, white balance as
+/// shot, interpolated linearly, neither turned nor brightened, 1 where the first channel saturates.
 /// Throws InputError when the file is missing, damaged or truncated, or holds a value that is not finite.
 ImageFile ReadImageFile(const std::filesystem::path& file);
 

@@ -74,6 +74,9 @@ Photograph ReadPhotograph(const PhotographFiles& files) {
   Photograph photo;
   photo.linear = ThreeChannels(file.image, files.image);
   photo.was_srgb_encoded = file.is_srgb_encoded;
+  photo.was_jpeg = file.is_jpeg;
+  photo.has_ignored_profile = file.has_colour_profile && file.is_integer && !file.is_srgb_encoded;
+  photo.white_balance = file.white_balance;
   const size_t pixels = static_cast<size_t>(photo.linear.width) * photo.linear.height;
   photo.usable.assign(pixels, 1);
   if (files.mask) {

@@ -33,8 +33,10 @@ struct Photograph {
   Image linear;                 ///< three channels, proportional to the light, black level removed
   Image variance;               ///< of `linear`, same shape
   std::vector<uint8_t> usable;  ///< 1: inside the mask and not saturated; index y * width + x
-  bool has_mask = false, was_srgb_encoded = false;
-  int saturated_pixels = 0;  ///< inside the mask
+  bool has_mask = false, was_srgb_encoded = false, was_jpeg = false;
+  bool has_ignored_profile = false;                    ///< taken as linear, though an ICC profile says what it is
+  std::optional<std::array<double, 3>> white_balance;  ///< of camera RAW, as shot; green is 1
+  int saturated_pixels = 0;                            ///< inside the mask
 };
 
 /// Reads, linearises (IEC 61966-2-1 when the file is sRGB-encoded), masks (> 0.5) and gives every pixel its variance.

@@ -23,7 +23,7 @@ struct FitOptions {
 
 struct PhotographResult {
   std::string name;
-  bool is_holdout = false, exposure_is_free = false, was_srgb_encoded = false;
+  bool is_holdout = false, exposure_is_free = false;
   double exposure = 1.0;
   double reduced_chi2 = 0;
   int saturated_pixels = 0;
@@ -50,7 +50,10 @@ struct CrownFit {
   std::string verdict;                ///< what the photographs can tell
 };
 
-/// Fills usable, reasons, caveats and verdict from the rest (the contract's rules).
+/// What the photographs' files and their calibration make doubtful, in words.
+std::vector<std::string> PhotographCaveats(const Capture& capture, const std::vector<Photograph>& photographs);
+
+/// Fills usable, reasons and verdict from the rest (the contract's rules), and adds to the caveats.
 void Judge(CrownFit& fit);
 
 /// Limit of the reduced chi2 above which a fit is not usable.

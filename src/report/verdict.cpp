@@ -21,31 +21,6 @@ std::string Names(const Uncertainty& u, Status status) {
 
 void AddCaveats(CrownFit& fit) {
   const Capture& capture = fit.capture;
-  const auto used = [&](const PhotographSpec& p) { return !p.is_holdout; };
-  bool every_exposure_free = true, encoded = false, colour_known = true, noise_known = true;
-  for (size_t i = 0; i < capture.photographs.size(); ++i) {
-    const PhotographSpec& p = capture.photographs[i];
-    if (!used(p)) continue;
-    every_exposure_free &= p.exposure_is_free;
-    encoded |= fit.photographs[i].was_srgb_encoded;
-    colour_known &= p.has_colour_file;
-    noise_known &= p.has_noise_file || p.files.variance.has_value();
-  }
-  if (encoded)
-    fit.caveats.push_back(
-        "The light was not calibrated: photographs are display-encoded (8-bit, sRGB assumed, the camera's own tone "
-        "curve "
-        "unknown). Ratios between bright and dark, and with them absorption and thickness, can't be trusted.");
-  if (encoded && !colour_known)
-    fit.caveats.push_back(
-        "The colour was not calibrated: no colour chart, white balance unknown. Differences between the channels, and "
-        "with them the colour of absorption and scattering, can't be trusted.");
-  if (every_exposure_free)
-    fit.caveats.push_back(
-        "Every exposure is free, so absolute reflectance is not identified: only the pattern over the crown and the "
-        "channels' ratios speak.");
-  if (!noise_known)
-    fit.caveats.push_back("No noise calibration: 1 % relative noise was assumed, and error bars rest on it.");
   bool states_errors = false;
   for (const auto& p : capture.photographs) states_errors |= p.states_errors;
   for (const auto& light : capture.lights) states_errors |= light.states_errors;
@@ -63,9 +38,58 @@ void AddCaveats(CrownFit& fit) {
 
 }  // namespace
 
+std::vector<std::string> PhotographCaveats(const Capture& capture, const std::vector<Photograph>& photographs) {
+  std::vector<std::string> caveats;
+  bool every_exposure_free = true, encoded = false, colour_known = true, noise_known = true;
+  std::string jpegs;
+  const PhotographSpec* first_raw = nullptr;
+  std::optional<std::array<double, 3>> white_balance;
+  for (size_t i = 0; i < capture.photographs.size(); ++i) {
+    const PhotographSpec& p = capture.photographs[i];
+    const Photograph& photo = photographs[i];
+    if (photo.white_balance) {
+      if (!first_raw) {
+        first_raw = &p, white_balance = photo.white_balance;
+      } else if (photo.white_balance != white_balance) {
+        caveats.push_back(
+            "White balance differs between the camera's files of '" + first_raw->name + "' and '" + p.name +
+            "': their red and blue stand on different scales. Set one white balance for all photographs.");
+      }
+    }
+    if (photo.has_ignored_profile)
+      caveats.push_back("'" + p.name +
+                        "' carries a colour profile, so it is probably display-encoded; its values were taken as "
+                        "linear light. Export it linear, or give the camera's RAW file.");
+    if (p.is_holdout) continue;
+    every_exposure_free &= p.exposure_is_free;
+    encoded |= photo.was_srgb_encoded;
+    if (photo.was_jpeg) jpegs += (jpegs.empty() ? "" : ", ") + p.name;
+    colour_known &= p.has_colour_file;
+    noise_known &= p.has_noise_file || p.files.variance.has_value();
+  }
+  if (encoded)
+    caveats.push_back(
+        "The light was not calibrated: photographs are display-encoded (8-bit, sRGB assumed, the camera's own tone "
+        "curve unknown). Ratios between bright and dark, and with them absorption and thickness, can't be trusted.");
+  if (!jpegs.empty())
+    caveats.push_back("JPEG (" + jpegs +
+                      "): compression and sharpening move values by several per cent, alike over blocks of 8 pixels, "
+                      "which no noise model here contains. Use the camera's RAW files.");
+  if (encoded && !colour_known)
+    caveats.push_back(
+        "The colour was not calibrated: no colour chart, white balance unknown. Differences between the channels, and "
+        "with them the colour of absorption and scattering, can't be trusted.");
+  if (every_exposure_free)
+    caveats.push_back(
+        "Every exposure is free, so absolute reflectance is not identified: only the pattern over the crown and the "
+        "channels' ratios speak.");
+  if (!noise_known)
+    caveats.push_back("No noise calibration: 1 % relative noise was assumed, and error bars rest on it.");
+  return caveats;
+}
+
 void Judge(CrownFit& fit) {
   fit.reasons.clear();
-  fit.caveats.clear();
   const Uncertainty& u = fit.uncertainty;
   if (!fit.converged) fit.reasons.push_back("the optimiser did not converge");
   if (u.reduced_chi2 > kChi2Limit)
