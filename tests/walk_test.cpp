@@ -6,6 +6,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "optics/adding_doubling.h"
 #include "support/known_scene.h"
 #include "support/shapes.h"
 #include "walk/boundary.h"
@@ -234,6 +235,28 @@ TEST(Path, WhiteTileShowsTheRadiometryOfTheContract) {
   expect(EnvironmentLight{std::make_shared<EnvironmentMap>(picture), glm::dvec3(1.0)}, 1.0);
   expect(DiskLight{{0, 0, 100}, {0, 0, -1}, glm::dvec3(2.0), 20.0, 40.0},
          2 * kPi * (40.0 * 40.0 / (40.0 * 40.0 + 100.0 * 100.0) - 20.0 * 20.0 / (20.0 * 20.0 + 100.0 * 100.0)));
+}
+
+TEST(Path, DiscOnATileShowsTheReflectanceOfTheSlabWithItsBacking) {
+  // A disc so wide that nothing leaves at its rim, under a dome of radiance 1/pi: by reciprocity a pixel seen straight
+  // on is the reflectance of collimated light, surface included.
+  for (const bool in_contact : {false, true}) {
+    KnownScene scene(Box({-25, -25, -1}, {25, 25, 0}), 1, 1.0, 2, 0.5);
+    SetLayer(scene, 0, 1.54, 0.8, 2.0, 0.05);
+    SetSurface(scene, 0.0, 0.0);
+    scene.Light(DomeLight{glm::dvec3(1.0 / kPi)});
+    scene.capture.backings.push_back({"tile", {0, 0, in_contact ? -1.0 : -1.001}, {0, 0, 1}, 100.0, glm::dvec3(0.7)});
+    scene.capture.backings[0].in_contact = in_contact;
+    scene.capture.photographs[0].backing = 0;
+    Slab slab;
+    slab.layers = {{1.54, 0.8, 0.0, 10.0, 0.05, 1.0}};
+    slab.backing_reflectance = 0.7;
+    slab.backing_contact = in_contact;
+    const SlabAnswer answer = SolveByAddingDoubling(slab);
+    const Mean mean = RenderedMean(scene, 10000);
+    EXPECT_NEAR(mean.value(), answer.specular + answer.value.reflectance_collimated, 4 * mean.stated) << in_contact;
+    EXPECT_LT(mean.stated, 0.003);
+  }
 }
 
 TEST(Path, ClearAbsorbingSlabFollowsBeerAndFresnel) {

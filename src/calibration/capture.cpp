@@ -94,8 +94,7 @@ void ReadObject(const JsonNode& node, Capture& capture) {
       spec.normal = ReadUnitVector(o.Require("normal"));
       if (const auto size = o.Find("size_mm")) spec.size_mm = size->Positive();
       spec.reflectance = ReadNonNegative(o.Require("reflectance_rgb"));
-      if (const auto contact = o.Find("contact"); contact && contact->Bool())
-        contact->Fail("a backing in optical contact is not supported by this version", "Leave an air gap: false.");
+      if (const auto contact = o.Find("contact")) spec.in_contact = contact->Bool();
       capture.backings.push_back(spec);
     }
   }

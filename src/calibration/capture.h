@@ -35,6 +35,7 @@ struct BackingSpec {
   glm::dvec3 point_mm{0.0}, normal{0.0, 0.0, 1.0};
   double size_mm = 30.0;
   glm::dvec3 reflectance{0.0};
+  bool in_contact = false;  ///< no air between the tile and what of the object lies on it
 };
 
 enum class Polarisation { kNone, kCross, kParallel };

@@ -55,6 +55,12 @@ void CheckShaderSupports(const Capture& capture) {
   if (!wetness.fixed || wetness.value[0] != 0.0)
     throw InputError(capture.file, "object.surface.wetness", "the shader model of this version knows no wetness film",
                      "State \"wetness\": {\"fixed\": 0.0}.");
+  for (const PhotographSpec& photo : capture.photographs)
+    if (photo.backing && capture.backings[*photo.backing].in_contact)
+      throw InputError(capture.file, photo.key + ".backing",
+                       "the shader model knows no backing in optical contact, and '" +
+                           capture.backings[*photo.backing].name + "' is one",
+                       "Photograph it with an air gap (\"contact\": false), or use model path to render.");
   const ParameterRow& row = RowOf(Quantity::kRoughness);
   if (capture.surface[static_cast<size_t>(Quantity::kRoughness)].value[0] < row.low)
     throw InputError(capture.file, "object.surface.roughness", "the shader model needs a surface that is not a mirror",

@@ -4,6 +4,8 @@
 #include <array>
 #include <cmath>
 #include <numbers>
+#include <optional>
+#include <tuple>
 
 #include "base/parallel.h"
 #include "geometry/light_samples.h"
@@ -20,12 +22,32 @@ struct Lamp {
   bool is_sampled;  ///< a dome is so large that directions find it by themselves
 };
 
+/// A tile in optical contact: where the outer surface lies on it (within kContactMm), light inside meets the tile's
+/// Lambertian surface in place of the boundary.
+struct ContactTile {
+  static constexpr double kContactMm = 0.05;
+  glm::dvec3 centre, normal, side_u, side_v;
+  double half_size_mm;
+  glm::dvec3 reflectance;
+
+  ContactTile(const BackingSpec& b)
+      : centre(b.point_mm), normal(b.normal), half_size_mm(0.5 * b.size_mm), reflectance(b.reflectance) {
+    std::tie(side_u, side_v) = Tangents(normal);
+  }
+  bool Holds(const glm::dvec3& p) const {
+    const glm::dvec3 d = p - centre;
+    return std::abs(glm::dot(d, normal)) <= kContactMm && std::abs(glm::dot(d, side_u)) <= half_size_mm &&
+           std::abs(glm::dot(d, side_v)) <= half_size_mm;
+  }
+};
+
 /// Everything that stays the same for all paths of one photograph.
 struct Studio {
   const WalkScene& scene;
   const Media& media;
   const std::vector<glm::dvec3>& reflectance;  ///< of opaque things
   OuterBoundary outer;
+  std::optional<ContactTile> contact;
   std::vector<Lamp> lamps;
   double specular_factor;  ///< of light that the outer surface alone reflected
 };
@@ -68,7 +90,10 @@ class Path {
     return Walk(
         studio_.scene, studio_.media, hero, state_, random_, counters_,
         [&](const Boundary& b) {
-          if (b.surface == 0) return CrossOuter(b.normal);
+          if (b.surface == 0) {
+            const bool in_contact = studio_.contact && studio_.contact->Holds(b.position);
+            return in_contact ? ScatterAtContact(b.normal) : CrossOuter(b.normal);
+          }
           const int behind = b.behind(state_.medium);
           state_.direction = ScatterAtSmoothBoundary(
               state_.direction, b.normal, studio_.media[behind].ior / studio_.media[state_.medium].ior, random_);
@@ -128,6 +153,15 @@ class Path {
     state_.direction = s.direction;
     state_.medium = glm::dot(s.direction, normal) < 0 ? 1 : kOutside;
     density_ = s.density;
+  }
+
+  /// From inside, back inside. The roulette sees how little a dark tile returns.
+  void ScatterAtContact(const glm::dvec3& normal) {
+    const glm::dvec3& rho = studio_.contact->reflectance;
+    const double largest = std::max({rho.x, rho.y, rho.z});
+    state_.boost *= largest;
+    if (largest > 0) carried_ *= rho / largest;
+    state_.direction = SampleLambert(-normal, random_);
   }
 
   bool ScatterAtOpaque(const Boundary& boundary) {
@@ -229,7 +263,9 @@ PathPhotograph RenderByPaths(const Capture& capture, const LayeredBody& body, co
   const Media media = MediaOf(capture, material);
   const OuterBoundary outer{material.surface[Quantity::kRoughness][0], material.surface[Quantity::kWetness][0],
                             media[1].ior, capture.outside_ior};
-  Studio studio{scene, media, reflectance, outer, {}, SpecularFactor(photo.polarisation)};
+  Studio studio{scene, media, reflectance, outer, {}, {}, SpecularFactor(photo.polarisation)};
+  if (photo.backing && capture.backings[*photo.backing].in_contact)
+    studio.contact.emplace(capture.backings[*photo.backing]);
   for (size_t i : photo.lights) {
     const Light& light = capture.lights[i];
     studio.lamps.push_back({light.in_camera_frame ? Transformed(light.shape, object_from_camera) : light.shape,

@@ -34,7 +34,7 @@ std::string LossesInWords(const WalkCounters& counters);
 struct WalkState {
   glm::dvec3 position{0.0}, direction{0.0};
   int medium = kOutside;
-  double boost = 1.0;         ///< inverse probability of what the roulette let live
+  double boost = 1.0;         ///< inverse probability of what the roulette let live, times what tiles in contact return
   std::vector<Visit> visits;  ///< per medium
 
   void Begin(size_t media) {
