@@ -88,7 +88,7 @@ TEST(MeshFiles, TruncatedNotFiniteEmptyAndOutOfRangeAreRefused) {
   EXPECT_THROW(ReadMeshFile(folder.path / "index.ply"), InputError);
 }
 
-TEST(MeshRepair, InvertedAndMixedFacesAreTurnedWithAMessageAndOpenMeshesRefused) {
+TEST(MeshRepair, InvertedAndMixedFacesAreTurnedWithAMessage) {
   const TemporaryFolder folder;
   const TriangleMesh sphere = Sphere(4.0, 12);
   TriangleMesh turned = sphere;
@@ -101,11 +101,62 @@ TEST(MeshRepair, InvertedAndMixedFacesAreTurnedWithAMessageAndOpenMeshesRefused)
     EXPECT_NEAR(Volume(ReadClosedSurface(folder.path / "w.ply", messages)), Volume(sphere), 1e-3);
     EXPECT_FALSE(messages.empty());
   }
-  TriangleMesh open = sphere;
-  open.triangles.pop_back();
-  WritePly(folder.path / "o.ply", open);
+}
+
+/// The mesh as it comes back from a file.
+TriangleMesh Reread(const TriangleMesh& mesh, std::vector<std::string>& messages) {
+  const TemporaryFolder folder;
+  WritePly(folder.path / "m.ply", mesh);
+  return ReadClosedSurface(folder.path / "m.ply", messages);
+}
+
+double CutArea(const TriangleMesh& mesh) {
+  TriangleMesh cut = mesh;
+  cut.triangles.clear();
+  for (size_t t = 0; t < mesh.triangles.size(); ++t)
+    if (mesh.cut(static_cast<int>(t))) cut.triangles.push_back(mesh.triangles[t]);
+  return Area(cut);
+}
+
+TEST(MeshRepair, AHoleIsClosedAndTheNeckOfAScanBecomesACut) {
+  TriangleMesh sphere = Sphere(4.0, 48);
   std::vector<std::string> messages;
-  EXPECT_THROW(ReadClosedSurface(folder.path / "o.ply", messages), InputError);
+  TriangleMesh holed = sphere;
+  holed.triangles.erase(holed.triangles.begin() + 3000);
+  holed.triangles.erase(holed.triangles.begin() + 1000);
+  const TriangleMesh filled = Reread(holed, messages);
+  EXPECT_NEAR(Volume(filled), Volume(sphere), 1e-3);
+  EXPECT_EQ(CutArea(filled), 0.0);
+  ASSERT_EQ(messages.size(), 1u);
+  EXPECT_NE(messages[0].find("2 holes"), std::string::npos) << messages[0];
+
+  // Open below z = -2: a spherical segment and a flat cut of radius sqrt(12).
+  messages.clear();
+  const TriangleMesh closed = Reread(OpenBelow(sphere, -2.0), messages);
+  EXPECT_NEAR(Volume(closed), kPi * 36.0 / 3.0 * (3 * 4.0 - 6.0), 0.01 * 226);
+  EXPECT_NEAR(CutArea(closed), kPi * 12.0, 0.03 * 38);
+  for (size_t t = 0; t < closed.triangles.size(); ++t)
+    if (closed.cut(static_cast<int>(t))) {
+      ASSERT_LT(FaceNormal(closed, static_cast<int>(t)).z, -0.999);
+    }
+  EXPECT_NE(messages.at(0).find("neck"), std::string::npos);
+  const TriangleMesh fine = Refined(closed, 0.3);
+  EXPECT_NEAR(CutArea(fine), CutArea(closed), 1e-9);
+
+  EXPECT_THROW(Reread(OpenBelow(sphere, 2.0), messages), InputError);  // more opening than surface
+}
+
+TEST(Offsets, BelowTheCutOfAnOpenScanTheLayersRunOn) {
+  std::vector<std::string> messages;
+  const TriangleMesh scan = Reread(OpenBelow(Sphere(4.0, 64), -2.0), messages);
+  const auto inner = DepthField(scan, 0).LevelSurface(0.7);
+  ASSERT_TRUE(inner);
+  const auto [low, high] = Bounds(*inner);
+  EXPECT_NEAR(low.z, -1.95, 0.02);  // a hair above the cut
+  EXPECT_NEAR(high.z, 3.3, 0.01);
+  // The segment of a sphere of radius 3.3 above z = -1.95.
+  const double h = 3.3 + 1.95;
+  EXPECT_NEAR(Volume(*inner), kPi * h * h / 3.0 * (3 * 3.3 - h), 0.02 * 134);
 }
 
 TEST(Meshes, RefiningKeepsAreaVolumeAndClosure) {

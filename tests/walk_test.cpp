@@ -6,9 +6,11 @@
 #include <cmath>
 #include <numbers>
 
+#include "geometry/mesh_file.h"
 #include "optics/adding_doubling.h"
 #include "support/known_scene.h"
 #include "support/shapes.h"
+#include "support/temporary_folder.h"
 #include "walk/boundary.h"
 #include "walk/path_photograph.h"
 
@@ -202,6 +204,72 @@ TEST(WhiteFurnace, WhiteSceneryAndBackingAroundTheObjectDisappearToo) {
   LampCube(scene);
   const Mean mean = RenderedMean(scene, 600);
   EXPECT_NEAR(mean.value(), 1.0, 4 * mean.stated);
+}
+
+/// The mesh closed as a file's would be.
+TriangleMesh Closed(const TriangleMesh& mesh) {
+  const TemporaryFolder folder;
+  std::vector<std::string> messages;
+  WritePly(folder.path / "m.ply", mesh);
+  return ReadClosedSurface(folder.path / "m.ply", messages);
+}
+
+TEST(WhiteFurnace, OpenScansAndLayersThatStandOutOfEachOtherDisappearToo) {
+  const glm::dvec3 below(0, 0, -0.9);
+  TriangleMesh root = Sphere(1.2, 24);
+  for (auto& v : root.vertices) v = 0.999 * v + below;
+  const TriangleMesh cap = Closed(OpenBelow(Sphere(1.5, 24), -0.8));
+  for (const Neck neck : {Neck::kAir, Neck::kRoot}) {
+    for (const bool with_root : {false, true}) {
+      // Seen from the side; without a root the inner layer is an offset that ends at the cut.
+      KnownScene scene(cap, 2, 0.4, 8, 1.4);
+      RigidTransform& pose = scene.capture.photographs[0].camera_from_object;
+      pose.rotation = glm::dmat3(glm::dvec3(1, 0, 0), glm::dvec3(0, 0, 1), glm::dvec3(0, -1, 0));
+      if (with_root) pose.translation_mm.y = -0.5;
+      if (with_root) scene.source.meshes[1] = root;
+      scene.capture.neck = with_root ? Neck::kAir : neck;
+      SetLayer(scene, 0, 1.62, 0.6, 2.0, 0.0);
+      SetLayer(scene, 1, 1.54, 0.8, 5.0, 0.0);
+      SetSurface(scene, 0.2, 0.0);
+      scene.Light(DomeLight{glm::dvec3(1.0 / kPi)});
+      const Mean mean = RenderedMean(scene, 300);
+      EXPECT_NEAR(mean.value(), 1.0, 4 * mean.stated + 1e-6) << static_cast<int>(neck) << with_root;
+      EXPECT_EQ(mean.n, 64);
+    }
+  }
+}
+
+TEST(Path, WhichOfTwoOverlappingLayersIsTheInnerOneDoesNotMatterWhenTheyAreOfOneMaterial) {
+  // Two spheres side by side that overlap; the object is their union, so swapping them mirrors nothing but names.
+  TriangleMesh left = Sphere(1.0, 24), right = left;
+  for (auto& v : left.vertices) v.x -= 0.6;
+  for (auto& v : right.vertices) v.x += 0.6;
+  Mean means[2];
+  for (const bool swapped : {false, true}) {
+    KnownScene scene(swapped ? right : left, 2, 0.4, 12, 3.6);
+    scene.source.meshes[1] = swapped ? left : right;
+    for (size_t l : {0, 1}) SetLayer(scene, l, 1.5, 0.7, 1.0, 0.1);
+    SetSurface(scene, 0.2, 0.0);
+    scene.Light(DomeLight{glm::dvec3(1.0 / kPi)});
+    means[swapped] = RenderedMean(scene, 1000, 1 + swapped);
+  }
+  EXPECT_EQ(means[0].n, means[1].n);
+  EXPECT_NEAR(means[0].value(), means[1].value(), 4 * std::hypot(means[0].stated, means[1].stated));
+  EXPECT_LT(means[0].stated, 0.003 * means[0].value());
+}
+
+TEST(Path, ANeckThatAbsorbsDarkensAndARootLiesBetween) {
+  double seen[3];
+  for (const Neck neck : {Neck::kAir, Neck::kAbsorbing, Neck::kRoot}) {
+    KnownScene scene(Closed(OpenBelow(Sphere(1.5, 24), -0.8)), 1, 0.4, 8, 2.6);
+    scene.capture.neck = neck;
+    SetLayer(scene, 0, 1.54, 0.8, 1.0, 0.02);
+    SetSurface(scene, 0.2, 0.0);
+    scene.Light(DomeLight{glm::dvec3(1.0 / kPi)});
+    seen[static_cast<int>(neck)] = RenderedMean(scene, 300).value();
+  }
+  EXPECT_GT(seen[static_cast<int>(Neck::kAir)], seen[static_cast<int>(Neck::kRoot)] + 0.02);
+  EXPECT_GT(seen[static_cast<int>(Neck::kRoot)], seen[static_cast<int>(Neck::kAbsorbing)] + 0.05);
 }
 
 TEST(Path, WhiteTileShowsTheRadiometryOfTheContract) {

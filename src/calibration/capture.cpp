@@ -38,7 +38,7 @@ std::filesystem::path ReadPath(const JsonNode& node, Capture& capture) {
 }
 
 void ReadObject(const JsonNode& node, Capture& capture) {
-  const JsonObject object(node, {"layers", "surface", "scenery", "backings", "outside_ior"});
+  const JsonObject object(node, {"layers", "surface", "scenery", "backings", "outside_ior", "neck"});
   const JsonNode layers = object.Require("layers");
   std::vector<std::string> layer_keys = ParameterKeys(Owner::kLayer);
   layer_keys.insert(layer_keys.end(), {"name", "surface"});
@@ -99,6 +99,10 @@ void ReadObject(const JsonNode& node, Capture& capture) {
     }
   }
   if (const auto ior = object.Find("outside_ior")) capture.outside_ior = ior->Number(1.0, 2.0);
+  if (const auto neck = object.Find("neck")) {
+    const std::string word = neck->OneOf({"air", "absorbing", "root"});
+    capture.neck = word == "air" ? Neck::kAir : word == "absorbing" ? Neck::kAbsorbing : Neck::kRoot;
+  }
 }
 
 void ReadColour(const std::filesystem::path& path, PhotographSpec& photo) {

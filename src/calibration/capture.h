@@ -40,6 +40,13 @@ struct BackingSpec {
 
 enum class Polarisation { kNone, kCross, kParallel };
 
+/// What light meets inside at the cut where an open scan ends.
+enum class Neck {
+  kAir,        ///< the dielectric boundary of the rest
+  kAbsorbing,  ///< nothing comes back
+  kRoot        ///< the innermost layer's material goes on: a Lambertian return of its half space
+};
+
 /// What becomes of light S that kept its polarisation: none = S + D, cross = D, parallel = 2 S + D, as photographs are
 /// normalised to a white card seen through the filters.
 constexpr double SpecularFactor(Polarisation polarisation) {
@@ -73,6 +80,7 @@ struct Capture {
   std::vector<ScenerySpec> scenery;
   std::vector<BackingSpec> backings;
   double outside_ior = 1.0;
+  Neck neck = Neck::kRoot;
   std::array<std::string, kChannels> channel_names{"R", "G", "B"};
   std::array<double, kChannels> wavelengths_nm{600, 540, 450};
   std::vector<Light> lights;

@@ -17,8 +17,9 @@ TriangleMesh ReadMeshFile(const std::filesystem::path& file);
 void WritePly(const std::filesystem::path& file, const TriangleMesh& mesh);
 
 /// Reads a closed surface in millimetres: welds double vertices, drops triangles without area, turns faces so that
-/// they all look outwards. What was repaired is added to `messages`; what can't be repaired is refused
-/// (open edges, a size that is not that of a crown).
+/// they all look outwards, closes every opening by a fan from the middle of its rim and marks the largest of more than
+/// 1 mm2 as the cut at the neck. What was repaired is added to `messages`; what can't be repaired is refused (openings
+/// of more than half the surface's area, a size that is not that of a crown).
 TriangleMesh ReadClosedSurface(const std::filesystem::path& file, std::vector<std::string>& messages);
 
 }  // namespace crownfit

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
+#include <cstdio>
 #include <map>
 #include <unordered_map>
 
@@ -30,6 +31,106 @@ std::unordered_map<uint64_t, DirectedEdges> EdgesOf(const TriangleMesh& mesh) {
     }
   }
   return edges;
+}
+
+double AreaOf(const TriangleMesh& mesh, size_t first_triangle) {
+  double sum = 0;
+  for (size_t t = first_triangle; t < mesh.triangles.size(); ++t) {
+    const glm::ivec3& f = mesh.triangles[t];
+    sum +=
+        0.5 * glm::length(glm::cross(mesh.vertices[f.y] - mesh.vertices[f.x], mesh.vertices[f.z] - mesh.vertices[f.x]));
+  }
+  return sum;
+}
+
+/// The loops in which the surface ends, each running the way that the triangles which close it must run.
+std::vector<std::vector<int>> Openings(const TriangleMesh& mesh) {
+  std::multimap<int, int> onward;  // ordered, so that the same file gives the same loops
+  for (const auto& [key, edge] : EdgesOf(mesh)) {
+    const int low = static_cast<int>(key >> 32), high = static_cast<int>(key & 0xffffffffu);
+    for (size_t k = edge.backward.size(); k < edge.forward.size(); ++k) onward.emplace(high, low);
+    for (size_t k = edge.forward.size(); k < edge.backward.size(); ++k) onward.emplace(low, high);
+  }
+  std::vector<std::vector<int>> loops;
+  while (!onward.empty()) {
+    loops.emplace_back();
+    for (auto next = onward.begin(); next != onward.end(); next = onward.find(loops.back().back())) {
+      if (loops.back().empty()) loops.back().push_back(next->first);
+      const int to = next->second;
+      onward.erase(next);
+      if (to == loops.back().front()) break;
+      loops.back().push_back(to);
+    }
+  }
+  return loops;
+}
+
+/// Closes every opening by a fan from the middle of its rim. The largest, when it is more than a hole, is the neck
+/// where the scan ends: its triangles are marked as a cut.
+void CloseOpenings(const std::filesystem::path& file, TriangleMesh& mesh, std::vector<std::string>& messages) {
+  constexpr double kHole_mm2 = 1.0;      // smaller openings are holes in the scan
+  constexpr double kLargestShare = 0.5;  // of the surface's own area that its openings may have
+  const auto loops = Openings(mesh);
+  if (loops.empty()) return;
+  const size_t scanned = mesh.triangles.size();
+  const double scanned_mm2 = AreaOf(mesh, 0);
+  size_t neck_begin = 0, neck_end = 0;
+  double neck_mm2 = 0;
+  for (const auto& loop : loops) {
+    const size_t begin = mesh.triangles.size();
+    const auto close = [&](int a, int b, int c) {
+      const glm::dvec3 &p = mesh.vertices[a], &q = mesh.vertices[b], &r = mesh.vertices[c];
+      if (glm::length(glm::cross(q - p, r - p)) > 0)
+        mesh.triangles.emplace_back(a, b, c);  // else nothing is open there
+    };
+    if (loop.size() == 3) {
+      close(loop[0], loop[1], loop[2]);
+    } else {
+      glm::dvec3 middle(0.0);
+      double length = 0;
+      for (size_t i = 0; i < loop.size(); ++i) {
+        const glm::dvec3 &a = mesh.vertices[loop[i]], &b = mesh.vertices[loop[(i + 1) % loop.size()]];
+        middle += glm::distance(a, b) * 0.5 * (a + b);
+        length += glm::distance(a, b);
+      }
+      const int centre = static_cast<int>(mesh.vertices.size());
+      mesh.vertices.push_back(middle / length);
+      for (auto& [name, values] : mesh.vertex_properties) {
+        double sum = 0;
+        for (int v : loop) sum += values[v];
+        values.push_back(sum / static_cast<double>(loop.size()));
+      }
+      for (size_t i = 0; i < loop.size(); ++i) close(loop[i], loop[(i + 1) % loop.size()], centre);
+    }
+    if (const double area = AreaOf(mesh, begin); area > neck_mm2) {
+      neck_begin = begin, neck_end = mesh.triangles.size(), neck_mm2 = area;
+    }
+  }
+  const double closed_mm2 = AreaOf(mesh, scanned);
+  if (closed_mm2 > kLargestShare * scanned_mm2)
+    throw InputError(file, "",
+                     "the surface is not closed: its openings would take " + std::to_string(closed_mm2) +
+                         " mm2 to close, the surface itself has " + std::to_string(scanned_mm2),
+                     "Scan the whole crown, or close the mesh in the scanner's software.");
+  mesh.is_cut.clear();
+  const bool has_neck = neck_mm2 > kHole_mm2;
+  if (has_neck) {
+    mesh.is_cut.assign(mesh.triangles.size(), 0);
+    std::fill(mesh.is_cut.begin() + static_cast<long>(neck_begin), mesh.is_cut.begin() + static_cast<long>(neck_end),
+              1);
+  }
+  char text[200];
+  const size_t holes = loops.size() - (has_neck ? 1 : 0);
+  if (has_neck) {
+    std::snprintf(text, sizeof text, "%s: open at the neck, closed there by %.1f mm2", file.filename().c_str(),
+                  neck_mm2);
+    messages.push_back(text);
+  }
+  if (holes > 0) {
+    std::snprintf(text, sizeof text, "%s: %zu hole%s of %.2f mm2 in all closed", file.filename().c_str(), holes,
+                  holes > 1 ? "s" : "", closed_mm2 - (has_neck ? neck_mm2 : 0.0));
+    messages.push_back(text);
+  }
 }
 
 size_t OpenEdges(const std::unordered_map<uint64_t, DirectedEdges>& edges) {
@@ -116,9 +217,6 @@ TriangleMesh ReadClosedSurface(const std::filesystem::path& file, std::vector<st
   if (mesh.triangles.size() < before)
     messages.push_back(name + ": " + std::to_string(before - mesh.triangles.size()) +
                        " collapsed triangles were dropped");
-  if (const size_t open = OpenEdges(EdgesOf(mesh)); open > 0)
-    throw InputError(file, "", "the surface is not closed: " + std::to_string(open) + " open edges",
-                     "Close the mesh (fill the holes and the neck) in the scanner's software or a mesh editor.");
   for (const glm::ivec3& t : mesh.triangles) {
     // A sliver without area has no normal; nudging is not needed as its neighbours cover the place.
     const glm::dvec3 n = glm::cross(mesh.vertices[t.y] - mesh.vertices[t.x], mesh.vertices[t.z] - mesh.vertices[t.x]);
@@ -128,6 +226,7 @@ TriangleMesh ReadClosedSurface(const std::filesystem::path& file, std::vector<st
   }
   if (const size_t turned = AgreeOnOrientation(mesh); turned > 0)
     messages.push_back(name + ": " + std::to_string(turned) + " faces were turned to agree with their neighbours");
+  CloseOpenings(file, mesh, messages);
   if (Volume(mesh) < 0) {
     for (auto& t : mesh.triangles) std::swap(t.y, t.z);
     messages.push_back(name + ": the surface was inside out and has been turned");

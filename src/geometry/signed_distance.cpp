@@ -6,6 +6,20 @@
 #include "base/parallel.h"
 
 namespace crownfit {
+namespace {
+
+constexpr double kFilm_mm = 0.05;  // between an inner layer and the cut, so that the two surfaces never cross
+
+/// The cut at the neck, or all but it.
+TriangleMesh Part(const TriangleMesh& mesh, bool cut) {
+  TriangleMesh part;
+  part.vertices = mesh.vertices;
+  for (size_t t = 0; t < mesh.triangles.size(); ++t)
+    if (mesh.cut(static_cast<int>(t)) == cut) part.triangles.push_back(mesh.triangles[t]);
+  return part;
+}
+
+}  // namespace
 
 bool IsInside(const RayCaster& surface, const TriangleMesh& mesh, const glm::dvec3& point) {
   // Directions without symmetry, so that axis-aligned edges are not hit end on.
@@ -20,18 +34,24 @@ bool IsInside(const RayCaster& surface, const TriangleMesh& mesh, const glm::dve
   return votes >= 2;
 }
 
-DepthField::DepthField(const TriangleMesh& mesh, int threads) : caster_({&mesh}) {
+DepthField::DepthField(const TriangleMesh& mesh, int threads)
+    : scanned_(Part(mesh, false)), cut_(Part(mesh, true)), scanned_caster_({&scanned_}), cut_caster_({&cut_}) {
+  const RayCaster closed({&mesh});
   const auto [low, high] = Bounds(mesh);
   step_mm_ = std::max(0.06, glm::length(high - low) / 150.0);
   origin_ = low - 1.5 * step_mm_;
   size_ = glm::ivec3(glm::ceil((high - low) / step_mm_)) + 4;
   depth_mm_.resize(static_cast<size_t>(size_.x) * size_.y * size_.z);
+  if (!cut_.triangles.empty()) above_cut_mm_.resize(depth_mm_.size());
   ParallelFor(static_cast<size_t>(size_.z) * size_.y, threads, [&](size_t row) {
     const int j = static_cast<int>(row % size_.y), k = static_cast<int>(row / size_.y);
     for (int i = 0; i < size_.x; ++i) {
       const glm::dvec3 p = origin_ + step_mm_ * glm::dvec3(i, j, k);
-      const double distance = caster_.DistanceToSurface(p);
-      depth_mm_[row * size_.x + i] = static_cast<float>(IsInside(caster_, mesh, p) ? distance : -distance);
+      const bool inside = IsInside(closed, mesh, p);
+      const double from_scan = scanned_caster_.DistanceToSurface(p), from_cut = cut_caster_.DistanceToSurface(p);
+      // Just beyond the cut the layers would run on: there only the cut ends them.
+      depth_mm_[IndexOf(i, j, k)] = static_cast<float>(inside || from_cut < from_scan ? from_scan : -from_scan);
+      if (!above_cut_mm_.empty()) above_cut_mm_[IndexOf(i, j, k)] = static_cast<float>(inside ? from_cut : -from_cut);
     }
   });
   max_depth_mm_ = *std::max_element(depth_mm_.begin(), depth_mm_.end());
@@ -40,8 +60,12 @@ DepthField::DepthField(const TriangleMesh& mesh, int threads) : caster_({&mesh})
 std::optional<TriangleMesh> DepthField::LevelSurface(double depth_mm) const {
   if (depth_mm + 0.5 * step_mm_ >= max_depth_mm_) return std::nullopt;
   TriangleMesh mesh;
-  const auto cell_index = [&](int i, int j, int k) { return (static_cast<size_t>(k) * size_.y + j) * size_.x + i; };
+  const auto cell_index = [&](int i, int j, int k) { return IndexOf(i, j, k); };
   std::vector<int> vertex_of_cell(depth_mm_.size(), -1);
+  const auto above_cut = [&](int i, int j, int k) {
+    return above_cut_mm_.empty() ? kFar : above_cut_mm_[IndexOf(i, j, k)] - kFilm_mm;
+  };
+  const auto beyond = [&](int i, int j, int k) { return std::min(at(i, j, k) - depth_mm, above_cut(i, j, k)); };
 
   // One vertex per cell that the surface crosses, at the mean of the crossings on its edges.
   for (int k = 0; k + 1 < size_.z; ++k) {
@@ -56,7 +80,7 @@ std::optional<TriangleMesh> DepthField::LevelSurface(double depth_mm) const {
           a[(axis + 2) % 3] += (edge >> 1) & 1;
           glm::ivec3 b = a;
           b[axis] += 1;
-          const double da = at(a.x, a.y, a.z) - depth_mm, db = at(b.x, b.y, b.z) - depth_mm;
+          const double da = beyond(a.x, a.y, a.z), db = beyond(b.x, b.y, b.z);
           if ((da > 0) == (db > 0)) continue;
           sum += glm::dvec3(a) + da / (da - db) * glm::dvec3(b - a);
           ++count;
@@ -68,6 +92,8 @@ std::optional<TriangleMesh> DepthField::LevelSurface(double depth_mm) const {
     }
   }
 
+  if (mesh.vertices.empty()) return std::nullopt;
+
   // One quadrilateral per grid edge that the surface crosses, between the four cells around the edge.
   for (int k = 1; k + 1 < size_.z; ++k) {
     for (int j = 1; j + 1 < size_.y; ++j) {
@@ -75,7 +101,7 @@ std::optional<TriangleMesh> DepthField::LevelSurface(double depth_mm) const {
         for (int axis = 0; axis < 3; ++axis) {
           glm::ivec3 next(i, j, k);
           next[axis] += 1;
-          const bool inside = at(i, j, k) > depth_mm, next_inside = at(next.x, next.y, next.z) > depth_mm;
+          const bool inside = beyond(i, j, k) > 0, next_inside = beyond(next.x, next.y, next.z) > 0;
           if (inside == next_inside) continue;
           glm::ivec3 du(0), dv(0);
           du[(axis + 1) % 3] = 1;
@@ -108,6 +134,7 @@ std::optional<TriangleMesh> DepthField::LevelSurface(double depth_mm) const {
     return sum;
   };
   for (auto& v : mesh.vertices) {
+    if (!cut_.triangles.empty() && cut_caster_.DistanceToSurface(v) < 2 * step_mm_) continue;  // at the cut
     for (int step = 0; step < 3; ++step) {
       const double h = 0.5 * step_mm_;
       const glm::dvec3 gradient(depth_at(v + glm::dvec3(h, 0, 0)) - depth_at(v - glm::dvec3(h, 0, 0)),
@@ -115,7 +142,7 @@ std::optional<TriangleMesh> DepthField::LevelSurface(double depth_mm) const {
                                 depth_at(v + glm::dvec3(0, 0, h)) - depth_at(v - glm::dvec3(0, 0, h)));
       const double length = glm::length(gradient);
       if (length < 0.5 * step_mm_) break;  // on a ridge
-      const double miss = depth_mm - caster_.DistanceToSurface(v);
+      const double miss = depth_mm - scanned_caster_.DistanceToSurface(v);
       v += std::clamp(miss, -step_mm_, step_mm_) / length * gradient;
     }
   }

@@ -9,10 +9,11 @@
 
 namespace crownfit {
 
-/// Depth below a closed surface at the nodes of a regular grid: > 0 inside, < 0 outside.
+/// Depth below a closed surface at the nodes of a regular grid: > 0 inside, < 0 outside. Depth is measured from what
+/// was scanned: below the cut at an open scan's neck the layers run on, up to a hair's breadth from the cut.
 class DepthField {
  public:
-  /// `mesh` must outlive the field. Grid step: the larger of 0.06 mm and 1/150 of the mesh's diagonal.
+  /// Grid step: the larger of 0.06 mm and 1/150 of the mesh's diagonal.
   DepthField(const TriangleMesh& mesh, int threads);
 
   double max_depth_mm() const { return max_depth_mm_; }
@@ -22,12 +23,15 @@ class DepthField {
   std::optional<TriangleMesh> LevelSurface(double depth_mm) const;
 
  private:
-  double at(int i, int j, int k) const { return depth_mm_[(static_cast<size_t>(k) * size_.y + j) * size_.x + i]; }
-  RayCaster caster_;
+  size_t IndexOf(int i, int j, int k) const { return (static_cast<size_t>(k) * size_.y + j) * size_.x + i; }
+  double at(int i, int j, int k) const { return depth_mm_[IndexOf(i, j, k)]; }
+  TriangleMesh scanned_, cut_;
+  RayCaster scanned_caster_, cut_caster_;
   glm::dvec3 origin_;
   double step_mm_;
   glm::ivec3 size_;
   std::vector<float> depth_mm_;
+  std::vector<float> above_cut_mm_;  ///< as depth, from the cut alone; empty without one
   double max_depth_mm_ = 0;
 };
 

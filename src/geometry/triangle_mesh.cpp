@@ -100,7 +100,9 @@ TriangleMesh Refined(const TriangleMesh& mesh, double edge_mm) {
     };
     std::vector<glm::ivec3> triangles;
     triangles.reserve(fine.triangles.size());
-    for (const glm::ivec3& t : fine.triangles) {
+    std::vector<uint8_t> is_cut;
+    for (size_t i = 0; i < fine.triangles.size(); ++i) {
+      const glm::ivec3& t = fine.triangles[i];
       const int m[3] = {split(t[0], t[1]), split(t[1], t[2]), split(t[2], t[0])};
       const int count = (m[0] >= 0) + (m[1] >= 0) + (m[2] >= 0);
       again |= count > 0;
@@ -120,8 +122,10 @@ TriangleMesh Refined(const TriangleMesh& mesh, double edge_mm) {
           triangles.insert(triangles.end(), {{ab, b, bc}, {a, ab, bc}, {a, bc, c}});
         }
       }
+      if (!fine.is_cut.empty()) is_cut.resize(triangles.size(), fine.is_cut[i]);
     }
     fine.triangles = std::move(triangles);
+    fine.is_cut = std::move(is_cut);
   }
   return fine;
 }

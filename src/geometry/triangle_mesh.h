@@ -2,6 +2,7 @@
 // Triangle meshes in millimetres.
 
 #include <array>
+#include <cstdint>
 #include <glm/glm.hpp>
 #include <map>
 #include <string>
@@ -13,6 +14,8 @@ struct TriangleMesh {
   std::vector<glm::dvec3> vertices;
   std::vector<glm::ivec3> triangles;                             ///< counter-clockwise seen from outside
   std::map<std::string, std::vector<double>> vertex_properties;  ///< further numbers per vertex, by name
+  std::vector<uint8_t> is_cut;  ///< per triangle: closes the neck of an open scan; empty when nothing does
+  bool cut(int triangle) const { return !is_cut.empty() && is_cut[triangle] != 0; }
 };
 
 /// A place on a mesh: triangle and barycentric weights of its three vertices.

@@ -46,10 +46,12 @@ struct Studio {
   const WalkScene& scene;
   const Media& media;
   const std::vector<glm::dvec3>& reflectance;  ///< of opaque things
-  OuterBoundary outer;
-  std::optional<ContactTile> contact;
-  std::vector<Lamp> lamps;
-  double specular_factor;  ///< of light that the outer surface alone reflected
+  std::vector<OuterBoundary> outer{};            ///< between each medium and the outside
+  bool cut_is_opaque = false;
+  glm::dvec3 cut_reflectance{0.0};  ///< of an opaque cut, from inside
+  std::optional<ContactTile> contact{};
+  std::vector<Lamp> lamps{};
+  double specular_factor = 1.0;  ///< of light that the outer surface alone reflected
 };
 
 /// One path from the camera. Every boundary and every opaque surface looks for the lamps in two ways, by the direction
@@ -83,21 +85,23 @@ class Path {
     state_.position = boundary->position;
     left_ = nullptr;
     if (boundary->opaque >= 0) return ScatterAtOpaque(*boundary);
-    CrossOuter(boundary->normal);
+    if (IsOpaqueCut(*boundary)) return false;  // gum and bone: nothing comes from there
+    CrossOuter(*boundary);
     if (state_.medium == kOutside) return true;
     ++counters_.walks;
     only_reflected_ = false;
     return Walk(
         studio_.scene, studio_.media, hero, state_, random_, counters_,
         [&](const Boundary& b) {
-          if (b.surface == 0) {
-            const bool in_contact = studio_.contact && studio_.contact->Holds(b.position);
-            return in_contact ? ScatterAtContact(b.normal) : CrossOuter(b.normal);
-          }
           const int behind = b.behind(state_.medium);
+          if (IsOpaqueCut(b)) return ScatterBackInside(b.normal, studio_.cut_reflectance);
+          if (b.outside == kOutside) {
+            const bool in_contact = studio_.contact && studio_.contact->Holds(b.position);
+            return in_contact ? ScatterBackInside(b.normal, studio_.contact->reflectance) : CrossOuter(b);
+          }
           state_.direction = ScatterAtSmoothBoundary(
               state_.direction, b.normal, studio_.media[behind].ior / studio_.media[state_.medium].ior, random_);
-          state_.medium = glm::dot(state_.direction, b.normal) < 0 ? b.surface + 1 : b.surface;
+          state_.medium = b.towards(state_.direction);
         },
         [](int medium) { return medium == kOutside; });
   }
@@ -142,22 +146,23 @@ class Path {
     Add(estimate / (p.density + approximate) * t.scale[k] * p.radiance);
   }
 
-  void CrossOuter(const glm::dvec3& normal) {
+  void CrossOuter(const Boundary& b) {
     LampTargets targets;
-    if (!studio_.outer.is_smooth()) targets = ChooseTargets(normal);
+    const OuterBoundary& outer = studio_.outer[b.inside];
+    if (!outer.is_smooth()) targets = ChooseTargets(b.normal);
     std::array<TargetDensity, kMaxLamps> densities;
-    const Scattered s =
-        studio_.outer.Scatter(state_.direction, normal, random_, {targets.direction.data(), targets.count},
-                              {densities.data(), targets.count});
+    const Scattered s = outer.Scatter(state_.direction, b.normal, random_, {targets.direction.data(), targets.count},
+                                      {densities.data(), targets.count});
     for (size_t k = 0; k < targets.count; ++k) AddTarget(targets, k, densities[k].estimate, densities[k].approximate);
     state_.direction = s.direction;
-    state_.medium = glm::dot(s.direction, normal) < 0 ? 1 : kOutside;
+    state_.medium = b.towards(s.direction);
     density_ = s.density;
   }
 
-  /// From inside, back inside. The roulette sees how little a dark tile returns.
-  void ScatterAtContact(const glm::dvec3& normal) {
-    const glm::dvec3& rho = studio_.contact->reflectance;
+  bool IsOpaqueCut(const Boundary& b) const { return b.is_cut && studio_.cut_is_opaque; }
+
+  /// From inside, back inside, off a Lambertian surface. The roulette sees how little a dark one returns.
+  void ScatterBackInside(const glm::dvec3& normal, const glm::dvec3& rho) {
     const double largest = std::max({rho.x, rho.y, rho.z});
     state_.boost *= largest;
     if (largest > 0) carried_ *= rho / largest;
@@ -225,6 +230,17 @@ struct PixelSum {
 
 }  // namespace
 
+glm::dvec3 HalfSpaceReflectance(const Material::Layer& layer) {
+  glm::dvec3 reflectance(0.0);
+  for (int c = 0; c < kChannels; ++c) {
+    const double scattering = layer[Quantity::kReducedScattering][c], absorption = layer[Quantity::kAbsorption][c];
+    if (!(scattering > 0)) continue;
+    const double s = std::sqrt(absorption / (absorption + scattering));
+    reflectance[c] = (1.0 - s) * (1.0 - 0.139 * s) / (1.0 + 1.17 * s);
+  }
+  return reflectance;
+}
+
 Media MediaOf(const Capture& capture, const Material& material) {
   std::vector<Medium> media(1);
   media[0].ior = capture.outside_ior;
@@ -261,9 +277,13 @@ PathPhotograph RenderByPaths(const Capture& capture, const LayeredBody& body, co
   const RigidTransform object_from_camera = photo.camera_from_object.Inverse();
   const WalkScene scene(body, opaque);
   const Media media = MediaOf(capture, material);
-  const OuterBoundary outer{material.surface[Quantity::kRoughness][0], material.surface[Quantity::kWetness][0],
-                            media[1].ior, capture.outside_ior};
-  Studio studio{scene, media, reflectance, outer, {}, {}, SpecularFactor(photo.polarisation)};
+  Studio studio{scene, media, reflectance};
+  studio.specular_factor = SpecularFactor(photo.polarisation);
+  for (size_t i = 0; i < media.size(); ++i)
+    studio.outer.push_back({material.surface[Quantity::kRoughness][0], material.surface[Quantity::kWetness][0],
+                            media[static_cast<int>(i)].ior, capture.outside_ior});
+  studio.cut_is_opaque = capture.neck != Neck::kAir;
+  if (capture.neck == Neck::kRoot) studio.cut_reflectance = HalfSpaceReflectance(material.layers.back());
   if (photo.backing && capture.backings[*photo.backing].in_contact)
     studio.contact.emplace(capture.backings[*photo.backing]);
   for (size_t i : photo.lights) {
@@ -297,7 +317,7 @@ PathPhotograph RenderByPaths(const Capture& capture, const LayeredBody& body, co
     const auto seen =
         scene.Next(object_from_camera.translation_mm,
                    object_from_camera.Direction(DirectionFromPixel(photo.camera, centre)), kOutside, kFar);
-    result.pixels[pixel].on_object = seen && seen->surface == 0;
+    result.pixels[pixel].on_object = seen && seen->opaque < 0;
   };
   constexpr size_t kAtOnce = 256;
   for (size_t begin = 0; begin < result.pixels.size(); begin += kAtOnce) {

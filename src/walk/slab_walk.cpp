@@ -26,7 +26,7 @@ class SlabScene {
     if (!(distance <= max_mm)) return std::nullopt;
     glm::dvec3 position = origin + distance * direction;
     position.z = -depth_[boundary];
-    return Boundary{distance, position, {0, 0, 1}, boundary, -1, -1};
+    return Boundary{distance, position, {0, 0, 1}, boundary + 1, boundary};
   }
   bool Holds(const glm::dvec3&) const { return true; }
   int below() const { return static_cast<int>(depth_.size()); }
@@ -91,7 +91,7 @@ void TracePhoton(const Bench& bench, glm::dvec3 direction, RandomStream& random,
     }
     state.direction = ScatterAtSmoothBoundary(state.direction, b.normal,
                                               bench.media[behind].ior / bench.media[state.medium].ior, random);
-    state.medium = state.direction.z < 0 ? b.surface + 1 : b.surface;
+    state.medium = b.towards(state.direction);
   };
   for (;;) {
     const bool left = Walk(bench.scene, bench.media, 0, state, random, counters, cross,

@@ -5,6 +5,7 @@
 #include <tuple>
 
 #include "base/parallel.h"
+#include "geometry/signed_distance.h"
 
 namespace crownfit {
 
@@ -26,11 +27,34 @@ Clearance::Clearance(const RayCaster& layers, const glm::dvec3& low, const glm::
 
 LayeredBody::LayeredBody(std::vector<TriangleMesh> layer_surfaces, int threads) : surfaces(std::move(layer_surfaces)) {
   std::tie(low, high) = Bounds(surfaces[0]);
+  std::vector<const TriangleMesh*> meshes;
+  for (const auto& mesh : surfaces) {
+    meshes.push_back(&mesh);
+    const auto [a, b] = Bounds(mesh);
+    low = glm::min(low, a), high = glm::max(high, b);
+  }
   const glm::dvec3 rounding(1e-5 * glm::length(high - low));
   low -= rounding, high += rounding;
-  std::vector<const TriangleMesh*> meshes;
-  for (const auto& mesh : surfaces) meshes.push_back(&mesh);
   clearance = Clearance(RayCaster(meshes), low, high, threads);
+
+  is_exposed.resize(surfaces.size());
+  for (size_t i = 1; i < surfaces.size(); ++i) {
+    const TriangleMesh &mesh = surfaces[i], &above = surfaces[i - 1];
+    const RayCaster caster({&above});
+    std::vector<uint8_t> is_deep(mesh.vertices.size());  // inside the layer above by more than the edges around it
+    std::vector<double> longest(mesh.vertices.size(), 0.0);
+    for (const glm::ivec3& t : mesh.triangles)
+      for (int k = 0; k < 3; ++k) {
+        const double edge = glm::distance(mesh.vertices[t[k]], mesh.vertices[t[(k + 1) % 3]]);
+        longest[t[k]] = std::max(longest[t[k]], edge);
+        longest[t[(k + 1) % 3]] = std::max(longest[t[(k + 1) % 3]], edge);
+      }
+    ParallelFor(mesh.vertices.size(), threads, [&](size_t v) {
+      const glm::dvec3& p = mesh.vertices[v];
+      is_deep[v] = IsInside(caster, above, p) && caster.DistanceToSurface(p) > longest[v];
+    });
+    for (const glm::ivec3& t : mesh.triangles) is_exposed[i].push_back(!(is_deep[t.x] && is_deep[t.y] && is_deep[t.z]));
+  }
 }
 
 WalkScene::WalkScene(const LayeredBody& body, const std::vector<TriangleMesh>& opaque)
@@ -50,7 +74,8 @@ std::optional<Boundary> WalkScene::Next(const glm::dvec3& origin, const glm::dve
     if (mesh >= layers_)
       return medium == kOutside && !(left && left->opaque == mesh - layers_ && left->triangle == triangle);
     const double along = glm::dot(normals_[mesh][triangle], direction);
-    return along < 0 ? medium == mesh : along > 0 && medium == mesh + 1;
+    if (along > 0) return medium == mesh + 1;
+    return along < 0 && (medium == mesh || (medium < mesh && body_.is_exposed[mesh][triangle]));
   };
   if (medium != kOutside && max_mm < kFar) {
     // A surface on the way would be no farther from both ends together than the flight is long.
@@ -59,10 +84,24 @@ std::optional<Boundary> WalkScene::Next(const glm::dvec3& origin, const glm::dve
   }
   const auto hit = caster_.NearestAccepted(origin, direction, max_mm, counts);
   if (!hit) return std::nullopt;
-  const bool is_opaque = hit->mesh >= layers_;
-  return Boundary{
-      hit->distance_mm,           Position(*meshes_[hit->mesh], hit->point), normals_[hit->mesh][hit->point.triangle],
-      is_opaque ? -1 : hit->mesh, is_opaque ? hit->mesh - layers_ : -1,      hit->point.triangle};
+  const glm::dvec3 position = Position(*meshes_[hit->mesh], hit->point),
+                   normal = normals_[hit->mesh][hit->point.triangle];
+  const int triangle = hit->point.triangle;
+  if (hit->mesh >= layers_)
+    return Boundary{hit->distance_mm, position, normal, kOutside, kOutside, hit->mesh - layers_, triangle};
+  Boundary boundary{hit->distance_mm, position, normal,   hit->mesh + 1,
+                    hit->mesh,        -1,       triangle, body_.surfaces[hit->mesh].cut(triangle)};
+  if (hit->mesh > 0 && body_.is_exposed[hit->mesh][triangle])
+    boundary.outside = medium <= hit->mesh ? medium : MediumOutside(hit->mesh, position, normal);
+  return boundary;
+}
+
+int WalkScene::MediumOutside(int surface, const glm::dvec3& place, const glm::dvec3& normal) const {
+  for (int above = surface - 1; above >= 0; --above) {
+    const auto hit = caster_.NearestAccepted(place, normal, kFar, [&](int mesh, int) { return mesh == above; });
+    if (hit && glm::dot(normals_[above][hit->point.triangle], normal) > 0) return above + 1;  // met from inside
+  }
+  return kOutside;
 }
 
 }  // namespace crownfit

@@ -15,12 +15,14 @@ inline constexpr int kOutside = 0;
 struct Boundary {
   double distance_mm;
   glm::dvec3 position;
-  glm::dvec3 normal;  ///< unit, of the facet, outward
-  int surface;        ///< outer surface of layer `surface`; -1: an opaque thing
-  int opaque;         ///< index of the opaque thing; -1: a layer's surface
-  int triangle;
-  /// Medium on the other side.
-  int behind(int medium) const { return medium == surface + 1 ? surface : surface + 1; }
+  glm::dvec3 normal;    ///< unit, of the facet, outward
+  int inside, outside;  ///< media on its two sides
+  int opaque = -1;      ///< index of the opaque thing that was met; -1: a layer's surface
+  int triangle = -1;
+  bool is_cut = false;  ///< closes the neck of an open scan
+  int behind(int medium) const { return medium == inside ? outside : inside; }
+  /// The medium into which light goes on.
+  int towards(const glm::dvec3& direction) const { return glm::dot(direction, normal) < 0 ? inside : outside; }
 };
 
 /// A lower bound of the distance to the layers' surfaces, on a grid: most flights are shorter and need no ray.
@@ -45,10 +47,13 @@ class Clearance {
   std::vector<float> distance_mm_;
 };
 
-/// The nested layers of an object: closed surfaces, outermost first, each inside the one before.
+/// The layers of an object: closed surfaces, outermost first. Where several hold a point, the innermost wins, and the
+/// object is the union of all: dentine may stand out of the enamel as a root.
 struct LayeredBody {
   LayeredBody(std::vector<TriangleMesh> layer_surfaces, int threads);
   std::vector<TriangleMesh> surfaces;
+  /// Per surface and triangle: what lies outside may be another medium than the layer above. Empty for the outermost.
+  std::vector<std::vector<uint8_t>> is_exposed;
   glm::dvec3 low, high;  ///< bounding box, wider by what single-precision rays may miss
   Clearance clearance;
 };
@@ -73,6 +78,7 @@ class WalkScene {
   int layers() const { return layers_; }
 
  private:
+  int MediumOutside(int surface, const glm::dvec3& place, const glm::dvec3& normal) const;
   const LayeredBody& body_;
   int layers_;
   std::vector<const TriangleMesh*> meshes_;

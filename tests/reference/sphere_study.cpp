@@ -76,7 +76,7 @@ Exits Illuminate(double shell_mm, bool uniform, size_t photons) {
           [&](const Boundary& at) {
             const double ratio = media[at.behind(state.medium)].ior / media[state.medium].ior;
             state.direction = ScatterAtSmoothBoundary(state.direction, at.normal, ratio, random);
-            state.medium = glm::dot(state.direction, at.normal) < 0 ? at.surface + 1 : at.surface;
+            state.medium = at.towards(state.direction);
           },
           [](int medium) { return medium == kOutside; });
       if (!left) continue;

@@ -56,6 +56,16 @@ TriangleMesh Sphere(double radius, int rings) {
   return mesh;
 }
 
+TriangleMesh OpenBelow(const TriangleMesh& mesh, double above) {
+  TriangleMesh open;
+  open.vertices = mesh.vertices;
+  for (auto& v : open.vertices) v.z = std::max(v.z, above);
+  for (const auto& t : mesh.triangles)
+    if (std::max({mesh.vertices[t.x].z, mesh.vertices[t.y].z, mesh.vertices[t.z].z}) > above)
+      open.triangles.push_back(t);
+  return open;
+}
+
 TriangleMesh Cup(double radius, double height, double wall, int sides) {
   std::vector<std::vector<glm::dvec3>> stack;
   const auto ring = [&](double r, double z) {

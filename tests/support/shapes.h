@@ -7,6 +7,9 @@ namespace crownfit {
 
 TriangleMesh Sphere(double radius_mm, int rings = 48);
 
+/// What of a mesh reaches above z = `above`, moved so that it ends there: an open scan with a flat rim.
+TriangleMesh OpenBelow(const TriangleMesh& mesh, double above);
+
 /// Flat disc, faces at z = 0 and z = -thickness, with an inner ring so that its faces are no needles.
 TriangleMesh Disc(double thickness_mm, double radius_mm, int sides = 64);
 
