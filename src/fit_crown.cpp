@@ -49,6 +49,7 @@ CrownFit FitCrown(const Capture& stated, const FitOptions& options, Progress& pr
   fit.material = MaterialAt(free, x);
   fit.scales = at_solution.scales;
   fit.mean_thickness_mm = state.crown->thickness_mm;
+  fit.ends_at_neck = !state.crown->cut.triangles.empty();
   fit.messages = input.source.messages;
   for (const FitPixels& p : pixels) fit.fitted_pixels += p.pixels.size();
   fit.photographs = ComparePhotographs(input, state, fit.material, at_solution.scales, pixels, options.threads);

@@ -28,6 +28,13 @@ bool IsUsable(const Photograph& photo, const PixelCast& pixel) {
   return photo.usable[static_cast<size_t>(pixel.y) * photo.linear.width + pixel.x] != 0;
 }
 
+/// Variance that a prediction near the neck's cut adds to a photograph's: what lies beyond is not known. Replacing one
+/// plausible root by another moves the light there by about 30 % at the cut and by little 3 mm away.
+double NeckVariance(const PixelCast& pixel, double value) {
+  const double relative = 0.3 * std::max(0.0, 1.0 - pixel.from_cut_mm / kNeckReachMm);
+  return relative * relative * value * value;
+}
+
 double MedianDepth(const Crown& crown) {
   std::vector<double> depth;
   for (const Column& c : crown.columns) depth.push_back(c.total_mm);
@@ -126,7 +133,7 @@ std::vector<FitPixels> ChoosePixels(const CrownInput& input, const CastState& st
       glm::dvec3 value, stddev;
       for (int c = 0; c < kChannels; ++c) {
         value[c] = photo.linear.at(pixel.x, pixel.y, c);
-        stddev[c] = std::sqrt(photo.variance.at(pixel.x, pixel.y, c));
+        stddev[c] = std::sqrt(photo.variance.at(pixel.x, pixel.y, c) + NeckVariance(pixel, value[c]));
       }
       p.pixels.push_back(static_cast<int>(k));
       p.values.push_back(value);
@@ -190,8 +197,8 @@ std::vector<PhotographResult> ComparePhotographs(const CrownInput& input, const 
         const double predicted = r.exposure * values[k][c];
         r.prediction.at(pixel.x, pixel.y, c) = static_cast<float>(predicted);
         if (!compared) continue;
-        const double d = predicted - photo.linear.at(pixel.x, pixel.y, c);
-        chi2 += d * d / photo.variance.at(pixel.x, pixel.y, c);
+        const double seen = photo.linear.at(pixel.x, pixel.y, c), d = predicted - seen;
+        chi2 += d * d / (photo.variance.at(pixel.x, pixel.y, c) + NeckVariance(pixel, seen));
         ++count;
       }
     }

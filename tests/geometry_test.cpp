@@ -12,6 +12,7 @@
 #include "geometry/crown.h"
 #include "geometry/mesh_file.h"
 #include "geometry/signed_distance.h"
+#include "support/known_scene.h"
 #include "support/shapes.h"
 #include "support/temporary_folder.h"
 
@@ -167,6 +168,32 @@ TEST(Meshes, RefiningKeepsAreaVolumeAndClosure) {
     for (int k = 0; k < 3; ++k) ASSERT_LE(glm::distance(fine.vertices[t[k]], fine.vertices[t[(k + 1) % 3]]), 0.3);
   // Euler: a closed surface without holes has V - F/2 = 2.
   EXPECT_EQ(2 * fine.vertices.size() - fine.triangles.size(), 4u);
+}
+
+TEST(Crowns, ARootStandsOutOfTheEnamelAndIsTheOuterSurfaceThere) {
+  std::vector<std::string> messages;
+  KnownScene scene(Reread(OpenBelow(Sphere(2.0, 48), -0.5), messages), 2);
+  TriangleMesh root = Sphere(1.5, 48);
+  for (auto& v : root.vertices) v.z -= 1.0;
+  scene.source.meshes[1] = root;
+  const auto crown = scene.Build();
+  int on_root = 0, on_enamel = 0;
+  for (size_t v = 0; v < crown->fine.vertices.size(); ++v) {
+    const glm::dvec3& p = crown->fine.vertices[v];
+    const Column& c = crown->columns[v];
+    if (p.z < -0.8) {
+      ++on_root;
+      ASSERT_NEAR(glm::length(p - glm::dvec3(0, 0, -1)), 1.5, 0.01);
+      ASSERT_EQ(c.front.total_mm(), 0.0);
+    } else if (p.z > 1.95) {
+      ++on_enamel;
+      ASSERT_NEAR(c.front.total_mm(), 1.5, 0.05);  // down to the root's top at z = 0.5
+      ASSERT_NEAR(c.total_mm, 4.5, 0.1);
+      ASSERT_EQ(c.back.total_mm(), 0.0);
+    }
+  }
+  EXPECT_GT(on_root, 100);
+  EXPECT_GT(on_enamel, 5);
 }
 
 TEST(Meshes, NormalsAreSmoothOnACurveAndSharpAtARim) {

@@ -223,8 +223,9 @@ PixelResult CastPixel(const Caster& caster, const Crown& crown, const TapKernel&
   pixel.y = y;
   for (int corner = 0; corner < 4; ++corner) {
     const auto at_corner = caster.Seen(caster.PixelDirection(x + (corner & 1), y + (corner >> 1)));
-    pixel.at_silhouette |= !at_corner || at_corner->mesh != 0;
+    pixel.at_silhouette |= !at_corner || at_corner->mesh != 0 || crown.fine.cut(at_corner->point.triangle);
   }
+  pixel.from_cut_mm = static_cast<float>(crown.cut_caster.DistanceToSurface(position));
   pixel.cos_view = std::max(1e-3, glm::dot(normal, view));
   for (int k = 0; k < 3; ++k) {
     const Column& c = crown.columns[crown.fine.triangles[hit->point.triangle][k]];
@@ -260,10 +261,16 @@ PhotographCast CastPhotograph(const Capture& capture, const Crown& crown, const 
   for (const auto& offset : cast.kernel.offsets) ++cast.taps_per_ring[offset.ring];
 
   const size_t vertices = crown.fine.vertices.size();
+  std::vector<uint8_t> in_shade(vertices, 0);  // vertices of an opaque cut alone
+  if (capture.neck != Neck::kAir && !crown.fine.is_cut.empty()) {
+    in_shade.assign(vertices, 1);
+    for (const glm::ivec3& t : ScannedPart(crown.fine).triangles) in_shade[t.x] = in_shade[t.y] = in_shade[t.z] = 0;
+  }
   std::vector<std::vector<LightShare>> at_vertex(vertices);
   cast.backing.resize(vertices);
   ParallelFor(vertices, options.threads, [&](size_t v) {
     const glm::dvec3 &p = crown.fine.vertices[v], &n = crown.fine_vertex_normals[v];
+    if (in_shade[v]) return;
     caster.Gather(p, n, nullptr, at_vertex[v], nullptr, options.strata);
     cast.backing[v] = caster.GatherScenery(p, n, at_vertex[v]);
   });

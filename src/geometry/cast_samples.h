@@ -71,7 +71,8 @@ struct Tap {
 
 struct PixelCast {
   int x, y;
-  bool at_silhouette;  ///< a corner of the pixel's square misses the object
+  bool at_silhouette;  ///< a corner of the pixel's square misses the object, or shows the cut at its neck
+  float from_cut_mm;   ///< distance to that cut; infinite without one
   double cos_view;
   OuterLength outer_path;   ///< along the refracted view
   OuterLength front, back;  ///< as in Column

@@ -22,6 +22,15 @@ size_t BaseOf(const CrownSource& source, size_t layer) {
   return layer;
 }
 
+/// Distance after which a ray enters the closed surface: 0 when it starts inside.
+std::optional<double> DistanceInto(const TriangleMesh& surface, const RayCaster& caster, const glm::dvec3& start,
+                                   const glm::dvec3& direction, double max_mm = kFar) {
+  const auto hit = caster.Nearest(start, direction);
+  if (!hit) return std::nullopt;
+  if (glm::dot(FaceNormal(surface, hit->point.triangle), direction) > 0) return 0.0;
+  return hit->distance_mm < max_mm ? std::optional(hit->distance_mm) : std::nullopt;
+}
+
 Column CastColumn(const Crown& crown, const glm::dvec3& position, const glm::dvec3& normal) {
   const glm::dvec3 start = position - kStart_mm * normal, inward = -normal;
   Column column;
@@ -31,26 +40,71 @@ Column CastColumn(const Crown& crown, const glm::dvec3& position, const glm::dve
   column.opposite = out->point;
   if (!crown.has_outer_layer()) return column;
   column.front.fixed_mm = column.back.fixed_mm = 0.5 * column.total_mm;
-  const auto in = crown.casters[1].Nearest(start, inward, 0.0, out->distance_mm);
+  const auto in = DistanceInto(crown.surfaces[1], crown.casters[1], start, inward, out->distance_mm);
   if (!in) return column;
   const glm::dvec3 far_side = start + out->distance_mm * inward - kStart_mm * inward;
-  const auto back = crown.casters[1].Nearest(far_side, normal, 0.0, out->distance_mm);
-  column.front = {0.0, in->distance_mm + kStart_mm};
+  const auto back = DistanceInto(crown.surfaces[1], crown.casters[1], far_side, normal, out->distance_mm);
+  const auto length = [](double d) { return d > 0 ? d + kStart_mm : 0.0; };  // 0: the inner layer itself is outermost
+  column.front = {0.0, length(*in)};
   const double left = column.total_mm - column.front.scaled_mm;
-  column.back = {0.0, std::min(back ? back->distance_mm + kStart_mm : left, left)};
+  column.back = {0.0, std::min(back ? length(*back) : left, left)};
   return column;
 }
 
-double MeanDistance(const TriangleMesh& from, const RayCaster& to) {
+/// The object's outer surface: of the layers' triangles, split to `edge_mm`, those that no other of the two outermost
+/// layers holds. Where the inner one stands out, as a root, the seam between the two is not sewn.
+TriangleMesh OuterSurface(const Crown& crown, double edge_mm) {
+  TriangleMesh outer = Refined(crown.surfaces[0], edge_mm);
+  if (!crown.has_outer_layer()) return outer;
+  const TriangleMesh& inner = crown.surfaces[1];
+  const auto stands_out = [&](const glm::dvec3& p) { return !IsInside(crown.casters[0], crown.surfaces[0], p); };
+  if (std::none_of(inner.vertices.begin(), inner.vertices.end(), stands_out)) return outer;
+
+  TriangleMesh united;
+  const auto add = [&](const TriangleMesh& mesh, size_t other) {
+    std::vector<int> target(mesh.vertices.size(), -1);
+    for (size_t t = 0; t < mesh.triangles.size(); ++t) {
+      const glm::ivec3 f = mesh.triangles[t];
+      const glm::dvec3 middle = (mesh.vertices[f.x] + mesh.vertices[f.y] + mesh.vertices[f.z]) / 3.0;
+      if (IsInside(crown.casters[other], crown.surfaces[other], middle)) continue;
+      for (int k = 0; k < 3; ++k) {
+        if (target[f[k]] >= 0) continue;
+        target[f[k]] = static_cast<int>(united.vertices.size());
+        united.vertices.push_back(mesh.vertices[f[k]]);
+      }
+      united.triangles.emplace_back(target[f.x], target[f.y], target[f.z]);
+      united.is_cut.push_back(mesh.cut(static_cast<int>(t)));
+    }
+  };
+  add(outer, 1);
+  add(Refined(inner, edge_mm), 0);
+  return united;
+}
+
+/// Area mean over what of `from` lies outside the closed surface `inner`.
+double MeanDistance(const TriangleMesh& from, const TriangleMesh& inner, const RayCaster& to) {
   double sum = 0, area = 0;
   for (size_t t = 0; t < from.triangles.size(); ++t) {
     const glm::ivec3 f = from.triangles[t];
     const glm::dvec3 a = from.vertices[f.x], b = from.vertices[f.y], c = from.vertices[f.z];
+    if (IsInside(to, inner, (a + b + c) / 3.0)) continue;
     const double w = glm::length(glm::cross(b - a, c - a));
     sum += w * to.DistanceToSurface((a + b + c) / 3.0);
     area += w;
   }
   return sum / area;
+}
+
+/// A cut that lies inside the next layer, as at the neck of a tooth scanned with its root, is none.
+void ForgetCoveredCut(TriangleMesh& mesh, const TriangleMesh& inner) {
+  const RayCaster caster({&inner});
+  for (size_t t = 0; t < mesh.is_cut.size(); ++t) {
+    const glm::ivec3 f = mesh.triangles[t];
+    const glm::dvec3 middle = (mesh.vertices[f.x] + mesh.vertices[f.y] + mesh.vertices[f.z]) / 3.0;
+    if (mesh.is_cut[t] && IsInside(caster, inner, middle)) mesh.is_cut[t] = 0;
+  }
+  constexpr double kLeft_mm2 = 1.0;  // a rim between the layers
+  if (Area(CutPart(mesh)) < kLeft_mm2) mesh.is_cut.clear();
 }
 
 }  // namespace
@@ -61,6 +115,8 @@ CrownSource ReadCrownSource(const Capture& capture, int threads) {
     source.meshes.emplace_back();
     if (layer.surface) source.meshes.back() = ReadClosedSurface(*layer.surface, source.messages);
   }
+  for (size_t i = 0; i + 1 < capture.layers.size(); ++i)
+    if (source.meshes[i] && source.meshes[i + 1]) ForgetCoveredCut(*source.meshes[i], *source.meshes[i + 1]);
   source.fields.resize(capture.layers.size());
   for (size_t i = 1; i < capture.layers.size(); ++i) {
     if (source.meshes[i]) continue;
@@ -107,7 +163,7 @@ std::shared_ptr<const Crown> BuildCrown(const Capture& capture, const CrownSourc
 
   double edge = kFineEdge_mm;
   const double wanted = std::sqrt(4.0 * Area(crown->surfaces[0]) / kFineTriangles);
-  crown->fine = Refined(crown->surfaces[0], std::max(edge, wanted));
+  crown->fine = OuterSurface(*crown, std::max(edge, wanted));
   crown->fine_corner_normals = CornerNormals(crown->fine);
   crown->fine_vertex_normals.assign(crown->fine.vertices.size(), glm::dvec3(0.0));
   for (size_t t = 0; t < crown->fine.triangles.size(); ++t)
@@ -115,6 +171,8 @@ std::shared_ptr<const Crown> BuildCrown(const Capture& capture, const CrownSourc
       crown->fine_vertex_normals[crown->fine.triangles[t][k]] += crown->fine_corner_normals[t][k];
   for (auto& n : crown->fine_vertex_normals) n = glm::length(n) > 0 ? glm::normalize(n) : glm::dvec3(0, 0, 1);
   crown->fine_caster = RayCaster({&crown->fine});
+  crown->cut = CutPart(crown->surfaces[0]);
+  crown->cut_caster = RayCaster({&crown->cut});
   crown->columns.resize(crown->fine.vertices.size());
   ParallelFor(crown->columns.size(), threads, [&](size_t v) {
     crown->columns[v] = CastColumn(*crown, crown->fine.vertices[v], crown->fine_vertex_normals[v]);
@@ -127,8 +185,9 @@ std::shared_ptr<const Crown> BuildCrown(const Capture& capture, const CrownSourc
       crown->thickness_mm.push_back(sum / static_cast<double>(crown->columns.size()));
     } else {
       const bool is_offset = !source.meshes[i + 1];
-      crown->thickness_mm.push_back(is_offset ? thickness_mm[i]
-                                              : MeanDistance(crown->surfaces[i], crown->casters[i + 1]));
+      crown->thickness_mm.push_back(
+          is_offset ? thickness_mm[i]
+                    : MeanDistance(ScannedPart(crown->surfaces[i]), crown->surfaces[i + 1], crown->casters[i + 1]));
     }
   }
   return crown;
@@ -146,9 +205,10 @@ OuterLength OuterPath(const Crown& crown, const glm::dvec3& position, const glm:
   const double inside_cosine = std::sqrt(std::max(0.0, 1.0 - glm::dot(tangential, tangential)));
   const glm::dvec3 direction = -tangential - inside_cosine * normal;
   const glm::dvec3 start = position - kStart_mm * normal;
-  const auto in = crown.casters[1].Nearest(start, direction);
+  const auto in = DistanceInto(crown.surfaces[1], crown.casters[1], start, direction);
   const auto out = crown.fine_caster.Nearest(start, direction);
-  if (in && (!out || in->distance_mm < out->distance_mm)) return {0.0, in->distance_mm + kStart_mm};
+  if (in && *in == 0.0) return {};
+  if (in && (!out || *in < out->distance_mm)) return {0.0, *in + kStart_mm};
   return {out ? 0.5 * (out->distance_mm + kStart_mm) : 0.0, 0.0};
 }
 

@@ -40,6 +40,8 @@ struct Crown {
   std::vector<glm::dvec3> fine_vertex_normals;
   std::vector<Column> columns;  ///< per vertex of `fine`
   RayCaster fine_caster{{}};
+  TriangleMesh cut;  ///< of surfaces[0]: where the scan ends; empty when it is closed
+  RayCaster cut_caster{{}};
   bool has_outer_layer() const { return surfaces.size() > 1; }
 };
 

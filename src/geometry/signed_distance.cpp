@@ -10,15 +10,6 @@ namespace {
 
 constexpr double kFilm_mm = 0.05;  // between an inner layer and the cut, so that the two surfaces never cross
 
-/// The cut at the neck, or all but it.
-TriangleMesh Part(const TriangleMesh& mesh, bool cut) {
-  TriangleMesh part;
-  part.vertices = mesh.vertices;
-  for (size_t t = 0; t < mesh.triangles.size(); ++t)
-    if (mesh.cut(static_cast<int>(t)) == cut) part.triangles.push_back(mesh.triangles[t]);
-  return part;
-}
-
 }  // namespace
 
 bool IsInside(const RayCaster& surface, const TriangleMesh& mesh, const glm::dvec3& point) {
@@ -35,7 +26,7 @@ bool IsInside(const RayCaster& surface, const TriangleMesh& mesh, const glm::dve
 }
 
 DepthField::DepthField(const TriangleMesh& mesh, int threads)
-    : scanned_(Part(mesh, false)), cut_(Part(mesh, true)), scanned_caster_({&scanned_}), cut_caster_({&cut_}) {
+    : scanned_(ScannedPart(mesh)), cut_(CutPart(mesh)), scanned_caster_({&scanned_}), cut_caster_({&cut_}) {
   const RayCaster closed({&mesh});
   const auto [low, high] = Bounds(mesh);
   step_mm_ = std::max(0.06, glm::length(high - low) / 150.0);

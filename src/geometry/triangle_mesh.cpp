@@ -135,6 +135,21 @@ std::pair<glm::dvec3, glm::dvec3> Tangents(const glm::dvec3& n) {
   return {{1.0 + sign * n.x * n.x * a, sign * b, -sign * n.x}, {b, sign + n.y * n.y * a, -n.y}};
 }
 
+namespace {
+
+TriangleMesh Part(const TriangleMesh& mesh, bool cut) {
+  TriangleMesh part;
+  part.vertices = mesh.vertices;
+  for (size_t t = 0; t < mesh.triangles.size(); ++t)
+    if (mesh.cut(static_cast<int>(t)) == cut) part.triangles.push_back(mesh.triangles[t]);
+  return part;
+}
+
+}  // namespace
+
+TriangleMesh CutPart(const TriangleMesh& mesh) { return Part(mesh, true); }
+TriangleMesh ScannedPart(const TriangleMesh& mesh) { return Part(mesh, false); }
+
 TriangleMesh SquareTile(const glm::dvec3& centre, const glm::dvec3& normal, double size_mm) {
   const auto [u, v] = Tangents(normal);
   const double h = 0.5 * size_mm;

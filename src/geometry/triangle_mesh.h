@@ -38,6 +38,10 @@ std::vector<std::array<glm::dvec3, 3>> CornerNormals(const TriangleMesh& mesh, d
 /// Vertex properties are interpolated.
 TriangleMesh Refined(const TriangleMesh& mesh, double edge_mm);
 
+/// The triangles that close the neck of an open scan, or all others. Vertices stay.
+TriangleMesh CutPart(const TriangleMesh& mesh);
+TriangleMesh ScannedPart(const TriangleMesh& mesh);
+
 /// Two triangles, facing `normal`, `size_mm` wide.
 TriangleMesh SquareTile(const glm::dvec3& centre_mm, const glm::dvec3& normal, double size_mm);
 

@@ -41,7 +41,7 @@ struct CrownFit {
   LinearScales scales;
   std::vector<PhotographResult> photographs;
   std::vector<double> mean_thickness_mm;  ///< per layer, of the fitted geometry
-  bool converged = false, usable = false;
+  bool converged = false, usable = false, ends_at_neck = false;
   int iterations = 0, casts = 0;
   size_t fitted_pixels = 0;
   std::vector<std::string> messages;  ///< what was repaired in the input
@@ -55,6 +55,9 @@ std::vector<std::string> PhotographCaveats(const Capture& capture, const std::ve
 
 /// Fills usable, reasons and verdict from the rest (the contract's rules), and adds to the caveats.
 void Judge(CrownFit& fit);
+
+/// So far from the cut at an open scan's neck its surroundings count for less.
+inline constexpr double kNeckReachMm = 3.0;
 
 /// Limit of the reduced chi2 above which a fit is not usable.
 inline constexpr double kChi2Limit = 3.0;

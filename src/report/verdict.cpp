@@ -28,6 +28,9 @@ void AddCaveats(CrownFit& fit) {
     fit.caveats.push_back(
         "The capture states errors of its calibration (\"stddev\"); this version does not carry them into the "
         "intervals, which are too narrow by that much.");
+  if (fit.ends_at_neck)
+    fit.caveats.push_back("The scan is open at the neck: what lies beyond is assumed, and pixels within " +
+                          Number(kNeckReachMm) + " mm of it count for less (up to 30 % error at the cut).");
   fit.caveats.push_back(
       "Model `shader` treats light below the surface as in flat layers. On curved crowns it is wrong by several "
       "CIEDE2000 "

@@ -46,7 +46,7 @@ struct Studio {
   const WalkScene& scene;
   const Media& media;
   const std::vector<glm::dvec3>& reflectance;  ///< of opaque things
-  std::vector<OuterBoundary> outer{};            ///< between each medium and the outside
+  std::vector<OuterBoundary> outer{};          ///< between each medium and the outside
   bool cut_is_opaque = false;
   glm::dvec3 cut_reflectance{0.0};  ///< of an opaque cut, from inside
   std::optional<ContactTile> contact{};
