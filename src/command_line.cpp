@@ -41,7 +41,7 @@ CommandLine ParseCommandLine(int argc, char** argv) {
   fit->add_option("CAPTURE", captures, "Folder with capture.json, or that file.")->required();
   fit->add_option("-o,--output", line.output, "Folder for the result (made when missing).")->required();
   fit->add_option("--model", line.fit.model, "Forward model; this version has: shader.");
-  fit->add_option("--fix", fixes, "NAME=VALUE: hold a parameter, such as dentine.absorption_per_mm=0.05.")->take_all();
+  fit->add_option("--fix", fixes, "NAME=VALUE or NAME=R,G,B: hold a parameter, such as dentine.absorption_per_mm=0.05.")->take_all();
   fit->add_option("--free", line.fit.overrides.free, "NAME: fit a parameter the capture holds fixed.")->take_all();
   bool no_priors = false;
   fit->add_flag("--no-priors", no_priors, "Let the photographs alone decide.");
@@ -133,12 +133,20 @@ CommandLine ParseCommandLine(int argc, char** argv) {
   }
   for (const auto& text : fixes) {
     const size_t equals = text.find('=');
-    double value = 0;
     const char* end = text.data() + text.size();
-    const char* begin = equals == std::string::npos ? end : text.data() + equals + 1;
-    const auto [stop, error] = std::from_chars(begin, end, value);
-    if (error != std::errc() || stop != end) complain("--fix " + text + ": expected NAME=VALUE");
-    line.fit.overrides.fix.emplace_back(text.substr(0, equals), value);
+    const char* next = equals == std::string::npos ? end : text.data() + equals;
+    std::vector<double> values;
+    bool good = next != end;
+    while (good && next != end) {
+      values.push_back(0);
+      const auto [stop, error] = std::from_chars(next + 1, end, values.back());
+      good = error == std::errc() && (stop == end || *stop == ',');
+      next = stop;
+    }
+    if (!good || (values.size() != 1 && values.size() != kChannels))
+      complain("--fix " + text + ": expected NAME=VALUE, or NAME=R,G,B with a number for each channel");
+    values.resize(kChannels, values[0]);
+    line.fit.overrides.fix.push_back({text.substr(0, equals), {values[0], values[1], values[2]}});
   }
   return line;
 }

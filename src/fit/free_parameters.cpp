@@ -91,16 +91,17 @@ double Lever(const FreeParameters& free, int channel) {
 }  // namespace
 
 void ApplyOverrides(Capture& capture, const FitOverrides& overrides) {
-  for (const auto& [name, value] : overrides.fix) {
+  for (const auto& [name, values] : overrides.fix) {
     ParameterSpec& spec = SpecNamed(capture, name, "--fix");
     const double low = spec.low, high = spec.high;
-    if (!(value >= low && value <= high))
-      throw InputError("", "--fix",
-                       name + " = " + std::to_string(value) + " is outside [" + std::to_string(low) + ", " +
-                           std::to_string(high) + "]");
+    for (double value : values)
+      if (!(value >= low && value <= high))
+        throw InputError("", "--fix",
+                         name + " = " + std::to_string(value) + " is outside [" + std::to_string(low) + ", " +
+                             std::to_string(high) + "]");
     spec.fixed = true;
     spec.stated = true;
-    spec.value.fill(value);
+    spec.value = values;
   }
   for (const auto& name : overrides.free) {
     ParameterSpec& spec = SpecNamed(capture, name, "--free");

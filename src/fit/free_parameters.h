@@ -33,7 +33,7 @@ struct FreeParameters {
 };
 
 struct FitOverrides {
-  std::vector<std::pair<std::string, double>> fix;  ///< "layer.key" or "surface.key", value
+  std::vector<std::pair<std::string, std::array<double, kChannels>>> fix;  ///< "layer.key" or "surface.key", values
   std::vector<std::string> free;
 };
 

@@ -107,7 +107,7 @@ JsonValue ProvenanceJson(const CrownFit& fit) {
     digests.emplace_back(std::filesystem::relative(file, fit.capture.folder).generic_string(), Sha256OfFile(file));
   JsonValue::Array fixed, freed;
   for (const auto& [name, value] : fit.options.overrides.fix)
-    fixed.push_back(JsonValue::Object{{"name", name}, {"value", value}});
+    fixed.push_back(JsonValue::Object{{"name", name}, {"value", std::vector<double>(value.begin(), value.end())}});
   for (const auto& name : fit.options.overrides.free) freed.push_back(name);
   return JsonValue::Object{
       {"crownfit", CROWNFIT_VERSION},
