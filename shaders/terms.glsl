@@ -33,6 +33,68 @@ TERM Float RefractedCosine(Float cosine, Float relative_ior) {
   return sqrt(max(1.0 - s, Float(1e-12)));
 }
 
+// Two boundaries of reflectances first and second with clear, thin matter between them, all reflections summed without
+// interference: the film of saliva on a tooth.
+TERM Float FilmReflectance(Float first, Float second) {
+  return (first + second - 2.0 * first * second) / max(1.0 - first * second, Float(1e-12));
+}
+
+// Light that a clear or absorbing layer lets through unscattered, with all reflections between its two boundaries (zeroth
+// order, thesis 3.26, which leaves them out); attenuation: of one way through.
+TERM Float ZerothOrderTransmittance(Float first, Float second, Float attenuation) {
+  return (1.0 - first) * (1.0 - second) * attenuation / max(1.0 - first * second * attenuation * attenuation, Float(1e-12));
+}
+
+// Integral of F(w) w^order dw over cosines 0..1 on the rare side, order 1 or 2; relative_ior = n_dense / n_rare > 1.
+// Midpoints of w = t^3 (10 - 15 t + 6 t^2): smooth at both ends, so 48 of them reach 1e-6.
+TERM Float FresnelMomentOutside(Float relative_ior, int order) {
+  Float sum = Float(0.0);
+  for (int i = 0; i < 48; ++i) {
+    Float t = (Float(i) + 0.5) / 48.0;
+    Float w = t * t * t * (10.0 - 15.0 * t + 6.0 * t * t);
+    Float weight = 30.0 * t * t * (1.0 - t) * (1.0 - t) / 48.0;
+    sum += weight * w * FresnelReflectance(w, relative_ior) * (order == 2 ? w : Float(1.0));
+  }
+  return sum;
+}
+
+// Diffuse Fresnel reflectance 2 int F mu dmu (thesis 4.19 with the 1/pi its print lacks) for light from the rare side ...
+TERM Float DiffuseFresnelOutside(Float relative_ior) { return 2.0 * FresnelMomentOutside(relative_ior, 1); }
+
+// ... and from the dense side, total reflection included: exact by etendue.
+TERM Float DiffuseFresnelInside(Float relative_ior) {
+  return 1.0 - (1.0 - DiffuseFresnelOutside(relative_ior)) / (relative_ior * relative_ior);
+}
+
+// Second moment from the dense side, int F mu^2 dmu, by the change of variable that follows Snell's law.
+TERM Float FresnelFluenceMomentInside(Float relative_ior) {
+  Float n2 = relative_ior * relative_ior;
+  Float sum = Float(0.0);
+  for (int i = 0; i < 48; ++i) {
+    Float t = (Float(i) + 0.5) / 48.0;
+    Float w = t * t * t * (10.0 - 15.0 * t + 6.0 * t * t);
+    Float weight = 30.0 * t * t * (1.0 - t) * (1.0 - t) / 48.0;
+    sum += weight * w * FresnelReflectance(w, relative_ior) * sqrt(max(1.0 - (1.0 - w * w) / n2, Float(1e-12)));
+  }
+  Float critical = max(1.0 - 1.0 / n2, Float(1e-12));
+  return critical * sqrt(critical) / 3.0 + sum / n2;
+}
+
+// The published fit (Egan and Hilgeman 1979; thesis 4.20) for light that leaves a medium of relative index
+// ior = n_inside / n_outside > 1 (its eta >= 1 branch), or enters it (ior < 1). Within 6e-4 for 1.3..1.7, 0.0017 at 1.
+TERM Float DiffuseFresnelFit(Float ior) {
+  Float r = 1.0 / ior;
+  if (ior < 1.0) return -0.4399 + r * (0.7099 + r * (-0.3319 + r * 0.0636));
+  return 0.6681 + 0.0636 * ior + r * (0.7099 - 1.4399 * r);
+}
+
+// Boundary parameter A of the extrapolation distance 2 A D: from the flux alone (Groenhuis et al. 1983), or consistent in
+// flux and fluence (Aronson 1995; Contini et al. 1997).
+TERM Float BoundaryParameter(Float diffuse_inside) { return (1.0 + diffuse_inside) / (1.0 - diffuse_inside); }
+TERM Float BoundaryParameterOfMoments(Float diffuse_inside, Float fluence_moment_inside) {
+  return (1.0 + 3.0 * fluence_moment_inside) / (1.0 - diffuse_inside);
+}
+
 // Henyey and Greenstein 1941, per steradian, integrates to 1 (thesis 3.12, whose print lacks the square of g).
 TERM Float HenyeyGreenstein(Float g, Float cosine) {
   Float b = (1.0 - g) * (1.0 - g) + 2.0 * g * (1.0 - cosine);
@@ -61,6 +123,21 @@ TERM Float SurfaceReflection(Float cos_light, Float cos_view, Float cos_half, Fl
                              Float relative_ior) {
   return GgxDistribution(cos_half, roughness) * GgxVisibility(cos_light, cos_view, roughness) *
          FresnelReflectance(cos_light_half, relative_ior);
+}
+
+// Beckmann distribution of normals, per steradian.
+TERM Float BeckmannDistribution(Float cos_half, Float roughness) {
+  Float c2 = max(cos_half * cos_half, Float(1e-8));
+  Float m2 = roughness * roughness;
+  return exp(-(1.0 - c2) / (c2 * m2)) / (TERM_PI * m2 * c2 * c2);
+}
+
+// The thesis's surface reflection, per steradian: Kelemen and Szirmay-Kalos 2001, Beckmann facets with the geometry factor
+// folded into 1 / |light + view|^2 = 1 / (4 cos_light_half^2). Nothing where light and view face each other.
+TERM Float KelemenReflection(Float cos_half, Float cos_light_half, Float roughness, Float relative_ior) {
+  Float square = 4.0 * cos_light_half * cos_light_half;
+  if (square < 1e-8) return Float(0.0);
+  return BeckmannDistribution(cos_half, roughness) * FresnelReflectance(cos_light_half, relative_ior) / square;
 }
 
 // Light that is left of a beam after `path_mm` in a medium of extinction `extinction_per_mm` (zeroth order, thesis 3.24).
@@ -92,6 +169,15 @@ TERM Float DiffusionCoefficient(Float reduced_scattering, Float absorption, Floa
   return 1.0 / (3.0 * (reduced_scattering + absorption) * (1.0 - higher));
 }
 
+// The classic coefficient 1 / (3 st'), and Grosjean's as used by d'Eon and Irving 2011.
+TERM Float DiffusionCoefficientClassic(Float reduced_scattering, Float absorption) {
+  return 1.0 / (3.0 * (reduced_scattering + absorption));
+}
+TERM Float DiffusionCoefficientGrosjean(Float reduced_scattering, Float absorption) {
+  Float extinction = reduced_scattering + absorption;
+  return (2.0 * absorption + reduced_scattering) / (3.0 * extinction * extinction);
+}
+
 // Squared effective transport coefficient, 1/mm^2; kept above 1e-8 so that square roots keep their derivatives.
 TERM Float TransportSquared(Float absorption, Float diffusion_mm) {
   return max(absorption / diffusion_mm, Float(1e-8));
@@ -103,7 +189,9 @@ TERM Float TransportSquared(Float absorption, Float diffusion_mm) {
 TERM Float PointSourceFlux(Float transport, Float depth_mm, Float radius_mm) {
   Float z = abs(depth_mm);
   Float d = sqrt(z * z + radius_mm * radius_mm);
-  Float within = 0.5 * (exp(-transport * z) - z / max(d, Float(1e-12)) * exp(-transport * d));
+  Float beyond = radius_mm * radius_mm / max(d + z, Float(1e-12));  // d - z without cancellation
+  Float within = 0.5 * exp(-transport * z) * beyond / max(d, Float(1e-12)) *
+                 (1.0 + transport * z * ExpRatio(transport * beyond));
   return depth_mm < 0.0 ? -within : within;
 }
 
@@ -135,4 +223,90 @@ TERM Float SlabTransmittance(Float reduced_scattering, Float extinction, Float t
 // normalisation by the diffuse Fresnel reflectance Fdr (from outside) 11 % of the light of a tooth is lost.
 TERM Float ExitLobe(Float cos_view, Float relative_ior, Float diffuse_fresnel_outside) {
   return (1.0 - FresnelReflectance(cos_view, relative_ior)) / (TERM_PI * (1.0 - diffuse_fresnel_outside));
+}
+
+// Dipole (Jensen et al. 2001): reflectance per mm^2 at distance r of a half space lit at a point; depth 1/st' of the source,
+// zb = 2 A D.
+TERM Float DipoleProfile(Float reduced_albedo, Float depth_mm, Float transport, Float zb, Float r_mm) {
+  Float image = depth_mm + 2.0 * zb;
+  Float d = sqrt(r_mm * r_mm + depth_mm * depth_mm);
+  Float e = sqrt(r_mm * r_mm + image * image);
+  return reduced_albedo / (4.0 * TERM_PI) *
+         (depth_mm * (1.0 + transport * d) * exp(-transport * d) / (d * d * d) +
+          image * (1.0 + transport * e) * exp(-transport * e) / (e * e * e));
+}
+
+// Its integral over the plane.
+TERM Float DipoleReflectance(Float reduced_albedo, Float depth_mm, Float transport, Float zb) {
+  return 0.5 * reduced_albedo * exp(-transport * depth_mm) * (1.0 + exp(-2.0 * transport * zb));
+}
+
+// Multipole (Donner and Jensen 2005) with the infinite sum of images in closed form. `transport` may be
+// sqrt(transport^2 + q^2): then this is the profile's two-dimensional Fourier transform at spatial frequency q (rad/mm), 0 the
+// total. The point source must lie in the slab, depth < thickness: no model of clear or thin layers.
+TERM Float MultipoleReflectance(Float reduced_albedo, Float depth_mm, Float transport, Float thickness_mm, Float zb_front,
+                                Float zb_back) {
+  Float k = transport;
+  Float beyond = thickness_mm + zb_back - depth_mm;
+  Float length = thickness_mm + zb_front + zb_back;
+  return reduced_albedo * 0.5 * exp(-k * depth_mm) * (1.0 + exp(-2.0 * k * zb_front)) * (beyond / length) *
+         ExpRatio(2.0 * k * beyond) / ExpRatio(2.0 * k * length);
+}
+
+TERM Float MultipoleTransmittance(Float reduced_albedo, Float depth_mm, Float transport, Float thickness_mm, Float zb_front,
+                                  Float zb_back) {
+  Float k = transport;
+  Float before = depth_mm + zb_front;
+  Float length = thickness_mm + zb_front + zb_back;
+  return reduced_albedo * 0.5 * exp(-k * (thickness_mm - depth_mm)) * (1.0 + exp(-2.0 * k * zb_back)) * (before / length) *
+         ExpRatio(2.0 * k * before) / ExpRatio(2.0 * k * length);
+}
+
+// Normalised diffusion (Christensen and Burley 2015): reflectance per mm^2 that integrates to `albedo`, free path in mm;
+// here to compare with: it knows nothing of the boundary or of layers. Shape for light at normal incidence, length 1/st.
+TERM Float NormalisedDiffusionShape(Float albedo) {
+  Float x = abs(albedo - 0.8);
+  return 1.85 - albedo + 7.0 * x * x * x;
+}
+TERM Float NormalisedDiffusionProfile(Float albedo, Float free_path_mm, Float r_mm) {
+  Float s = NormalisedDiffusionShape(albedo) / free_path_mm;
+  return albedo * s / (8.0 * TERM_PI * max(r_mm, Float(1e-9))) * (exp(-s * r_mm) + exp(-s * r_mm / 3.0));
+}
+// Share of it within r.
+TERM Float NormalisedDiffusionWithin(Float albedo, Float free_path_mm, Float r_mm) {
+  Float x = NormalisedDiffusionShape(albedo) / free_path_mm * r_mm;
+  return 0.25 * x * (ExpRatio(x) + ExpRatio(x / 3.0));  // 1 - e^-x / 4 - 3 e^-x/3 / 4 without cancellation
+}
+
+// Offsets of the 1 + 12 taps of Hable's blur ("Fast Skin Shading", ShaderX7 2009), in units of the kernel's scale, inner ones
+// first: the centre, 3 near it, 3 around 1.5, 6 around 5.5. Its weights are skin's and not used.
+TERM Float HableTapX(int tap) {
+  if (tap == 1) return Float(-0.194906);
+  if (tap == 2) return Float(-0.239737);
+  if (tap == 3) return Float(-0.003530);
+  if (tap == 4) return Float(1.633992);
+  if (tap == 5) return Float(0.177801);
+  if (tap == 6) return Float(1.320107);
+  if (tap == 7) return Float(5.970690);
+  if (tap == 8) return Float(-1.089250);
+  if (tap == 9) return Float(-4.015465);
+  if (tap == 10) return Float(-4.063099);
+  if (tap == 11) return Float(-0.638605);
+  if (tap == 12) return Float(2.542348);
+  return Float(0.0);
+}
+TERM Float HableTapY(int tap) {
+  if (tap == 1) return Float(0.091094);
+  if (tap == 2) return Float(-0.220217);
+  if (tap == 3) return Float(-0.118219);
+  if (tap == 4) return Float(0.036795);
+  if (tap == 5) return Float(1.717592);
+  if (tap == 6) return Float(-0.181542);
+  if (tap == 7) return Float(0.253378);
+  if (tap == 8) return Float(4.958349);
+  if (tap == 9) return Float(4.156699);
+  if (tap == 10) return Float(-4.110150);
+  if (tap == 11) return Float(-6.297663);
+  if (tap == 12) return Float(-3.245901);
+  return Float(0.0);
 }

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "fit_steps.h"
+#include "optics/twelve_taps.h"
 
 namespace crownfit {
 
@@ -18,7 +19,7 @@ CrownFit FitCrown(const Capture& stated, const FitOptions& options, Progress& pr
   const FreeParameters free = FreeParametersOf(fit.capture);
   CastOptions cast_options;
   cast_options.threads = options.threads;
-  cast_options.converged_blur = !options.twelve_taps;
+  if (options.twelve_taps) cast_options.kernel = TwelveTapKernel();
 
   SolveOptions solve_options;
   solve_options.use_priors = options.use_priors;

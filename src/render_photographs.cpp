@@ -1,6 +1,7 @@
 #include "render_photographs.h"
 
 #include "fit_steps.h"
+#include "optics/twelve_taps.h"
 #include "walk/path_photograph.h"
 
 namespace crownfit {
@@ -20,7 +21,7 @@ std::vector<std::string> RenderByShader(const CrownInput& input, const Material&
   CheckShaderSupports(capture);
   CastOptions cast_options;
   cast_options.threads = options.threads;
-  cast_options.converged_blur = !options.twelve_taps;
+  if (options.twelve_taps) cast_options.kernel = TwelveTapKernel();
   cast_options.shade_scenery = true;
   if (options.fine) {
     cast_options.strata *= 2;

@@ -14,7 +14,7 @@ if not shutil.which("glslangValidator"):
 terms = (Path(__file__).resolve().parent.parent / "shaders/terms.glsl").read_text()
 functions = re.findall(r"^TERM Float (\w+)\(([^)]*)\)", terms, re.M)
 assert len(functions) >= 15, functions
-calls = "".join(f"  sum += {name}({', '.join(['x'] * (arguments.count(',') + 1))});\n" for name, arguments in functions)
+calls = "".join(f"  sum += {name}({', '.join('1' if a.split()[0] == 'int' else 'x' for a in arguments.split(','))});\n" for name, arguments in functions)
 for version in ("330 core", "450 core"):
     source = (f"#version {version}\n#define Float float\n#define TERM\n#define OUT(T) out T\n#line 1\n{terms}\n"
               f"uniform float x;\nout vec4 colour;\nvoid main() {{\n  float sum = 0.0;\n{calls}  colour = vec4(sum);\n}}\n")

@@ -5,12 +5,14 @@
 
 #include <cmath>
 #include <functional>
+#include <glm/glm.hpp>
 #include <numbers>
 
 #include "base/random.h"
 #include "optics/diffuser.h"
 #include "optics/fresnel_moments.h"
 #include "optics/shading_terms.h"
+#include "support/term_cases.h"
 
 namespace crownfit {
 namespace {
@@ -218,44 +220,122 @@ TEST(Diffusion, TheTableInterpolatesToAThousandth) {
   }
 }
 
-/// Every term as a function of up to four numbers in its natural range.
-struct TermCase {
-  const char* name;
-  std::vector<std::pair<double, double>> ranges;
-  std::function<double(const double*)> plain;
-  std::function<ceres::Jet<double, 4>(const ceres::Jet<double, 4>*)> jet;
-};
-#define TERM_CASE(name, call, ...)                \
-  TermCase {                                      \
-    name, {__VA_ARGS__},                          \
-        [](const double* x) {                     \
-          using T = Terms<double>;                \
-          return call;                            \
-        },                                        \
-        [](const ceres::Jet<double, 4>* x) {      \
-          using T = Terms<ceres::Jet<double, 4>>; \
-          return call;                            \
-        }                                         \
+TEST(Fresnel, MomentsOfTheShaderTextAreThoseOfTheQuadratureAndThePublishedFitIsNear) {
+  struct Row {
+    double n, fluence, a;
+  };
+  for (const auto& [n, fluence, a] : {Row{1.05, 0.01183664, 1.15773}, Row{1.33, 0.10941284, 2.51536},
+                                      Row{1.5, 0.15481017, 3.62793}, Row{1.62, 0.18014796, 4.53776}}) {
+    const auto exact = MomentsOf(n);
+    EXPECT_NEAR(D::DiffuseFresnelOutside(n), exact.diffuse_outside, 2e-6) << n;
+    EXPECT_NEAR(D::DiffuseFresnelInside(n), exact.diffuse_inside, 2e-6) << n;
+    EXPECT_NEAR(D::BoundaryParameter(exact.diffuse_inside), exact.boundary_A, 1e-12);
+    EXPECT_NEAR(D::FresnelFluenceMomentInside(n), fluence, 2e-6) << n;
+    EXPECT_NEAR(D::BoundaryParameterOfMoments(exact.diffuse_inside, fluence), a, 2e-5) << n;
   }
+  for (double n : {1.3, 1.5, 1.7}) EXPECT_NEAR(D::DiffuseFresnelFit(n), MomentsOf(n).diffuse_inside, 7e-4) << n;
+  EXPECT_NEAR(D::DiffuseFresnelFit(1.5), 0.596811, 1e-6);
+  EXPECT_NEAR(D::DiffuseFresnelFit(1 / 1.5), 0.092825, 1e-6);
+  EXPECT_NEAR(D::DiffuseFresnelInside(1.0), 0.0, 1e-12);
+}
+
+TEST(Fresnel, AFilmReflectsAsPublishedAndAClearPlateAsItsSeries) {
+  EXPECT_NEAR(D::FilmReflectance(D::FresnelReflectance(1, 1.5), D::FresnelReflectance(1, 1.3 / 1.5)), 0.0447030, 1e-7);
+  EXPECT_NEAR(D::FilmReflectance(0.0, 0.3), 0.3, 1e-12);
+  const double f = 0.04, g = 0.1, a = 0.7;
+  double series = 0, way = (1 - f) * (1 - g) * a;
+  for (int i = 0; i < 40; ++i, way *= f * g * a * a) series += way;
+  EXPECT_NEAR(D::ZerothOrderTransmittance(f, g, a), series, 1e-14);
+  EXPECT_NEAR(D::FilmReflectance(f, g) + D::ZerothOrderTransmittance(f, g, 1.0), 1.0, 1e-12);
+}
+
+TEST(Surface, KelemenReflectionNeverReturnsMoreThanArrivesAndMatchesItsPublishedAlbedo) {
+  // Directional albedo with F = 1 (a very dense medium), published in theory for three angles.
+  const auto albedo = [](double m, double cos_view) {
+    const glm::dvec3 view(std::sqrt(1 - cos_view * cos_view), 0, cos_view);
+    double sum = 0;
+    constexpr int kPolar = 1500, kAround = 600;
+    for (int j = 0; j < kPolar; ++j) {
+      for (int i = 0; i < kAround; ++i) {
+        const double c = (j + 0.5) / kPolar, s = std::sqrt(1 - c * c), phi = 2 * kPi * (i + 0.5) / kAround;
+        const glm::dvec3 light(s * std::cos(phi), s * std::sin(phi), c), half = glm::normalize(light + view);
+        sum += D::KelemenReflection(half.z, glm::dot(light, half), m, 1e7) * c * 2 * kPi / (kPolar * kAround);
+      }
+    }
+    return sum;
+  };
+  EXPECT_NEAR(albedo(0.3, 1.0), 0.910, 2e-3);
+  EXPECT_NEAR(albedo(0.3, 0.5), 0.820, 2e-3);
+  EXPECT_NEAR(albedo(0.5, 1.0), 0.755, 2e-3);
+  EXPECT_NEAR(albedo(0.5, 0.15), 0.78, 6e-3);
+  EXPECT_EQ(D::KelemenReflection(0.5, 0.0, 0.3, 1.5), 0.0);
+}
+
+TEST(Diffusion, ClassicAndGrosjeanCoefficientsHaveTheirTabulatedValues) {
+  EXPECT_NEAR(D::DiffusionCoefficientClassic(0.9, 0.1), 0.33333, 1e-5);
+  EXPECT_NEAR(D::DiffusionCoefficientGrosjean(0.9, 0.1), 0.36667, 1e-5);
+  EXPECT_NEAR(D::DiffusionCoefficientGrosjean(0.5, 0.5), 0.5, 1e-12);
+}
+
+TEST(Diffusion, DipoleIntegratesToItsClosedFormAndADeepMultipoleIsADipole) {
+  const double a = 0.95, depth = 0.5, k = 0.7, zb = 1.1;
+  double sum = 0;
+  constexpr int kSteps = 200000;
+  for (int i = 0; i < kSteps; ++i) {
+    const double x = (i + 0.5) / kSteps, r = x / (1 - x), dr = 1 / ((1 - x) * (1 - x)) / kSteps;
+    sum += D::DipoleProfile(a, depth, k, zb, r) * 2 * kPi * r * dr;
+  }
+  EXPECT_NEAR(sum, D::DipoleReflectance(a, depth, k, zb), 1e-7);
+  EXPECT_NEAR(D::MultipoleReflectance(a, depth, k, 40, zb, zb), D::DipoleReflectance(a, depth, k, zb), 1e-12);
+}
+
+TEST(Diffusion, MultipoleIsTheSumOfItsImagesAndLosesNothingWithoutAbsorption) {
+  const double a = 0.9, depth = 0.4, k = 0.8, d = 1.3, zf = 1.0, zb = 0.6, length = d + zf + zb;
+  double r = 0, t = 0;
+  for (int i = -60; i <= 60; ++i) {
+    const double real = 2 * i * length + depth, image = 2 * i * length - depth - 2 * zf;
+    const auto flux = [&](double z) { return D::PointSourceFlux(k, z, 1e9); };
+    r += a * (flux(real) - flux(image));
+    t += a * (flux(d - real) - flux(d - image));
+  }
+  EXPECT_NEAR(D::MultipoleReflectance(a, depth, k, d, zf, zb), r, 1e-12);
+  EXPECT_NEAR(D::MultipoleTransmittance(a, depth, k, d, zf, zb), t, 1e-12);
+  EXPECT_NEAR(D::MultipoleReflectance(1, depth, 0, d, zf, zb), (d + zb - depth) / length, 1e-12);
+  EXPECT_NEAR(D::MultipoleReflectance(1, depth, 0, d, zf, zb) + D::MultipoleTransmittance(1, depth, 0, d, zf, zb), 1.0,
+              1e-12);
+}
+
+TEST(Diffusion, ThinSlabsShowWhereThePointSourceEnds) {
+  // n = 1.62, reduced albedo 0.99 (theory): multipole 0.403 and 0.501 at optical thickness 1 and 4, exact 0.309 and
+  // 0.488.
+  const double diffusion = D::DiffusionCoefficientClassic(0.99, 0.01), zb = 2 * MomentsOf(1.62).boundary_A * diffusion;
+  const double k = std::sqrt(0.01 / diffusion);
+  EXPECT_NEAR(D::MultipoleReflectance(0.99, 1, k, 1, zb, zb), 0.403, 1.5e-3);
+  EXPECT_NEAR(D::MultipoleReflectance(0.99, 1, k, 4, zb, zb), 0.501, 1.5e-3);
+}
+
+TEST(Diffusion, NormalisedDiffusionIntegratesToItsAlbedo) {
+  const double albedo = 0.6, path = 0.7, radius = 2.0;
+  double sum = 0;
+  constexpr int kSteps = 100000;
+  for (int i = 0; i < kSteps; ++i) {
+    const double r = radius * (i + 0.5) / kSteps;
+    sum += D::NormalisedDiffusionProfile(albedo, path, r) * 2 * kPi * r * radius / kSteps;
+  }
+  EXPECT_NEAR(sum, albedo * D::NormalisedDiffusionWithin(albedo, path, radius), 1e-8);
+  EXPECT_NEAR(D::NormalisedDiffusionWithin(albedo, path, 1e3), 1.0, 1e-12);
+  // Root mean square radius sqrt(14) L / s; at albedo 0.5355 2.59 free paths.
+  EXPECT_NEAR(std::sqrt(14.0) / D::NormalisedDiffusionShape(0.5355), 2.59, 0.01);
+}
+
+TEST(Taps, HablesOffsetsLieAsPublished) {
+  EXPECT_EQ(D::HableTapX(0), 0.0);
+  EXPECT_EQ(D::HableTapX(7), 5.970690);
+  EXPECT_EQ(D::HableTapY(12), -3.245901);
+}
 
 TEST(Derivatives, JetsAgreeWithDifferencesForEveryTerm) {
-  const std::vector<TermCase> cases{
-      TERM_CASE("ExpRatio", T::ExpRatio(x[0]), {-3, 3}),
-      TERM_CASE("Fresnel", T::FresnelReflectance(x[0], x[1]), {0.1, 0.99}, {1.2, 1.8}),
-      TERM_CASE("Refracted", T::RefractedCosine(x[0], x[1]), {0.1, 0.99}, {1.2, 1.8}),
-      TERM_CASE("HG", T::HenyeyGreenstein(x[0], x[1]), {-0.5, 0.9}, {-0.9, 0.9}),
-      TERM_CASE("GGX D", T::GgxDistribution(x[0], x[1]), {0.6, 0.99}, {0.1, 0.9}),
-      TERM_CASE("GGX V", T::GgxVisibility(x[0], x[1], x[2]), {0.1, 1}, {0.1, 1}, {0.1, 0.9}),
-      TERM_CASE("HK back", T::SingleScatterBackward(x[0], x[1], x[2]), {0.01, 5}, {0.3, 1}, {0.3, 1}),
-      TERM_CASE("HK forward", T::SingleScatterForward(x[0], x[1], x[2]), {0.01, 5}, {0.3, 0.6}, {0.61, 1}),
-      TERM_CASE("D", T::DiffusionCoefficient(x[0], x[1], x[2]), {0.1, 10}, {0.001, 1}, {0, 0.95}),
-      TERM_CASE("flux", T::PointSourceFlux(x[0], x[1], x[2]), {0.01, 2}, {0.05, 3}, {0.1, 4}),
-      TERM_CASE("slab R", T::SlabReflectance(x[0], x[0] + x[1], x[1], x[2], x[3], x[3]), {0.5, 5}, {0.05, 1}, {0.1, 5},
-                {0.2, 3}),
-      TERM_CASE("slab T", T::SlabTransmittance(x[0], x[0] + x[1], x[1], x[2], x[3], x[3]), {0.5, 5}, {0.05, 1},
-                {0.1, 5}, {0.2, 3}),
-      TERM_CASE("exit", T::ExitLobe(x[0], x[1], x[2]), {0.1, 1}, {1.2, 1.8}, {0.02, 0.2})};
-  for (const auto& term : cases) {
+  for (const TermCase& term : TermCases()) {
     for (int trial = 0; trial < 200; ++trial) {
       double x[4] = {0, 0, 0, 0};
       ceres::Jet<double, 4> jets[4];

@@ -256,7 +256,7 @@ PhotographCast CastPhotograph(const Capture& capture, const Crown& crown, const 
   const PhotographSpec& photo = capture.photographs[photograph];
   const Caster caster(capture, crown, scenery, photograph, options);
   PhotographCast cast;
-  cast.kernel = options.converged_blur ? ConvergedKernel() : TwelveTapKernel();
+  cast.kernel = options.kernel;
   cast.taps_per_ring.assign(cast.kernel.rings(), 0);
   for (const auto& offset : cast.kernel.offsets) ++cast.taps_per_ring[offset.ring];
 

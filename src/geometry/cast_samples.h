@@ -20,17 +20,13 @@ struct TapKernel {
   int rings() const { return static_cast<int>(outer_radius_mm.size()) + 1; }
 };
 
-/// The thesis's choice: Hable's centre and 12 jittered taps, their weights replaced by the fitted profile's share of
-/// each ring. Fixed in millimetres, whatever the material.
-TapKernel TwelveTapKernel();
-
-/// Centre and 6 rings of 8 taps from 0.15 to 4.8 mm: what the 12 taps are measured against.
+/// Centre and 6 rings of 8 taps from 0.15 to 4.8 mm. optics/twelve_taps.h has the thesis's.
 TapKernel ConvergedKernel();
 
 struct CastOptions {
   int strata = 6;                 ///< per lamp: strata^2 directions (domes: four times as many)
   int gather_strata = 8;          ///< in which a vertex looks for scenery and backings
-  bool converged_blur = true;     ///< 49 blur taps; false: the thesis's 13
+  TapKernel kernel = ConvergedKernel();
   double gloss_roughness = 0.15;  ///< lobe by which domes are sampled; any later roughness stays unbiased
   bool shade_scenery = false;     ///< also shade the pixels that show scenery or backings (to render whole pictures)
   int threads = 0;
