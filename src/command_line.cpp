@@ -41,7 +41,8 @@ CommandLine ParseCommandLine(int argc, char** argv) {
   fit->add_option("CAPTURE", captures, "Folder with capture.json, or that file.")->required();
   fit->add_option("-o,--output", line.output, "Folder for the result (made when missing).")->required();
   fit->add_option("--model", line.fit.model, "Forward model; this version has: shader.");
-  fit->add_option("--fix", fixes, "NAME=VALUE or NAME=R,G,B: hold a parameter, such as dentine.absorption_per_mm=0.05.")->take_all();
+  fit->add_option("--fix", fixes, "NAME=VALUE or NAME=R,G,B: hold a parameter, such as dentine.absorption_per_mm=0.05.")
+      ->take_all();
   fit->add_option("--free", line.fit.overrides.free, "NAME: fit a parameter the capture holds fixed.")->take_all();
   bool no_priors = false;
   fit->add_flag("--no-priors", no_priors, "Let the photographs alone decide.");

@@ -29,7 +29,7 @@ CrownFit FitCrown(const Capture& stated, const FitOptions& options, Progress& pr
   Evaluation at_solution;
   constexpr int kMaxCasts = 10;
   for (bool again = true; again && fit.casts < kMaxCasts; ++fit.casts) {
-    state = CastAll(input, ThicknessesAt(free, x), cast_options, progress);
+    state = CastAll(input, ThicknessesOf(fit.capture, MaterialAt(free, x)), cast_options, progress);
     pixels = ChoosePixels(input, state, options.max_pixels_per_photograph);
     const ImageResiduals residuals(fit.capture, state, free, pixels, {3.0, options.threads});
     if (fit.casts == 0) x = BracketStart(residuals, free, solve_options, x);

@@ -86,9 +86,10 @@ CastState CastAll(const CrownInput& input, const std::vector<double>& thickness_
   return state;
 }
 
-std::vector<double> ThicknessesAt(const FreeParameters& free, const Eigen::VectorXd& x) {
+std::vector<double> ThicknessesOf(const Capture& capture, const Material& material) {
   std::vector<double> thickness;
-  for (const auto& layer : MaterialAt(free, x).layers) thickness.push_back(layer[Quantity::kThickness][0]);
+  for (size_t i = 0; i < capture.layers.size(); ++i)
+    thickness.push_back(material.layers[i][ThicknessQuantity(capture, i)][0]);
   return thickness;
 }
 

@@ -26,8 +26,8 @@ CrownInput ReadInput(const Capture& capture, int threads, bool with_images = tru
 CastState CastAll(const CrownInput& input, const std::vector<double>& thickness_mm, const CastOptions& options,
                   Progress& progress, std::optional<size_t> only = {});
 
-/// Thickness per layer at x, as BuildCrown wants it.
-std::vector<double> ThicknessesAt(const FreeParameters& free, const Eigen::VectorXd& x);
+/// Thickness per layer, as BuildCrown wants it.
+std::vector<double> ThicknessesOf(const Capture& capture, const Material& material);
 
 /// True when a fitted thickness is so far from the cast one that lengths should be cast again: by more than 0.1 % and
 /// more than a tenth of its standard deviation.

@@ -9,12 +9,6 @@ namespace {
 
 using Done = std::function<void(const RenderedPhotograph&)>;
 
-std::vector<double> ThicknessesOf(const Material& material) {
-  std::vector<double> thickness;
-  for (const auto& layer : material.layers) thickness.push_back(layer[Quantity::kThickness][0]);
-  return thickness;
-}
-
 std::vector<std::string> RenderByShader(const CrownInput& input, const Material& material, const RenderOptions& options,
                                         Progress& progress, const Done& done) {
   const Capture& capture = input.capture;
@@ -27,7 +21,7 @@ std::vector<std::string> RenderByShader(const CrownInput& input, const Material&
     cast_options.strata *= 2;
     cast_options.gather_strata *= 2;
   }
-  const CastState state = CastAll(input, ThicknessesOf(material), cast_options, progress, options.photograph);
+  const CastState state = CastAll(input, ThicknessesOf(capture, material), cast_options, progress, options.photograph);
   for (size_t i = 0; i < capture.photographs.size(); ++i) {
     if (options.photograph && *options.photograph != i) continue;
     const PhotographSpec& photo = capture.photographs[i];
@@ -51,7 +45,7 @@ std::vector<std::string> RenderByShader(const CrownInput& input, const Material&
 std::vector<std::string> RenderByPath(const CrownInput& input, const Material& material, const RenderOptions& options,
                                       Progress& progress, const Done& done) {
   const Capture& capture = input.capture;
-  const LayeredBody body(BuildSurfaces(capture, input.source, ThicknessesOf(material)), options.threads);
+  const LayeredBody body(BuildSurfaces(capture, input.source, ThicknessesOf(capture, material)), options.threads);
   PathOptions path;
   path.paths_per_pixel = options.paths_per_pixel;
   path.seed = options.seed;

@@ -170,6 +170,62 @@ TEST(Meshes, RefiningKeepsAreaVolumeAndClosure) {
   EXPECT_EQ(2 * fine.vertices.size() - fine.triangles.size(), 4u);
 }
 
+/// Two layers; the inner one follows the outer by a field.
+KnownScene FieldScene(const TriangleMesh& mesh, const ThicknessField& field) {
+  KnownScene scene(mesh, 2);
+  scene.capture.layers[0].thickness_field = field;
+  scene.capture.long_axis = glm::dvec3(0, 0, 1);
+  scene.source.thickness[0] =
+      std::make_shared<ThicknessMap>(scene.capture, 0, &*scene.source.meshes[0], *scene.source.meshes[0]);
+  return scene;
+}
+
+TEST(ThicknessFields, ZonesAreMetInTheMiddleOfEachThirdAndTimesTheScale) {
+  const KnownScene scene = FieldScene(Box({-3, -3, -6}, {3, 3, 6}), {{0.3, 0.6, 0.9}, ""});
+  for (const double scale : {1.0, 1.3}) {
+    const TriangleMesh inner = BuildSurfaces(scene.capture, scene.source, {scale, 0.0})[1];
+    int met = 0;
+    for (const auto& v : inner.vertices)
+      for (int zone = 0; zone < 3; ++zone)
+        if (std::abs(v.z - 4.0 * (zone - 1)) < 0.05 && std::abs(v.y) < 1.5 && v.x > 0) {
+          ASSERT_NEAR(3.0 - v.x, scale * (0.3 + 0.3 * zone), 0.01) << v.z;
+          ++met;
+        }
+    EXPECT_GT(met, 30);
+  }
+}
+
+TEST(ThicknessFields, NumbersAtTheVerticesAreFollowedAndTheMeanIsReported) {
+  TriangleMesh sphere = Sphere(4.0, 48);
+  for (const auto& v : sphere.vertices) sphere.vertex_properties["t"].push_back(0.8 + 0.1 * v.z);
+  const KnownScene scene = FieldScene(sphere, {{}, "t"});
+  const auto crown = scene.Build();
+  for (const auto& v : crown->surfaces[1].vertices) {
+    const double r = glm::length(v);
+    ASSERT_NEAR(4.0 - r, 0.8 + 0.1 * 4.0 * v.z / r, 0.02);
+  }
+  EXPECT_NEAR(crown->thickness_mm[0], 0.8, 0.02);
+  EXPECT_THROW(FieldScene(sphere, {{}, "absent"}), InputError);
+}
+
+TEST(ThicknessFields, JunctionNoiseHasItsAmplitudeAndComesBackWithItsSeed) {
+  const TriangleMesh sphere = Sphere(4.0, 48);
+  KnownScene scene(sphere, 2, 0.8);
+  const auto rms = [&](double amplitude, uint64_t seed) {
+    scene.capture.layers[0].junction_noise = {amplitude, 1.0, seed};
+    scene.source.thickness[0] = std::make_shared<ThicknessMap>(scene.capture, 0, &sphere, sphere);
+    double sum = 0, count = 0;
+    const TriangleMesh inner = BuildSurfaces(scene.capture, scene.source, {0.8, 0.0})[1];
+    for (const auto& v : inner.vertices)
+      sum += std::pow(4.0 - glm::length(v) - 0.8, 2), ++count;
+    return std::sqrt(sum / count);
+  };
+  EXPECT_LT(rms(0.0, 1), 0.01);
+  EXPECT_NEAR(rms(0.05, 1), 0.05, 0.01);
+  EXPECT_EQ(rms(0.05, 1), rms(0.05, 1));
+  EXPECT_NE(rms(0.05, 1), rms(0.05, 2));
+}
+
 TEST(Crowns, ARootStandsOutOfTheEnamelAndIsTheOuterSurfaceThere) {
   std::vector<std::string> messages;
   KnownScene scene(Reread(OpenBelow(Sphere(2.0, 48), -0.5), messages), 2);

@@ -21,11 +21,43 @@ size_t IndexOf(const std::vector<Item>& items, const std::string& name, const Js
             known.empty() ? "The capture defines none." : "Known: " + known + ".");
 }
 
-void ReadParameters(const JsonObject& object, Owner owner, std::array<ParameterSpec, kParameters.size()>& out) {
+/// {"zones": [cervical, middle, incisal]} or {"vertex_property": name}; nothing when the thickness is a number.
+std::optional<ThicknessField> ReadThicknessField(const JsonObject& layer) {
+  const auto node = layer.Find(RowOf(Quantity::kThickness).key);
+  if (!node || !node->IsObject()) return std::nullopt;
+  const JsonObject object(*node, {"fixed", "initial", "bounds", "prior", "shared", "zones", "vertex_property"});
+  const auto zones = object.Find("zones"), property = object.Find("vertex_property");
+  if (!zones && !property) return std::nullopt;
+  if (node->Members().size() != 1)
+    node->Fail("\"zones\" and \"vertex_property\" stand alone", "Fit \"thickness_scale\", which multiplies them.");
+  ThicknessField field;
+  if (property) field.vertex_property = property->String();
+  if (zones) {
+    const auto values = zones->Numbers(3);
+    for (size_t k = 0; k < 3; ++k) {
+      if (!(values[k] >= 0 && values[k] <= RowOf(Quantity::kThickness).high))
+        zones->Fail("a thickness must lie in [0, 20] mm");
+      field.zones_mm[k] = values[k];
+    }
+  }
+  return field;
+}
+
+JunctionNoise ReadJunctionNoise(const JsonNode& node) {
+  const JsonObject object(node, {"amplitude_mm", "wavelength_mm", "seed"});
+  JunctionNoise noise;
+  noise.amplitude_mm = object.Require("amplitude_mm").Number(0.0, 2.0);
+  noise.wavelength_mm = object.Require("wavelength_mm").Number(0.2, 100.0);
+  if (const auto seed = object.Find("seed")) noise.seed = static_cast<uint64_t>(seed->Number(0.0, 1e15));
+  return noise;
+}
+
+void ReadParameters(const JsonObject& object, Owner owner, bool thickness_is_field,
+                    std::array<ParameterSpec, kParameters.size()>& out) {
   for (size_t i = 0; i < kParameters.size(); ++i) {
     const ParameterRow& row = kParameters[i];
     out[i] = DefaultSpec(row);
-    if (row.owner != owner) continue;
+    if (row.owner != owner || (row.quantity == Quantity::kThickness && thickness_is_field)) continue;
     if (const auto node = object.Find(row.key)) out[i] = ReadParameterSpec(*node, row);
   }
 }
@@ -38,10 +70,10 @@ std::filesystem::path ReadPath(const JsonNode& node, Capture& capture) {
 }
 
 void ReadObject(const JsonNode& node, Capture& capture) {
-  const JsonObject object(node, {"layers", "surface", "scenery", "backings", "outside_ior", "neck"});
+  const JsonObject object(node, {"layers", "surface", "scenery", "backings", "outside_ior", "neck", "long_axis"});
   const JsonNode layers = object.Require("layers");
   std::vector<std::string> layer_keys = ParameterKeys(Owner::kLayer);
-  layer_keys.insert(layer_keys.end(), {"name", "surface"});
+  layer_keys.insert(layer_keys.end(), {"name", "surface", "junction_noise"});
   for (const auto& item : layers.Items()) {
     const JsonObject layer(item, layer_keys);
     LayerSpec spec;
@@ -50,7 +82,9 @@ void ReadObject(const JsonNode& node, Capture& capture) {
       if (other.name == spec.name) layer.Require("name").Fail("two layers are called '" + spec.name + "'");
     if (const auto surface = layer.Find("surface")) spec.surface = ReadPath(*surface, capture);
     if (capture.layers.empty()) layer.Require("surface");
-    ReadParameters(layer, Owner::kLayer, spec.parameters);
+    spec.thickness_field = ReadThicknessField(layer);
+    if (const auto noise = layer.Find("junction_noise")) spec.junction_noise = ReadJunctionNoise(*noise);
+    ReadParameters(layer, Owner::kLayer, spec.thickness_field.has_value(), spec.parameters);
     capture.layers.push_back(spec);
   }
   if (capture.layers.empty()) layers.Fail("at least one layer is needed", "Outermost first: enamel, then dentine.");
@@ -62,17 +96,25 @@ void ReadObject(const JsonNode& node, Capture& capture) {
       keys.Require("thickness_mm")
           .Fail("the next layer has a surface of its own, which decides the thickness",
                 "Free thickness_scale instead.");
-    if (!capture.layers[i + 1].surface && layer[Quantity::kThicknessScale].stated)
+    if (capture.layers[i + 1].surface && (layer.thickness_field || layer.junction_noise.amplitude_mm > 0))
+      keys.Require(layer.thickness_field ? "thickness_mm" : "junction_noise")
+          .Fail("the next layer has a surface of its own, which decides the thickness", "Remove one of the two.");
+    if (!capture.layers[i + 1].surface && layer[Quantity::kThicknessScale].stated && !layer.thickness_field)
       keys.Require("thickness_scale").Fail("the next layer has no surface of its own", "State thickness_mm instead.");
-    if (!capture.layers[i + 1].surface && !layer[Quantity::kThickness].stated)
+    if (!capture.layers[i + 1].surface && !layer[Quantity::kThickness].stated && !layer.thickness_field)
       throw InputError(capture.file, where.key() + ".thickness_mm", "this required key is missing",
                        "The next layer has no surface, so this layer's thickness makes it.");
   }
 
+  const LayerSpec& last = capture.layers.back();
+  if (last.thickness_field || last.junction_noise.amplitude_mm > 0)
+    layers.Items().back().Fail("the last layer has no junction below it",
+                               "Zones, vertex properties and noise shape the next layer.");
+
   JsonValue empty{JsonValue::Object()};
   const JsonNode nothing(&empty, &capture.file, "object.surface");
   ReadParameters(JsonObject(object.Find("surface").value_or(nothing), ParameterKeys(Owner::kSurface)), Owner::kSurface,
-                 capture.surface);
+                 false, capture.surface);
   if (const auto scenery = object.Find("scenery")) {
     for (const auto& item : scenery->Items()) {
       const JsonObject o(item, {"name", "mesh", "reflectance_rgb"});
@@ -99,6 +141,7 @@ void ReadObject(const JsonNode& node, Capture& capture) {
     }
   }
   if (const auto ior = object.Find("outside_ior")) capture.outside_ior = ior->Number(1.0, 2.0);
+  if (const auto axis = object.Find("long_axis")) capture.long_axis = ReadUnitVector(*axis);
   if (const auto neck = object.Find("neck")) {
     const std::string word = neck->OneOf({"air", "absorbing", "root"});
     capture.neck = word == "air" ? Neck::kAir : word == "absorbing" ? Neck::kAbsorbing : Neck::kRoot;
@@ -209,6 +252,11 @@ Capture ReadAs(const std::string& format, const std::filesystem::path& path, std
 }
 
 }  // namespace
+
+Quantity ThicknessQuantity(const Capture& capture, size_t layer) {
+  const bool next_has_mesh = layer + 1 < capture.layers.size() && capture.layers[layer + 1].surface;
+  return next_has_mesh || capture.layers[layer].thickness_field ? Quantity::kThicknessScale : Quantity::kThickness;
+}
 
 Capture ReadCapture(const std::filesystem::path& path) {
   std::error_code ignored;

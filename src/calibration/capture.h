@@ -16,9 +16,24 @@
 
 namespace crownfit {
 
+/// A layer's thickness where it varies over the crown; times the layer's thickness_scale.
+struct ThicknessField {
+  std::array<double, 3> zones_mm{};  ///< in the middle of the cervical, middle and incisal third, smooth between
+  std::string vertex_property;       ///< or a number at every vertex of the layer's mesh, by name
+};
+
+/// Unevenness of the junction to the next layer: added to the thickness; the same for the same seed.
+struct JunctionNoise {
+  double amplitude_mm = 0;  ///< root mean square
+  double wavelength_mm = 1;
+  uint64_t seed = 1;
+};
+
 struct LayerSpec {
   std::string name;
   std::optional<std::filesystem::path> surface;  ///< mesh; absent: inward offset of the layer above
+  std::optional<ThicknessField> thickness_field;
+  JunctionNoise junction_noise;
   std::array<ParameterSpec, kParameters.size()> parameters;
   const ParameterSpec& operator[](Quantity q) const { return parameters[static_cast<size_t>(q)]; }
   ParameterSpec& operator[](Quantity q) { return parameters[static_cast<size_t>(q)]; }
@@ -81,12 +96,16 @@ struct Capture {
   std::vector<BackingSpec> backings;
   double outside_ior = 1.0;
   Neck neck = Neck::kRoot;
+  std::optional<glm::dvec3> long_axis;  ///< unit, towards the incisal edge; thickness zones lie along it
   std::array<std::string, kChannels> channel_names{"R", "G", "B"};
   std::array<double, kChannels> wavelengths_nm{600, 540, 450};
   std::vector<Light> lights;
   std::vector<PhotographSpec> photographs;
   std::vector<std::filesystem::path> input_files;  ///< everything read, for provenance
 };
+
+/// The quantity that sets layer `layer`'s thickness: thickness_mm, or thickness_scale where a mesh or a field has it.
+Quantity ThicknessQuantity(const Capture& capture, size_t layer);
 
 /// Reads capture.json, or the one in the folder `path`, with its camera, light, noise and colour files.
 /// Images and meshes are not read here. Throws InputError.

@@ -45,12 +45,7 @@ ParameterSpec ReadParameterSpec(const JsonNode& node, const ParameterRow& row) {
     if (one_value) spec.sharing = Sharing::kOneValue;
     return spec;
   }
-  const JsonObject object(node, {"fixed", "initial", "bounds", "prior", "shared", "zones", "vertex_property"});
-  for (const char* key : {"zones", "vertex_property"}) {
-    if (const auto found = object.Find(key))
-      found->Fail("a thickness that varies over the crown is not supported by this version",
-                  "Give one number, or the next layer's own mesh as its \"surface\".");
-  }
+  const JsonObject object(node, {"fixed", "initial", "bounds", "prior", "shared"});
   const auto fixed = object.Find("fixed"), initial = object.Find("initial");
   if (fixed && initial) node.Fail("\"fixed\" and \"initial\" exclude each other", "Keep one of them.");
   if (!fixed && !initial) node.Fail("expected {\"fixed\": v} or {\"initial\": v}");

@@ -36,7 +36,8 @@ void AddEntries(const Capture& capture, const ParameterSpec& spec, const Paramet
   if (spec.fixed) return;
   FreeEntry entry{
       owner + "." + row.key, layer, row.quantity, FreeEntry::Role::kAllChannels, 0, row.scale, 0, 0, 0, 0, 0};
-  entry.moves_surface = row.quantity == Quantity::kThickness && layer + 1 < capture.layers.size();
+  entry.moves_surface = row.owner == Owner::kLayer && layer + 1 < capture.layers.size() &&
+                        !capture.layers[layer + 1].surface && row.quantity == ThicknessQuantity(capture, layer);
   entry.low = InScale(row.scale, spec.low);
   entry.high = InScale(row.scale, spec.high);
   const bool is_thickness = row.quantity == Quantity::kThickness;

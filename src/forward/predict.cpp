@@ -8,10 +8,9 @@ std::array<std::optional<ShaderSlot>, kShaderSlots> SlotsOf(const Capture& captu
   std::array<std::optional<ShaderSlot>, kShaderSlots> slots;
   const size_t diffuser = capture.layers.size() > 1 ? 1 : 0;
   if (diffuser == 1) {
-    const bool has_mesh = capture.layers[1].surface.has_value();
     slots[0] = {0, Quantity::kReducedScattering};
     slots[1] = {0, Quantity::kAbsorption};
-    slots[2] = {0, has_mesh ? Quantity::kThicknessScale : Quantity::kThickness};
+    slots[2] = {0, ThicknessQuantity(capture, 0)};
     slots[3] = {0, Quantity::kIor};
   }
   slots[4] = {diffuser, Quantity::kReducedScattering};
@@ -29,10 +28,10 @@ std::array<double, kShaderSlots> SlotSlopes(const Capture& capture, const CastSt
   std::array<double, kShaderSlots> slopes;
   slopes.fill(1.0);
   const auto slots = SlotsOf(capture);
+  // Lengths were cast at this thickness, except to a mesh, which is cast as it is. A last layer's stated thickness
+  // describes its mesh.
   for (int i : {2, 6})
-    if (slots[i] && slots[i]->quantity == Quantity::kThickness)
-      // A last layer's mesh is cast as it is: its stated thickness describes that mesh.
-      slopes[i] = 1.0 / state.thickness_mm[slots[i]->layer];
+    if (slots[i] && !(i == 2 && capture.layers[1].surface)) slopes[i] = 1.0 / state.thickness_mm[slots[i]->layer];
   return slopes;
 }
 

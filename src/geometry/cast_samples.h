@@ -24,8 +24,8 @@ struct TapKernel {
 TapKernel ConvergedKernel();
 
 struct CastOptions {
-  int strata = 6;                 ///< per lamp: strata^2 directions (domes: four times as many)
-  int gather_strata = 8;          ///< in which a vertex looks for scenery and backings
+  int strata = 6;         ///< per lamp: strata^2 directions (domes: four times as many)
+  int gather_strata = 8;  ///< in which a vertex looks for scenery and backings
   TapKernel kernel = ConvergedKernel();
   double gloss_roughness = 0.15;  ///< lobe by which domes are sampled; any later roughness stays unbiased
   bool shade_scenery = false;     ///< also shade the pixels that show scenery or backings (to render whole pictures)

@@ -11,6 +11,7 @@ namespace crownfit {
 namespace {
 
 constexpr double kStart_mm = 1e-3;        // rays into the object start this far below its surface
+constexpr double kThinnest_mm = 0.005;    // of a layer under noise and fields that reach 0
 constexpr double kFineEdge_mm = 0.2;      // light is gathered on vertices no farther apart than this ...
 constexpr size_t kFineTriangles = 60000;  // ... unless that takes more triangles
 
@@ -118,9 +119,14 @@ CrownSource ReadCrownSource(const Capture& capture, int threads) {
   for (size_t i = 0; i + 1 < capture.layers.size(); ++i)
     if (source.meshes[i] && source.meshes[i + 1]) ForgetCoveredCut(*source.meshes[i], *source.meshes[i + 1]);
   source.fields.resize(capture.layers.size());
+  source.thickness.resize(capture.layers.size());
   for (size_t i = 1; i < capture.layers.size(); ++i) {
     if (source.meshes[i]) continue;
     const size_t base = BaseOf(source, i);
+    const LayerSpec& above = capture.layers[i - 1];
+    if (above.thickness_field || above.junction_noise.amplitude_mm > 0)
+      source.thickness[i - 1] = std::make_shared<ThicknessMap>(
+          capture, i - 1, source.meshes[i - 1] ? &*source.meshes[i - 1] : nullptr, *source.meshes[0]);
     if (!source.fields[base]) source.fields[base] = std::make_shared<DepthField>(*source.meshes[base], threads);
   }
   return source;
@@ -128,12 +134,13 @@ CrownSource ReadCrownSource(const Capture& capture, int threads) {
 
 std::vector<double> StatedThicknesses(const Capture& capture) {
   std::vector<double> thickness;
-  for (const LayerSpec& layer : capture.layers) thickness.push_back(layer[Quantity::kThickness].value[0]);
+  for (size_t i = 0; i < capture.layers.size(); ++i)
+    thickness.push_back(capture.layers[i][ThicknessQuantity(capture, i)].value[0]);
   return thickness;
 }
 
 std::vector<TriangleMesh> BuildSurfaces(const Capture& capture, const CrownSource& source,
-                                        const std::vector<double>& thickness_mm) {
+                                        const std::vector<double>& thickness) {
   std::vector<TriangleMesh> surfaces;
   for (size_t i = 0; i < capture.layers.size(); ++i) {
     if (source.meshes[i]) {
@@ -141,14 +148,17 @@ std::vector<TriangleMesh> BuildSurfaces(const Capture& capture, const CrownSourc
       continue;
     }
     const size_t base = BaseOf(source, i);
-    double depth = 0;
-    for (size_t k = base; k < i; ++k) depth += thickness_mm[k];
-    auto surface = source.fields[base]->LevelSurface(depth);
+    const auto depth_mm = [&](const glm::dvec3& p) {
+      double depth = 0;
+      for (size_t k = base; k < i; ++k)
+        depth += source.thickness[k] ? source.thickness[k]->At(p, thickness[k]) : thickness[k];
+      return std::max(depth, kThinnest_mm);
+    };
+    auto surface = source.fields[base]->LevelSurface(depth_mm);
     if (!surface)
       throw InputError(capture.file, ThicknessKey(i - 1),
-                       "nothing of layer '" + capture.layers[i].name + "' is left " + std::to_string(depth) +
-                           " mm below '" + capture.layers[base].name + "', which is at most " +
-                           std::to_string(source.fields[base]->max_depth_mm()) + " mm deep",
+                       "nothing of layer '" + capture.layers[i].name + "' is left below '" + capture.layers[base].name +
+                           "', which is at most " + std::to_string(source.fields[base]->max_depth_mm()) + " mm deep",
                        "State a smaller thickness, or check the mesh's scale.");
     surfaces.push_back(std::move(*surface));
   }
@@ -156,9 +166,9 @@ std::vector<TriangleMesh> BuildSurfaces(const Capture& capture, const CrownSourc
 }
 
 std::shared_ptr<const Crown> BuildCrown(const Capture& capture, const CrownSource& source,
-                                        const std::vector<double>& thickness_mm, int threads) {
+                                        const std::vector<double>& thickness, int threads) {
   auto crown = std::make_shared<Crown>();
-  crown->surfaces = BuildSurfaces(capture, source, thickness_mm);
+  crown->surfaces = BuildSurfaces(capture, source, thickness);
   for (const auto& surface : crown->surfaces) crown->casters.emplace_back(std::vector<const TriangleMesh*>{&surface});
 
   double edge = kFineEdge_mm;
@@ -184,10 +194,10 @@ std::shared_ptr<const Crown> BuildCrown(const Capture& capture, const CrownSourc
       for (const Column& c : crown->columns) sum += c.total_mm - c.front.total_mm() - c.back.total_mm();
       crown->thickness_mm.push_back(sum / static_cast<double>(crown->columns.size()));
     } else {
-      const bool is_offset = !source.meshes[i + 1];
+      const bool is_even = !source.meshes[i + 1] && !source.thickness[i];
       crown->thickness_mm.push_back(
-          is_offset ? thickness_mm[i]
-                    : MeanDistance(ScannedPart(crown->surfaces[i]), crown->surfaces[i + 1], crown->casters[i + 1]));
+          is_even ? thickness[i]
+                  : MeanDistance(ScannedPart(crown->surfaces[i]), crown->surfaces[i + 1], crown->casters[i + 1]));
     }
   }
   return crown;

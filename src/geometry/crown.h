@@ -9,6 +9,7 @@
 #include "calibration/capture.h"
 #include "geometry/ray_caster.h"
 #include "geometry/signed_distance.h"
+#include "geometry/thickness_map.h"
 #include "geometry/triangle_mesh.h"
 
 namespace crownfit {
@@ -47,23 +48,25 @@ struct Crown {
 
 /// The parts of a crown that do not depend on a thickness: read once, reused when a fitted thickness moved.
 struct CrownSource {
-  std::vector<std::optional<TriangleMesh>> meshes;        ///< per layer, where the capture gives one
-  std::vector<std::shared_ptr<const DepthField>> fields;  ///< depth below meshes[i], where the next layers need it
-  std::vector<std::string> messages;                      ///< what was repaired while reading
+  std::vector<std::optional<TriangleMesh>> meshes;             ///< per layer, where the capture gives one
+  std::vector<std::shared_ptr<const DepthField>> fields;       ///< depth below meshes[i], where the next layers need it
+  std::vector<std::shared_ptr<const ThicknessMap>> thickness;  ///< per layer, where it varies
+  std::vector<std::string> messages;                           ///< what was repaired while reading
 };
 
 CrownSource ReadCrownSource(const Capture& capture, int threads);
 
-/// The nested surfaces, outermost first; `thickness_mm[i]` is the distance between the surfaces i and i + 1 where i + 1
-/// is an offset (ignored elsewhere). Throws InputError when a layer is thicker than what it should fit into.
+/// The nested surfaces, outermost first; `thickness[i]` is the distance in mm between the surfaces i and i + 1 where i
+/// + 1 is an offset, or the factor on it where a field has it (ignored elsewhere). Throws InputError when a layer is
+/// thicker than what it should fit into.
 std::vector<TriangleMesh> BuildSurfaces(const Capture& capture, const CrownSource& source,
-                                        const std::vector<double>& thickness_mm);
+                                        const std::vector<double>& thickness);
 
 /// The same, with all that the shader model casts on.
 std::shared_ptr<const Crown> BuildCrown(const Capture& capture, const CrownSource& source,
-                                        const std::vector<double>& thickness_mm, int threads);
+                                        const std::vector<double>& thickness, int threads);
 
-/// Thicknesses that the capture states (initial or fixed), one per layer.
+/// Thicknesses (or their scales) that the capture states (initial or fixed), one per layer.
 std::vector<double> StatedThicknesses(const Capture& capture);
 
 /// Shading normal at a place of the fine surface.

@@ -11,7 +11,7 @@ namespace crownfit {
 namespace {
 
 /// Closest point on a triangle (Ericson, Real-Time Collision Detection, 2005, section 5.1.5).
-glm::dvec3 ClosestPoint(const glm::dvec3& p, const glm::dvec3& a, const glm::dvec3& b, const glm::dvec3& c) {
+glm::dvec3 ClosestOnTriangle(const glm::dvec3& p, const glm::dvec3& a, const glm::dvec3& b, const glm::dvec3& c) {
   const glm::dvec3 ab = b - a, ac = c - a, ap = p - a;
   const double d1 = glm::dot(ab, ap), d2 = glm::dot(ac, ap);
   if (d1 <= 0 && d2 <= 0) return a;
@@ -34,6 +34,8 @@ glm::dvec3 ClosestPoint(const glm::dvec3& p, const glm::dvec3& a, const glm::dve
 struct NearestSurface {
   const std::vector<const TriangleMesh*>* meshes;
   double distance = kFar;
+  int triangle = -1;
+  glm::dvec3 point{0.0};
 };
 
 bool VisitTriangle(RTCPointQueryFunctionArguments* args) {
@@ -41,9 +43,12 @@ bool VisitTriangle(RTCPointQueryFunctionArguments* args) {
   const TriangleMesh& mesh = *(*best.meshes)[args->geomID];
   const glm::ivec3 t = mesh.triangles[args->primID];
   const glm::dvec3 p(args->query->x, args->query->y, args->query->z);
-  const double d = glm::distance(p, ClosestPoint(p, mesh.vertices[t.x], mesh.vertices[t.y], mesh.vertices[t.z]));
+  const glm::dvec3 point = ClosestOnTriangle(p, mesh.vertices[t.x], mesh.vertices[t.y], mesh.vertices[t.z]);
+  const double d = glm::distance(p, point);
   if (d >= best.distance) return false;
   best.distance = d;
+  best.point = point;
+  best.triangle = static_cast<int>(args->primID);
   args->query->radius = static_cast<float>(d) * (1.0f + 1e-6f);
   return true;
 }
@@ -151,14 +156,33 @@ bool RayCaster::Occluded(const glm::dvec3& origin, const glm::dvec3& direction, 
   return ray.tfar < 0;
 }
 
-double RayCaster::DistanceToSurface(const glm::dvec3& p) const {
-  NearestSurface best{&impl_->meshes};
+namespace {
+
+NearestSurface NearestTo(const glm::dvec3& p, RTCScene scene, const std::vector<const TriangleMesh*>& meshes) {
+  NearestSurface best{&meshes, kFar, -1, glm::dvec3(0.0)};
   RTCPointQueryContext context;
   rtcInitPointQueryContext(&context);
   RTCPointQuery query{static_cast<float>(p.x), static_cast<float>(p.y), static_cast<float>(p.z), 0.0f,
                       std::numeric_limits<float>::infinity()};
-  rtcPointQuery(impl_->scene, &query, &context, VisitTriangle, &best);
-  return best.distance;
+  rtcPointQuery(scene, &query, &context, VisitTriangle, &best);
+  return best;
+}
+
+}  // namespace
+
+double RayCaster::DistanceToSurface(const glm::dvec3& p) const {
+  return NearestTo(p, impl_->scene, impl_->meshes).distance;
+}
+
+SurfacePoint RayCaster::ClosestPoint(const glm::dvec3& p) const {
+  const NearestSurface best = NearestTo(p, impl_->scene, impl_->meshes);
+  const TriangleMesh& mesh = *impl_->meshes[0];
+  const glm::ivec3 t = mesh.triangles[best.triangle];
+  const glm::dvec3 &a = mesh.vertices[t.x], ab = mesh.vertices[t.y] - a, ac = mesh.vertices[t.z] - a;
+  const glm::dvec3 normal = glm::cross(ab, ac), ap = best.point - a;
+  const double area = glm::dot(normal, normal);
+  const double v = glm::dot(glm::cross(ap, ac), normal) / area, w = glm::dot(glm::cross(ab, ap), normal) / area;
+  return {best.triangle, {1.0 - v - w, v, w}};
 }
 
 }  // namespace crownfit

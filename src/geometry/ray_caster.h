@@ -42,6 +42,8 @@ class RayCaster {
   bool Occluded(const glm::dvec3& origin, const glm::dvec3& direction, double min_mm = 0.0, double max_mm = kFar) const;
   /// Distance to the nearest triangle, computed in double precision on that triangle.
   double DistanceToSurface(const glm::dvec3& point) const;
+  /// The nearest point of the first mesh.
+  SurfacePoint ClosestPoint(const glm::dvec3& point) const;
 
  private:
   using Predicate = bool (*)(const void* state, int mesh, int triangle);

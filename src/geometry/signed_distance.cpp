@@ -26,7 +26,11 @@ bool IsInside(const RayCaster& surface, const TriangleMesh& mesh, const glm::dve
 }
 
 DepthField::DepthField(const TriangleMesh& mesh, int threads)
-    : scanned_(ScannedPart(mesh)), cut_(CutPart(mesh)), scanned_caster_({&scanned_}), cut_caster_({&cut_}) {
+    : scanned_(ScannedPart(mesh)),
+      cut_(CutPart(mesh)),
+      scanned_caster_({&scanned_}),
+      cut_caster_({&cut_}),
+      threads_(threads) {
   const RayCaster closed({&mesh});
   const auto [low, high] = Bounds(mesh);
   step_mm_ = std::max(0.06, glm::length(high - low) / 150.0);
@@ -48,15 +52,24 @@ DepthField::DepthField(const TriangleMesh& mesh, int threads)
   max_depth_mm_ = *std::max_element(depth_mm_.begin(), depth_mm_.end());
 }
 
-std::optional<TriangleMesh> DepthField::LevelSurface(double depth_mm) const {
-  if (depth_mm + 0.5 * step_mm_ >= max_depth_mm_) return std::nullopt;
+std::optional<TriangleMesh> DepthField::LevelSurface(const std::function<double(const glm::dvec3&)>& depth_mm) const {
+  // How far each node lies beyond the wanted depth; nodes well outside need no answer.
+  std::vector<float> beyond_mm(depth_mm_.size());
+  ParallelFor(static_cast<size_t>(size_.z) * size_.y, threads_, [&](size_t row) {
+    const int j = static_cast<int>(row % size_.y), k = static_cast<int>(row / size_.y);
+    for (int i = 0; i < size_.x; ++i) {
+      const size_t n = IndexOf(i, j, k);
+      double beyond = depth_mm_[n];
+      if (beyond > -2 * step_mm_) beyond -= depth_mm(origin_ + step_mm_ * glm::dvec3(i, j, k));
+      if (!above_cut_mm_.empty()) beyond = std::min(beyond, above_cut_mm_[n] - kFilm_mm);
+      beyond_mm[n] = static_cast<float>(beyond);
+    }
+  });
+  if (*std::max_element(beyond_mm.begin(), beyond_mm.end()) < 0.5 * step_mm_) return std::nullopt;
   TriangleMesh mesh;
   const auto cell_index = [&](int i, int j, int k) { return IndexOf(i, j, k); };
   std::vector<int> vertex_of_cell(depth_mm_.size(), -1);
-  const auto above_cut = [&](int i, int j, int k) {
-    return above_cut_mm_.empty() ? kFar : above_cut_mm_[IndexOf(i, j, k)] - kFilm_mm;
-  };
-  const auto beyond = [&](int i, int j, int k) { return std::min(at(i, j, k) - depth_mm, above_cut(i, j, k)); };
+  const auto beyond = [&](int i, int j, int k) -> double { return beyond_mm[IndexOf(i, j, k)]; };
 
   // One vertex per cell that the surface crosses, at the mean of the crossings on its edges.
   for (int k = 0; k + 1 < size_.z; ++k) {
@@ -82,8 +95,6 @@ std::optional<TriangleMesh> DepthField::LevelSurface(double depth_mm) const {
       }
     }
   }
-
-  if (mesh.vertices.empty()) return std::nullopt;
 
   // One quadrilateral per grid edge that the surface crosses, between the four cells around the edge.
   for (int k = 1; k + 1 < size_.z; ++k) {
@@ -133,7 +144,7 @@ std::optional<TriangleMesh> DepthField::LevelSurface(double depth_mm) const {
                                 depth_at(v + glm::dvec3(0, 0, h)) - depth_at(v - glm::dvec3(0, 0, h)));
       const double length = glm::length(gradient);
       if (length < 0.5 * step_mm_) break;  // on a ridge
-      const double miss = depth_mm - scanned_caster_.DistanceToSurface(v);
+      const double miss = depth_mm(v) - scanned_caster_.DistanceToSurface(v);
       v += std::clamp(miss, -step_mm_, step_mm_) / length * gradient;
     }
   }

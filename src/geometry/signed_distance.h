@@ -2,6 +2,7 @@
 // The distance inward from a closed surface, on a grid, and its level surfaces: the inward offsets that separate
 // layers.
 
+#include <functional>
 #include <optional>
 
 #include "geometry/ray_caster.h"
@@ -18,9 +19,13 @@ class DepthField {
 
   double max_depth_mm() const { return max_depth_mm_; }
 
-  /// The closed surface at a depth; its vertices lie at that depth to 1e-3 mm except on the ridges where the inward
-  /// offset has edges. Dual contouring by surface nets (Gibson 1998). Nothing when nothing is that deep.
-  std::optional<TriangleMesh> LevelSurface(double depth_mm) const;
+  /// The closed surface at a depth that may vary from place to place; its vertices lie at that depth to 1e-3 mm except
+  /// on the ridges where the inward offset has edges. Dual contouring by surface nets (Gibson 1998). Nothing when
+  /// nothing is that deep.
+  std::optional<TriangleMesh> LevelSurface(const std::function<double(const glm::dvec3&)>& depth_mm) const;
+  std::optional<TriangleMesh> LevelSurface(double depth_mm) const {
+    return LevelSurface([=](const glm::dvec3&) { return depth_mm; });
+  }
 
  private:
   size_t IndexOf(int i, int j, int k) const { return (static_cast<size_t>(k) * size_.y + j) * size_.x + i; }
@@ -33,6 +38,7 @@ class DepthField {
   std::vector<float> depth_mm_;
   std::vector<float> above_cut_mm_;  ///< as depth, from the cut alone; empty without one
   double max_depth_mm_ = 0;
+  int threads_ = 0;
 };
 
 /// True when `point` lies inside the closed surface (majority of three rays; Embree's robust mode leaves no cracks).

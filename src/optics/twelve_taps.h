@@ -5,8 +5,8 @@
 
 namespace crownfit {
 
-/// Hable's centre and 12 jittered taps (`HableTapX`, `HableTapY`), their weights replaced by the fitted profile's share of
-/// each ring. Fixed in millimetres, whatever the material.
+/// Hable's centre and 12 jittered taps (`HableTapX`, `HableTapY`), their weights replaced by the fitted profile's share
+/// of each ring. Fixed in millimetres, whatever the material.
 TapKernel TwelveTapKernel();
 
 }  // namespace crownfit

@@ -34,15 +34,15 @@ const FittedParameter* Find(const CrownFit& fit, size_t layer, Quantity quantity
   return nullptr;
 }
 
-/// thickness_mm is what people compare: where the next layer has its own mesh it is the measured mean times the scale.
+/// thickness_mm is what people compare: where a mesh or a field has the thickness, its mean times the scale.
 JsonValue ThicknessJson(const CrownFit& fit, size_t layer) {
-  const bool next_has_mesh = layer + 1 < fit.capture.layers.size() && fit.capture.layers[layer + 1].surface;
+  const bool has_scale = ThicknessQuantity(fit.capture, layer) == Quantity::kThicknessScale;
   const FittedParameter* stated = Find(fit, layer, Quantity::kThickness);
   const bool is_last = layer + 1 == fit.capture.layers.size();
-  if (!next_has_mesh && (!is_last || fit.capture.layers[layer][Quantity::kThickness].stated))
-    return ParameterJson(*stated);
+  if (!has_scale && (!is_last || fit.capture.layers[layer][Quantity::kThickness].stated)) return ParameterJson(*stated);
   FittedParameter p = *Find(fit, layer, Quantity::kThicknessScale);
-  const double mean = fit.mean_thickness_mm[layer];
+  // A field was built with its scale, a mesh is as it is.
+  const double mean = fit.mean_thickness_mm[layer] / (fit.capture.layers[layer].thickness_field ? p.value[0] : 1.0);
   for (auto* list : {&p.value, &p.stddev, &p.low95, &p.high95})
     for (double& v : *list) v *= mean;
   return ParameterJson(p);
