@@ -216,8 +216,7 @@ TEST(ThicknessFields, JunctionNoiseHasItsAmplitudeAndComesBackWithItsSeed) {
     scene.source.thickness[0] = std::make_shared<ThicknessMap>(scene.capture, 0, &sphere, sphere);
     double sum = 0, count = 0;
     const TriangleMesh inner = BuildSurfaces(scene.capture, scene.source, {0.8, 0.0})[1];
-    for (const auto& v : inner.vertices)
-      sum += std::pow(4.0 - glm::length(v) - 0.8, 2), ++count;
+    for (const auto& v : inner.vertices) sum += std::pow(4.0 - glm::length(v) - 0.8, 2), ++count;
     return std::sqrt(sum / count);
   };
   EXPECT_LT(rms(0.0, 1), 0.01);

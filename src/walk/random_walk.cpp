@@ -7,11 +7,13 @@ namespace crownfit {
 std::string LossesInWords(const WalkCounters& counters) {
   constexpr double kAcceptable = 1e-5;
   char text[300];
-  std::snprintf(text, sizeof text, "%llu walks inside, %llu lost between facets%s",
-                static_cast<unsigned long long>(counters.walks), static_cast<unsigned long long>(counters.lost),
-                counters.lost_share() > kAcceptable
-                    ? ": more than 1 in 100,000, the picture is too dark. Do surfaces cross, or is one not closed?"
-                    : "");
+  std::snprintf(
+      text, sizeof text, "%llu walks inside, %llu lost between facets (%.1f in a million)%s",
+      static_cast<unsigned long long>(counters.walks), static_cast<unsigned long long>(counters.lost),
+      1e6 * counters.lost_share(),
+      counters.lost_share() > kAcceptable
+          ? ": more than 10, the picture is too dark by about that share. Surfaces that touch or cross do this."
+          : "");
   return text;
 }
 
