@@ -299,21 +299,20 @@ PathPhotograph RenderByPaths(const Capture& capture, const LayeredBody& body, co
   const int heroes = media.heroes(), samples = std::max(1, (options.paths_per_pixel + heroes - 1) / heroes);
   std::vector<WalkCounters> counters(result.pixels.size());
   const auto render = [&](size_t pixel) {
+    const size_t column = pixel % result.width, row = pixel / result.width;
     PixelSum sum;
     for (int s = 0; s < samples; ++s) {
       glm::dvec3 value(0.0);
       for (int hero = 0; hero < heroes; ++hero) {
         RandomStream random(Key(options.seed, 0x70617468ull, options.stream, photograph, pixel, s, hero));
-        const double x = static_cast<double>(pixel % result.width) + random.Next(),
-                     y = static_cast<double>(pixel / result.width) + random.Next();
+        const double x = static_cast<double>(column) + random.Next(), y = static_cast<double>(row) + random.Next();
         const glm::dvec3 direction = object_from_camera.Direction(DirectionFromPixel(photo.camera, {x, y}));
         value += Path(studio, random, counters[pixel]).Trace(object_from_camera.translation_mm, direction, hero);
       }
       sum.Add(value / static_cast<double>(heroes));
     }
     result.pixels[pixel] = sum.Estimate(samples);
-    const glm::dvec2 centre(static_cast<double>(pixel % result.width) + 0.5,
-                            static_cast<double>(pixel / result.width) + 0.5);
+    const glm::dvec2 centre(static_cast<double>(column) + 0.5, static_cast<double>(row) + 0.5);
     const auto seen =
         scene.Next(object_from_camera.translation_mm,
                    object_from_camera.Direction(DirectionFromPixel(photo.camera, centre)), kOutside, kFar);

@@ -17,8 +17,9 @@ Clearance::Clearance(const RayCaster& layers, const glm::dvec3& low, const glm::
   distance_mm_.resize(static_cast<size_t>(count_.x) * count_.y * count_.z);
   const double half_diagonal = 0.5 * std::sqrt(3.0) * cube_mm, rounding = 1e-4 * cube_mm;
   ParallelFor(static_cast<size_t>(count_.y) * count_.z, threads, [&](size_t row) {
+    const size_t y = row % count_.y, z = row / count_.y;
     for (int x = 0; x < count_.x; ++x) {
-      const glm::dvec3 cell(x, static_cast<double>(row % count_.y), static_cast<double>(row / count_.y));
+      const glm::dvec3 cell(x, static_cast<double>(y), static_cast<double>(z));
       const double d = layers.DistanceToSurface(low_ + (cell + 0.5) * cube_mm);
       distance_mm_[row * count_.x + x] = static_cast<float>(std::max(0.0, d - half_diagonal - rounding));
     }
