@@ -58,6 +58,7 @@ CommandLine ParseCommandLine(int argc, char** argv) {
   auto* check = app.add_subcommand(
       "check", "Reads a capture with all its files and says whether it can be fitted; fits nothing.");
   check->add_option("CAPTURE", line.capture, "Folder with capture.json, or that file.")->required();
+  check->add_option("-o,--output", line.output, "PNG with slices through the layers, to look at.");
   check->add_flag("--json", line.json, "Print JSON.");
   AddCommonOptions(check, line);
 

@@ -14,6 +14,7 @@
 #include "render_photographs.h"
 #include "report/figures.h"
 #include "report/result_files.h"
+#include "report/sections.h"
 #include "synthetic/synthesize.h"
 #include "walk/slab_walk.h"
 
@@ -69,6 +70,11 @@ int RunCheck(const CommandLine& line) {
   progress.Show("building the layers", 0.5);
   const auto crown = BuildCrown(capture, input.source, StatedThicknesses(capture), line.fit.threads);
   const FreeParameters free = FreeParametersOf(capture);
+  if (!line.output.empty()) {
+    std::vector<std::string> names;
+    for (const auto& layer : capture.layers) names.push_back(layer.name);
+    WriteImageFile(line.output, SectionFigure(crown->surfaces, names, line.fit.threads));
+  }
   progress.Clear();
   PrintMessages(input.source.messages);
   const std::vector<std::string> caveats = PhotographCaveats(capture, input.photographs);

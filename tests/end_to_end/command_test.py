@@ -33,6 +33,9 @@ run("fit", capture, expect=2)  # no output folder
 run("fit", capture, "-o", "/tmp/never", "--model", "magic", expect=2)
 require("known" in run("fit", capture, "-o", "/tmp/never", "--fix", "enamel.colour=3", expect=2).stderr.lower(), "--fix does not list what is known")
 require("valid" in run("check", capture).stdout, "check does not say valid")
+with tempfile.TemporaryDirectory() as folder:
+    run("check", capture, "-o", Path(folder) / "slices.png")
+    require((Path(folder) / "slices.png").stat().st_size > 2000, "check draws no slices")
 require(json.loads(run("check", capture, "--json").stdout)["valid"] is True, "check --json")
 
 with tempfile.TemporaryDirectory() as folder:
