@@ -1,6 +1,6 @@
 #pragma once
 // The `path` model: photographs by random walks from the camera through nested layers to the lamps. The truth that the
-// other models are measured against; docs/forward_model.md says what it models and what it was checked with.
+// other models are measured against; docs/path_model.md says what it models and what it was checked with.
 
 #include <functional>
 #include <vector>
