@@ -45,7 +45,8 @@ std::vector<std::string> RenderByShader(const CrownInput& input, const Material&
 std::vector<std::string> RenderByPath(const CrownInput& input, const Material& material, const RenderOptions& options,
                                       Progress& progress, const Done& done) {
   const Capture& capture = input.capture;
-  const LayeredBody body(BuildSurfaces(capture, input.source, ThicknessesOf(capture, material)), options.threads);
+  const LayeredBody body(BuildSurfaces(capture, input.source, ThicknessesOf(capture, material)), options.threads,
+                         input.source.absorption);
   PathOptions path;
   path.paths_per_pixel = options.paths_per_pixel;
   path.seed = options.seed;

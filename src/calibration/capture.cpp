@@ -69,11 +69,32 @@ std::filesystem::path ReadPath(const JsonNode& node, Capture& capture) {
   return capture.input_files.back();
 }
 
+AbsorptionTextureSpec ReadAbsorptionTexture(const JsonNode& node, Capture& capture) {
+  const JsonObject object(node, {"file", "vertex_property", "range"});
+  const auto file = object.Find("file"), property = object.Find("vertex_property");
+  if (file.has_value() == property.has_value())
+    node.Fail("expected either \"file\": a picture, or \"vertex_property\": a name, or one name per channel");
+  AbsorptionTextureSpec texture;
+  if (file) texture.file = ReadPath(*file, capture);
+  if (property && property->IsArray()) {
+    for (const auto& name : property->Items()) texture.vertex_properties.push_back(name.String());
+    if (texture.vertex_properties.size() != kChannels) property->Fail("expected one name, or one name per channel");
+  } else if (property) {
+    texture.vertex_properties = {property->String()};
+  }
+  if (const auto range = object.Find("range")) {
+    const auto values = range->Numbers(2);
+    if (!(values[0] >= 0 && values[1] >= 0)) range->Fail("factors on absorption can't be negative");
+    texture.low = values[0], texture.high = values[1];
+  }
+  return texture;
+}
+
 void ReadObject(const JsonNode& node, Capture& capture) {
   const JsonObject object(node, {"layers", "surface", "scenery", "backings", "outside_ior", "neck", "long_axis"});
   const JsonNode layers = object.Require("layers");
   std::vector<std::string> layer_keys = ParameterKeys(Owner::kLayer);
-  layer_keys.insert(layer_keys.end(), {"name", "surface", "junction_noise"});
+  layer_keys.insert(layer_keys.end(), {"name", "surface", "junction_noise", "absorption_texture"});
   for (const auto& item : layers.Items()) {
     const JsonObject layer(item, layer_keys);
     LayerSpec spec;
@@ -84,6 +105,8 @@ void ReadObject(const JsonNode& node, Capture& capture) {
     if (capture.layers.empty()) layer.Require("surface");
     spec.thickness_field = ReadThicknessField(layer);
     if (const auto noise = layer.Find("junction_noise")) spec.junction_noise = ReadJunctionNoise(*noise);
+    if (const auto texture = layer.Find("absorption_texture"))
+      spec.absorption_texture = ReadAbsorptionTexture(*texture, capture);
     ReadParameters(layer, Owner::kLayer, spec.thickness_field.has_value(), spec.parameters);
     capture.layers.push_back(spec);
   }

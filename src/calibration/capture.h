@@ -29,11 +29,19 @@ struct JunctionNoise {
   uint64_t seed = 1;
 };
 
+/// A factor on a layer's absorption that varies over its surface and holds at every depth below it.
+struct AbsorptionTextureSpec {
+  std::optional<std::filesystem::path> file;   ///< a picture, by the mesh's texture coordinates; values as stored
+  std::vector<std::string> vertex_properties;  ///< or numbers at the vertices: one name, or one per channel
+  double low = 0, high = 1;                    ///< the factors that values of 0 and 1 stand for
+};
+
 struct LayerSpec {
   std::string name;
   std::optional<std::filesystem::path> surface;  ///< mesh; absent: inward offset of the layer above
   std::optional<ThicknessField> thickness_field;
   JunctionNoise junction_noise;
+  std::optional<AbsorptionTextureSpec> absorption_texture;
   std::array<ParameterSpec, kParameters.size()> parameters;
   const ParameterSpec& operator[](Quantity q) const { return parameters[static_cast<size_t>(q)]; }
   ParameterSpec& operator[](Quantity q) { return parameters[static_cast<size_t>(q)]; }

@@ -60,6 +60,11 @@ void CheckShaderSupports(const Capture& capture) {
                        "the shader model knows no backing in optical contact, and '" +
                            capture.backings[*photo.backing].name + "' is one",
                        "Photograph it with an air gap (\"contact\": false), or use model path to render.");
+  for (size_t i = 0; i < capture.layers.size(); ++i)
+    if (capture.layers[i].absorption_texture && (i > 0 || capture.layers.size() == 1))
+      throw InputError(capture.file, "object.layers[" + std::to_string(i) + "].absorption_texture",
+                       "the shader model knows a texture on the outer of two layers alone",
+                       "Move it there, or use model path to render.");
   const ParameterRow& row = RowOf(Quantity::kRoughness);
   if (capture.surface[static_cast<size_t>(Quantity::kRoughness)].value[0] < row.low)
     throw InputError(capture.file, "object.surface.roughness", "the shader model needs a surface that is not a mirror",

@@ -53,7 +53,8 @@ ShaderOptics<T> OpticsFromSlots(const Capture& capture, const std::array<T, kSha
   return o;
 }
 
-/// Refuses what the shader model does not know (wetness) by file and key.
+/// Refuses by file and key what the shader model does not know: wetness, tiles in contact, textures below the outer
+/// layer.
 void CheckShaderSupports(const Capture& capture);
 
 /// Pixel values at exposure 1, one per cast pixel.

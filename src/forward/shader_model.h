@@ -24,7 +24,8 @@ struct ShaderOptics {
   double outside_ior = 1.0;
 
   T entry_ior() const { return (has_outer ? outer_ior : diffuser_ior) / outside_ior; }
-  T outer_extinction() const { return outer_scattering + outer_absorption; }
+  /// `factor`: on absorption, of the layer's texture.
+  T outer_extinction(double factor) const { return outer_scattering + factor * outer_absorption; }
   /// The boundary that turns diffuse light back is the one to the air: directions that a plane-parallel outer layer
   /// would refract in between are decided by the diffuser's own index (Snell's invariant).
   DiffuserOptics<T> diffuser() const {
@@ -47,14 +48,14 @@ class ShaderPrediction {
         channel_(channel),
         light_scale_(light_scale),
         entry_ior_(optics.entry_ior()),
-        extinction_(optics.outer_extinction()),
         diffuse_fresnel_(MomentsOf(entry_ior_).diffuse_outside),
         entering_(crown.fine.vertices.size(), T(0.0)) {
     ParallelFor(entering_.size(), threads, [&](size_t v) {
+      const T extinction = optics_.outer_extinction(crown.columns[v].outer_absorption[channel_]);
       for (int s = cast_.first_share[v]; s < cast_.first_share[v + 1]; ++s) {
         const LightShare& share = cast_.vertex_shares[s];
         const double irradiance = light_scale_[share.light] * share.irradiance[channel_];
-        if (irradiance > 0) entering_[v] += irradiance * Entering(share);
+        if (irradiance > 0) entering_[v] += irradiance * Entering(share, extinction);
       }
     });
     if (cast_.has_backing) AddLightReturnedByBacking(crown, threads);
@@ -67,15 +68,17 @@ class ShaderPrediction {
 
  private:
   /// Share of the irradiance that passes the surface and the outer layer unscattered (zeroth order).
-  T Entering(const LightShare& share) const {
+  T Entering(const LightShare& share, const T& extinction) const {
     const T passed = 1.0 - Term::FresnelReflectance(T(share.cos_incidence), entry_ior_);
-    return optics_.has_outer ? passed * ThroughOuter(share.outer_path) : passed;
+    return optics_.has_outer ? passed * ThroughOuter(share.outer_path, extinction) : passed;
   }
 
   /// Length at the fitted thickness.
   T Now(const OuterLength& length) const { return length.fixed_mm + length.scaled_mm * optics_.outer_thickness_scale; }
 
-  T ThroughOuter(const OuterLength& path) const { return Term::Attenuation(extinction_, Now(path)); }
+  T ThroughOuter(const OuterLength& path, const T& extinction) const {
+    return Term::Attenuation(extinction, Now(path));
+  }
 
   T DiffuserThickness(const OuterLength& front, const OuterLength& back, double total_mm) const {
     const T between = optics_.has_outer ? total_mm - Now(front) - Now(back) : T(total_mm);
@@ -95,7 +98,10 @@ class ShaderPrediction {
         from_front += column.opposite.weights[k] * direct[crown.fine.triangles[column.opposite.triangle][k]];
       const auto place = table_.At(DiffuserThickness(column.front, column.back, column.total_mm));
       T out = table_.TotalTransmitted(place) * from_front;
-      if (optics_.has_outer) out *= ThroughOuter(column.front) * ThroughOuter(column.front);  // out here and in again
+      if (optics_.has_outer) {
+        const T once = ThroughOuter(column.front, optics_.outer_extinction(column.outer_absorption[channel_]));
+        out *= once * once;  // out here and in again
+      }
       entering_[v] += out * rho / (1.0 - rho * table_.TotalReflected(place));
     });
   }
@@ -123,7 +129,8 @@ class ShaderPrediction {
       }
       exitance += reflected * EnteringAt(tap.front) + transmitted * EnteringAt(tap.opposite);
     }
-    if (optics_.has_outer) exitance *= ThroughOuter(pixel.outer_path);
+    if (optics_.has_outer)
+      exitance *= ThroughOuter(pixel.outer_path, optics_.outer_extinction(pixel.outer_absorption[channel_]));
     return exitance * Term::ExitLobe(T(pixel.cos_view), entry_ior_, diffuse_fresnel_);
   }
 
@@ -132,8 +139,9 @@ class ShaderPrediction {
   T FirstOrder(const PixelCast& pixel) const {
     T sum(0.0);
     if (!optics_.has_outer) return sum;
-    const T albedo = optics_.outer_scattering / Term::max(extinction_, T(1e-9));
-    const T tau = extinction_ * Now(pixel.front);
+    const T extinction = optics_.outer_extinction(pixel.outer_absorption[channel_]);
+    const T albedo = optics_.outer_scattering / Term::max(extinction, T(1e-9));
+    const T tau = extinction * Now(pixel.front);
     const T mu = Term::RefractedCosine(T(pixel.cos_view), entry_ior_);
     const T out = 1.0 - Term::FresnelReflectance(T(pixel.cos_view), entry_ior_);
     const T phase(0.25 / std::numbers::pi);
@@ -165,7 +173,7 @@ class ShaderPrediction {
   const DiffuserTable<T>& table_;
   int channel_;
   std::span<const double> light_scale_;
-  T entry_ior_, extinction_, diffuse_fresnel_;
+  T entry_ior_, diffuse_fresnel_;
   std::vector<T> entering_;
 };
 

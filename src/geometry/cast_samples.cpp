@@ -232,6 +232,7 @@ PixelResult CastPixel(const Caster& caster, const Crown& crown, const TapKernel&
     pixel.front.Add(hit->point.weights[k], c.front);
     pixel.back.Add(hit->point.weights[k], c.back);
     pixel.total_mm += hit->point.weights[k] * c.total_mm;
+    pixel.outer_absorption += hit->point.weights[k] * c.outer_absorption;
   }
   pixel.outer_path = caster.ViewPath(position, normal, view);
   for (const auto& offset : kernel.offsets) {

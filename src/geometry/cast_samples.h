@@ -73,6 +73,7 @@ struct PixelCast {
   OuterLength outer_path;   ///< along the refracted view
   OuterLength front, back;  ///< as in Column
   double total_mm;
+  glm::dvec3 outer_absorption{0.0};  ///< as in Column
   int first_tap, tap_count, first_share, share_count, first_highlight, highlight_count;
 };
 

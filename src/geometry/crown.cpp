@@ -120,6 +120,11 @@ CrownSource ReadCrownSource(const Capture& capture, int threads) {
     if (source.meshes[i] && source.meshes[i + 1]) ForgetCoveredCut(*source.meshes[i], *source.meshes[i + 1]);
   source.fields.resize(capture.layers.size());
   source.thickness.resize(capture.layers.size());
+  source.absorption.resize(capture.layers.size());
+  for (size_t i = 0; i < capture.layers.size(); ++i)
+    if (capture.layers[i].absorption_texture)
+      source.absorption[i] =
+          std::make_shared<AbsorptionTexture>(capture, i, *capture.layers[BaseOf(source, i)].surface, threads);
   for (size_t i = 1; i < capture.layers.size(); ++i) {
     if (source.meshes[i]) continue;
     const size_t base = BaseOf(source, i);
@@ -186,6 +191,7 @@ std::shared_ptr<const Crown> BuildCrown(const Capture& capture, const CrownSourc
   crown->columns.resize(crown->fine.vertices.size());
   ParallelFor(crown->columns.size(), threads, [&](size_t v) {
     crown->columns[v] = CastColumn(*crown, crown->fine.vertices[v], crown->fine_vertex_normals[v]);
+    if (source.absorption[0]) crown->columns[v].outer_absorption = source.absorption[0]->At(crown->fine.vertices[v]);
   });
 
   for (size_t i = 0; i < crown->surfaces.size(); ++i) {

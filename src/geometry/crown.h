@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "calibration/capture.h"
+#include "geometry/absorption_texture.h"
 #include "geometry/ray_caster.h"
 #include "geometry/signed_distance.h"
 #include "geometry/thickness_map.h"
@@ -26,10 +27,11 @@ struct OuterLength {
 
 /// What the shader model needs to know of the object below one vertex of the outer surface, cast inward.
 struct Column {
-  OuterLength front;      ///< outer layer's thickness here (half the chord where the inner layer is absent)
-  OuterLength back;       ///< outer layer's thickness on the opposite side
-  double total_mm = 0;    ///< from side to side along the inward normal
-  SurfacePoint opposite;  ///< where the inward normal leaves the object
+  OuterLength front;                 ///< outer layer's thickness here (half the chord where the inner layer is absent)
+  OuterLength back;                  ///< outer layer's thickness on the opposite side
+  double total_mm = 0;               ///< from side to side along the inward normal
+  SurfacePoint opposite;             ///< where the inward normal leaves the object
+  glm::dvec3 outer_absorption{1.0};  ///< factor of the outer layer's texture
 };
 
 struct Crown {
@@ -51,7 +53,8 @@ struct CrownSource {
   std::vector<std::optional<TriangleMesh>> meshes;             ///< per layer, where the capture gives one
   std::vector<std::shared_ptr<const DepthField>> fields;       ///< depth below meshes[i], where the next layers need it
   std::vector<std::shared_ptr<const ThicknessMap>> thickness;  ///< per layer, where it varies
-  std::vector<std::string> messages;                           ///< what was repaired while reading
+  std::vector<std::shared_ptr<const AbsorptionTexture>> absorption;  ///< per layer, where it varies
+  std::vector<std::string> messages;                                 ///< what was repaired while reading
 };
 
 CrownSource ReadCrownSource(const Capture& capture, int threads);

@@ -70,6 +70,11 @@ void AddPolygon(const Path& file, TriangleMesh& mesh, const std::vector<long>& c
   for (size_t k = 2; k < corners.size(); ++k) mesh.triangles.emplace_back(corners[0], corners[k - 1], corners[k]);
 }
 
+/// The same fan of texture coordinates, one per corner; without them the mesh as a whole gets none.
+void AddPolygonUv(TriangleMesh& mesh, const std::vector<glm::dvec2>& corners) {
+  for (size_t k = 2; k < corners.size(); ++k) mesh.corner_uv.push_back({corners[0], corners[k - 1], corners[k]});
+}
+
 // ---- PLY --------------------------------------------------------------------------------------------------------
 
 struct PlyProperty {
@@ -144,13 +149,27 @@ TriangleMesh ReadPly(Bytes& in) {
         }
         const double count = TakePly(in, p.count_type, format);
         if (!(count >= 0 && count <= 1000)) Bad(in.file, "a list has an impossible length");
-        std::vector<long> list;
-        for (int k = 0; k < static_cast<int>(count); ++k)
-          list.push_back(static_cast<long>(TakePly(in, p.type, format)));
-        if (is_face && (p.name == "vertex_indices" || p.name == "vertex_index")) AddPolygon(in.file, mesh, list);
+        std::vector<double> list;
+        for (int k = 0; k < static_cast<int>(count); ++k) list.push_back(TakePly(in, p.type, format));
+        if (!is_face) continue;
+        if (p.name == "vertex_indices" || p.name == "vertex_index")
+          AddPolygon(in.file, mesh, {list.begin(), list.end()});
+        if (p.name == "texcoord") {
+          std::vector<glm::dvec2> uv;
+          for (size_t k = 0; k + 1 < list.size(); k += 2) uv.emplace_back(list[k], list[k + 1]);
+          AddPolygonUv(mesh, uv);
+        }
       }
       if (is_vertex) mesh.vertices.push_back(position);
     }
+  }
+  if (!mesh.corner_uv.empty()) return mesh;
+  for (const auto& [u, v] : {std::pair{"s", "t"}, {"u", "v"}, {"texture_u", "texture_v"}}) {
+    const auto us = mesh.vertex_properties.find(u), vs = mesh.vertex_properties.find(v);
+    if (us == mesh.vertex_properties.end() || vs == mesh.vertex_properties.end()) continue;
+    const auto at = [&](int i) { return glm::dvec2(us->second[i], vs->second[i]); };
+    for (const glm::ivec3& t : mesh.triangles) mesh.corner_uv.push_back({at(t.x), at(t.y), at(t.z)});
+    break;
   }
   return mesh;
 }
@@ -196,6 +215,7 @@ TriangleMesh ReadStl(Bytes& in) {
 TriangleMesh ReadObj(Bytes& in) {
   // The text form has no count, so a cut inside the last line is all that can be seen of a truncation.
   TriangleMesh mesh;
+  std::vector<glm::dvec2> texture_vertices;
   while (in.at < in.data.size()) {
     const bool last_is_whole = in.data.find('\n', in.at) != std::string::npos;
     std::istringstream words(in.Line());
@@ -205,12 +225,28 @@ TriangleMesh ReadObj(Bytes& in) {
       std::string x, y, z;
       words >> x >> y >> z;
       mesh.vertices.emplace_back(NumberFrom(in.file, x), NumberFrom(in.file, y), NumberFrom(in.file, z));
+    } else if (word == "vt") {
+      std::string u, v;
+      words >> u >> v;
+      texture_vertices.emplace_back(NumberFrom(in.file, u), NumberFrom(in.file, v));
     } else if (word == "f") {
       std::vector<long> corners;
+      std::vector<glm::dvec2> uv;
       while (words >> word) {
-        const long index = static_cast<long>(NumberFrom(in.file, word.substr(0, word.find('/'))));
-        corners.push_back(index < 0 ? static_cast<long>(mesh.vertices.size()) + index : index - 1);
+        std::istringstream parts(word);  // v, v/vt, v//vn or v/vt/vn; 1 is the first, -1 the last
+        std::string vertex, texture;
+        std::getline(parts, vertex, '/');
+        std::getline(parts, texture, '/');
+        const auto index = [&](const std::string& text, size_t count) {
+          const long i = static_cast<long>(NumberFrom(in.file, text));
+          return i < 0 ? static_cast<long>(count) + i : i - 1;
+        };
+        corners.push_back(index(vertex, mesh.vertices.size()));
+        if (texture.empty()) continue;
+        const long t = index(texture, texture_vertices.size());
+        if (t >= 0 && t < static_cast<long>(texture_vertices.size())) uv.push_back(texture_vertices[t]);
       }
+      if (uv.size() == corners.size()) AddPolygonUv(mesh, uv);
       if (!last_is_whole && corners.size() < 3) Bad(in.file, "the file is truncated");
       AddPolygon(in.file, mesh, corners);
     }
@@ -247,6 +283,7 @@ TriangleMesh ReadMeshFile(const Path& file) {
       Bad(file, "vertex " + std::to_string(i) + " is not finite (NaN or infinity)");
   }
   if (mesh.triangles.empty()) Bad(file, "the mesh has no triangles");
+  if (mesh.corner_uv.size() != mesh.triangles.size()) mesh.corner_uv.clear();  // only a part has them
   return mesh;
 }
 

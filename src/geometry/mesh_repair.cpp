@@ -202,6 +202,7 @@ size_t AgreeOnOrientation(TriangleMesh& mesh) {
 
 TriangleMesh ReadClosedSurface(const std::filesystem::path& file, std::vector<std::string>& messages) {
   TriangleMesh mesh = ReadMeshFile(file);
+  mesh.corner_uv.clear();  // repairs would not keep them
   const std::string name = file.filename().string();
   const auto [low, high] = Bounds(mesh);
   const double size_mm = glm::length(high - low);

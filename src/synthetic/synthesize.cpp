@@ -56,7 +56,7 @@ class CaptureWriter {
       : recipe_(recipe), folder_(folder), file_(recipe.capture.file), root_(file_.value) {
     Erase(root_, "synthesis");
     Set(root_, "format", "crownfit-capture/1");
-    CopyMeshes();
+    CopySurfaces();
     FreeParameters();
     WriteLights();
     for (size_t i = 0; i < recipe.capture.photographs.size(); ++i) DescribePhotograph(i);
@@ -80,10 +80,13 @@ class CaptureWriter {
     path = to.generic_string();
   }
 
-  void CopyMeshes() {
+  void CopySurfaces() {
     JsonValue& object = *Find(root_, "object");
-    for (auto& layer : Items(*Find(object, "layers")))
+    for (auto& layer : Items(*Find(object, "layers"))) {
       if (JsonValue* surface = Find(layer, "surface")) Copy(*surface);
+      if (JsonValue* texture = Find(layer, "absorption_texture"))
+        if (JsonValue* picture = Find(*texture, "file")) Copy(*picture);
+    }
     if (JsonValue* scenery = Find(object, "scenery"))
       for (auto& thing : Items(*scenery)) Copy(*Find(thing, "mesh"));
   }
@@ -294,7 +297,7 @@ std::vector<std::string> Synthesize(const Recipe& recipe, const std::filesystem:
   progress("reading", 0.0);
   const CrownSource source = ReadCrownSource(capture, threads);
   const auto scenery = ReadScenery(capture);
-  const LayeredBody body(BuildSurfaces(capture, source, StatedThicknesses(capture)), threads);
+  const LayeredBody body(BuildSurfaces(capture, source, StatedThicknesses(capture)), threads, source.absorption);
   const Material material = StatedMaterial(capture);
   CaptureWriter writer(recipe, folder);
 

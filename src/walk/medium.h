@@ -7,14 +7,16 @@
 #include <numbers>
 
 #include "base/random.h"
+#include "geometry/absorption_texture.h"
 #include "geometry/triangle_mesh.h"
 
 namespace crownfit {
 
-/// Homogeneous medium; scattering and absorption per channel, 1/mm. True scattering, not the reduced one.
+/// Scattering and absorption per channel, 1/mm. True scattering, not the reduced one.
 struct Medium {
   double ior = 1.0, g = 0.0, isotropic_fraction = 0.0;
   glm::dvec3 scattering{0.0}, absorption{0.0};
+  const AbsorptionTexture* texture = nullptr;  ///< a factor on absorption; none: homogeneous
 };
 
 /// Unit vector at `cosine` and `angle` about `axis`.

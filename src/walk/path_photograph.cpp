@@ -241,11 +241,13 @@ glm::dvec3 HalfSpaceReflectance(const Material::Layer& layer) {
   return reflectance;
 }
 
-Media MediaOf(const Capture& capture, const Material& material) {
+Media MediaOf(const Capture& capture, const Material& material, const LayeredBody& body) {
   std::vector<Medium> media(1);
   media[0].ior = capture.outside_ior;
-  for (const auto& layer : material.layers) {
+  for (size_t l = 0; l < material.layers.size(); ++l) {
+    const Material::Layer& layer = material.layers[l];
     Medium m;
+    m.texture = body.absorption[l].get();
     m.ior = layer[Quantity::kIor][0];
     m.g = layer[Quantity::kAsymmetry][0];
     m.isotropic_fraction = layer[Quantity::kIsotropicFraction][0];
@@ -276,7 +278,7 @@ PathPhotograph RenderByPaths(const Capture& capture, const LayeredBody& body, co
   }
   const RigidTransform object_from_camera = photo.camera_from_object.Inverse();
   const WalkScene scene(body, opaque);
-  const Media media = MediaOf(capture, material);
+  const Media media = MediaOf(capture, material, body);
   Studio studio{scene, media, reflectance};
   studio.specular_factor = SpecularFactor(photo.polarisation);
   for (size_t i = 0; i < media.size(); ++i)

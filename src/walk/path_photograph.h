@@ -31,8 +31,8 @@ struct PathPhotograph {
   WalkCounters counters;
 };
 
-/// The layers' media in the order of WalkScene: outside first.
-Media MediaOf(const Capture& capture, const Material& material);
+/// The layers' media in the order of WalkScene: outside first. `body` holds their textures.
+Media MediaOf(const Capture& capture, const Material& material, const LayeredBody& body);
 
 /// Share of diffuse light that a half space of the layer's material returns, without a change of index: van de Hulst
 /// 1980, spherical albedo, on the similarity-reduced coefficients (within 0.002 for isotropic scattering).

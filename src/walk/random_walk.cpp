@@ -27,7 +27,7 @@ glm::dvec3 Media::Weight(const WalkState& state) const {
   for (size_t i = 0; i < media_.size(); ++i) {
     const Visit& visit = state.visits[i];
     if (visit.length_mm == 0) continue;
-    absorbed += media_[i].absorption * visit.length_mm;
+    absorbed += Absorbed(i, visit);
     if (heroes_ == 1) continue;
     for (int c = 0; c < 3; ++c) {
       const double s = media_[i].scattering[c];
@@ -46,7 +46,7 @@ glm::dvec3 Media::Weight(const WalkState& state) const {
 
 double Media::LargestShare(const WalkState& state) const {
   glm::dvec3 absorbed(0.0);
-  for (size_t i = 0; i < media_.size(); ++i) absorbed += media_[i].absorption * state.visits[i].length_mm;
+  for (size_t i = 0; i < media_.size(); ++i) absorbed += Absorbed(i, state.visits[i]);
   return state.boost * std::exp(-std::min({absorbed.x, absorbed.y, absorbed.z}));
 }
 

@@ -17,6 +17,7 @@ namespace crownfit {
 struct Visit {
   double length_mm = 0;
   int collisions = 0;
+  glm::dvec3 textured_mm{0.0};  ///< length times the absorption texture, where there is one
 };
 
 struct WalkCounters {
@@ -58,6 +59,9 @@ class Media {
   double LargestShare(const WalkState& state) const;
 
  private:
+  glm::dvec3 Absorbed(size_t medium, const Visit& visit) const {  // optical depth of absorption
+    return media_[medium].absorption * (media_[medium].texture ? visit.textured_mm : glm::dvec3(visit.length_mm));
+  }
   std::vector<Medium> media_;
   int heroes_ = 1;
 };
@@ -74,12 +78,16 @@ bool Walk(const Scene& scene, const Media& media, int hero, WalkState& state, Ra
     const Medium& medium = media[state.medium];
     Visit& visit = state.visits[state.medium];
     const double scattering = medium.scattering[hero];
+    const auto travel = [&](double length_mm) {
+      visit.length_mm += length_mm;
+      if (medium.texture) visit.textured_mm += medium.texture->Along(state.position, state.direction, length_mm);
+    };
     for (;;) {
       const double flight = scattering > 0 ? -std::log(1.0 - random.Next()) / scattering : kFar;
       ++counters.flights;
       const auto boundary = scene.Next(state.position, state.direction, state.medium, flight);
       if (boundary) {
-        visit.length_mm += boundary->distance_mm;
+        travel(boundary->distance_mm);
         state.position = boundary->position;
         ++counters.boundaries;
         cross(*boundary);
@@ -89,7 +97,7 @@ bool Walk(const Scene& scene, const Media& media, int hero, WalkState& state, Ra
         ++counters.lost;
         return false;
       }
-      visit.length_mm += flight;
+      travel(flight);
       ++visit.collisions;
       state.position += flight * state.direction;
       state.direction = SamplePhaseFunction(medium, state.direction, random);

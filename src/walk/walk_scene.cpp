@@ -26,7 +26,10 @@ Clearance::Clearance(const RayCaster& layers, const glm::dvec3& low, const glm::
   });
 }
 
-LayeredBody::LayeredBody(std::vector<TriangleMesh> layer_surfaces, int threads) : surfaces(std::move(layer_surfaces)) {
+LayeredBody::LayeredBody(std::vector<TriangleMesh> layer_surfaces, int threads,
+                         std::vector<std::shared_ptr<const AbsorptionTexture>> textures)
+    : surfaces(std::move(layer_surfaces)), absorption(std::move(textures)) {
+  absorption.resize(surfaces.size());
   std::tie(low, high) = Bounds(surfaces[0]);
   std::vector<const TriangleMesh*> meshes;
   for (const auto& mesh : surfaces) {

@@ -1,9 +1,11 @@
 #pragma once
 // Nested dielectric layers with opaque things around them, as a random walk meets them.
 
+#include <memory>
 #include <optional>
 #include <vector>
 
+#include "geometry/absorption_texture.h"
 #include "geometry/ray_caster.h"
 
 namespace crownfit {
@@ -50,8 +52,11 @@ class Clearance {
 /// The layers of an object: closed surfaces, outermost first. Where several hold a point, the innermost wins, and the
 /// object is the union of all: dentine may stand out of the enamel as a root.
 struct LayeredBody {
-  LayeredBody(std::vector<TriangleMesh> layer_surfaces, int threads);
+  /// `textures`: per layer, or none at all.
+  LayeredBody(std::vector<TriangleMesh> layer_surfaces, int threads,
+              std::vector<std::shared_ptr<const AbsorptionTexture>> textures = {});
   std::vector<TriangleMesh> surfaces;
+  std::vector<std::shared_ptr<const AbsorptionTexture>> absorption;  ///< per layer, where it varies
   /// Per surface and triangle: what lies outside may be another medium than the layer above. Empty for the outermost.
   std::vector<std::vector<uint8_t>> is_exposed;
   glm::dvec3 low, high;  ///< bounding box, wider by what single-precision rays may miss

@@ -23,6 +23,7 @@ KnownScene::KnownScene(TriangleMesh outer, int layers, double thickness_mm, int 
   source.meshes.emplace_back(std::move(outer));
   source.fields.resize(layers);
   source.thickness.resize(layers);
+  source.absorption.resize(layers);
   for (int l = 1; l < layers; ++l) source.meshes.emplace_back();
   if (layers > 1) source.fields[0] = std::make_shared<DepthField>(*source.meshes[0], 0);
 }
