@@ -39,6 +39,14 @@ TERM Float FilmReflectance(Float first, Float second) {
   return (first + second - 2.0 * first * second) / max(1.0 - first * second, Float(1e-12));
 }
 
+// Reflectance of a surface of which the share `wetness` lies under such a film, smooth and of index film_ior, both indices
+// relative to the outside.
+TERM Float WetReflectance(Float cosine, Float relative_ior, Float film_ior, Float wetness) {
+  Float dry = FresnelReflectance(cosine, relative_ior);
+  Float below = FresnelReflectance(RefractedCosine(cosine, film_ior), relative_ior / film_ior);
+  return dry + wetness * (FilmReflectance(FresnelReflectance(cosine, film_ior), below) - dry);
+}
+
 // Light that a clear or absorbing layer lets through unscattered, with all reflections between its two boundaries (zeroth
 // order, thesis 3.26, which leaves them out); attenuation: of one way through.
 TERM Float ZerothOrderTransmittance(Float first, Float second, Float attenuation) {
@@ -123,6 +131,21 @@ TERM Float SurfaceReflection(Float cos_light, Float cos_view, Float cos_half, Fl
                              Float relative_ior) {
   return GgxDistribution(cos_half, roughness) * GgxVisibility(cos_light, cos_view, roughness) *
          FresnelReflectance(cos_light_half, relative_ior);
+}
+
+// The same of a rough surface under the film, seen through it: directions are refracted into the film, whose upper side
+// mirrors by itself and is not counted here. Reflections between film and surface are left out (below 1 % of these).
+TERM Float SurfaceReflectionUnderFilm(Float cos_light, Float cos_view, Float cos_half, Float cos_light_half,
+                                      Float roughness, Float relative_ior, Float film_ior) {
+  Float light = RefractedCosine(cos_light, film_ior);
+  Float view = RefractedCosine(cos_view, film_ior);
+  Float sum = 2.0 * cos_light_half;  // length of light + view in air; along the normal its part is
+  Float upright = sum * cos_half;
+  Float along = max(sum * sum - upright * upright, Float(0.0)) / (film_ior * film_ior);
+  Float length = sqrt(max(along + (light + view) * (light + view), Float(1e-12)));
+  Float passed = (1.0 - FresnelReflectance(cos_light, film_ior)) * (1.0 - FresnelReflectance(cos_view, film_ior));
+  return passed / (film_ior * film_ior) *
+         SurfaceReflection(light, view, (light + view) / length, 0.5 * length, roughness, relative_ior / film_ior);
 }
 
 // Beckmann distribution of normals, per steradian.
@@ -219,10 +242,11 @@ TERM Float SlabTransmittance(Float reduced_scattering, Float extinction, Float t
   return diffuse + exp(-extinction * d);
 }
 
-// Radiance leaving per radiant exitance of the diffusing layer, per steradian: (1 - F) / (pi (1 - Fdr)); without the
+// Radiance leaving per radiant exitance of the diffusing layer, per steradian: (1 - F) / (pi (1 - Fdr)), F the reflectance
+// towards the viewer; without the
 // normalisation by the diffuse Fresnel reflectance Fdr (from outside) 11 % of the light of a tooth is lost.
-TERM Float ExitLobe(Float cos_view, Float relative_ior, Float diffuse_fresnel_outside) {
-  return (1.0 - FresnelReflectance(cos_view, relative_ior)) / (TERM_PI * (1.0 - diffuse_fresnel_outside));
+TERM Float ExitLobe(Float reflectance, Float diffuse_fresnel_outside) {
+  return (1.0 - reflectance) / (TERM_PI * (1.0 - diffuse_fresnel_outside));
 }
 
 // Dipole (Jensen et al. 2001): reflectance per mm^2 at distance r of a half space lit at a point; depth 1/st' of the source,

@@ -79,6 +79,43 @@ TEST(Limits, AbsorptionDarkensAndAnAbsorbingOuterLayerHidesTheInner) {
   EXPECT_LT(CentrePixel(scene, state, m), 1e-4);
 }
 
+TEST(Furnace, AFilmOfWaterOverAWhiteSlabInAWhiteWorldIsNotSeen) {
+  for (double wetness : {0.4, 1.0}) {
+    KnownScene scene(Disc(1.0, 12.0), 1, 0.5, 8, 2.0);
+    scene.Light(DomeLight{glm::dvec3(1.0 / kPi)});
+    CastOptions options;
+    options.strata = 8;
+    const CastState state = StateOf(scene, options);
+    Material white = StatedMaterial(scene.capture);
+    Set(white, 0, Quantity::kAbsorption, 0.0);
+    white.surface[Quantity::kWetness].fill(wetness);
+    EXPECT_NEAR(CentrePixel(scene, state, white), 1.0, 0.02) << wetness;
+  }
+}
+
+TEST(Limits, AFilmShowsTheMirroredLampByFresnelAndHidesTheRoughHighlight) {
+  // A lamp of radiance 1 straight behind the camera: the film mirrors ((1.333 - 1) / (1.333 + 1))^2 = 2.04 % of it.
+  KnownScene scene(Disc(3.0, 12.0), 1, 0.5, 8, 2.0);
+  scene.Light(DiskLight{{0, 0, 300}, {0, 0, -1}, glm::dvec3(1.0), 0.0, 20.0});
+  const auto gloss = [&](double wetness) {
+    double values[2];
+    for (int i = 0; i < 2; ++i) {
+      scene.capture.photographs[0].polarisation = i == 0 ? Polarisation::kNone : Polarisation::kCross;
+      Material m = StatedMaterial(scene.capture);
+      m.surface[Quantity::kRoughness].fill(0.3);
+      m.surface[Quantity::kWetness].fill(wetness);
+      values[i] = CentrePixel(scene, StateOf(scene), m);
+    }
+    return values[0] - values[1];
+  };
+  const double film = std::pow(0.333 / 2.333, 2), below = std::pow((1.54 - 1.333) / (1.54 + 1.333), 2),
+               dry = std::pow(0.54 / 2.54, 2);
+  // Under the film the lobe is as high above its own index step, light and view having passed the film.
+  const double rough_below = gloss(0.0) * below / dry * std::pow(1 - film, 2);
+  EXPECT_NEAR(gloss(1.0), kPi * film + rough_below / std::pow(1.333, 2), 0.05 * gloss(1.0));
+  EXPECT_NEAR(gloss(0.25), 0.75 * gloss(0.0) + 0.25 * gloss(1.0), 1e-6);
+}
+
 TEST(Limits, PolarisationRemovesOrDoublesTheSurfaceReflectionAlone) {
   // A lamp in the mirror direction: the surface reflection is large.
   KnownScene scene(Disc(3.0, 12.0), 1, 0.5, 8, 2.0);
@@ -131,7 +168,7 @@ TEST(Derivatives, PixelsOfACurvedLayeredObjectAgreeWithDifferences) {
   const PhotographCast& cast = state.photographs[0];
   const std::vector<double> lights = StatedLightScales(scene.capture);
   using Jet = ceres::Jet<double, kShaderSlots>;
-  const std::array<double, kShaderSlots> at{0.3, 0.02, 1.05, 1.63, 2.0, 0.07, 1.0, 1.54, 0.9, 0.25};
+  const std::array<double, kShaderSlots> at{0.3, 0.02, 1.05, 1.63, 2.0, 0.07, 1.0, 1.54, 0.9, 0.25, 0.3};
   std::array<Jet, kShaderSlots> jets;
   for (int i = 0; i < kShaderSlots; ++i) jets[i] = Jet(at[i], i);
   const auto jet_optics = OpticsFromSlots(scene.capture, jets);

@@ -21,6 +21,7 @@ std::array<std::optional<ShaderSlot>, kShaderSlots> SlotsOf(const Capture& captu
   slots[7] = {diffuser, Quantity::kIor};
   slots[8] = {diffuser, Quantity::kAsymmetry};
   slots[9] = {kSurfaceOwner, Quantity::kRoughness};
+  slots[10] = {kSurfaceOwner, Quantity::kWetness};
   return slots;
 }
 
@@ -50,10 +51,6 @@ std::array<double, kShaderSlots> SlotValues(const Capture& capture, const Materi
 }
 
 void CheckShaderSupports(const Capture& capture) {
-  const ParameterSpec& wetness = capture.surface[static_cast<size_t>(Quantity::kWetness)];
-  if (!wetness.fixed || wetness.value[0] != 0.0)
-    throw InputError(capture.file, "object.surface.wetness", "the shader model of this version knows no wetness film",
-                     "State \"wetness\": {\"fixed\": 0.0}.");
   for (const PhotographSpec& photo : capture.photographs)
     if (photo.backing && capture.backings[*photo.backing].in_contact)
       throw InputError(capture.file, photo.key + ".backing",

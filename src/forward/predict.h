@@ -23,10 +23,11 @@ struct ShaderSlot {
   Quantity quantity;
 };
 inline constexpr size_t kSurfaceOwner = static_cast<size_t>(-1);
-inline constexpr int kShaderSlots = 10;
+inline constexpr int kShaderSlots = 11;
 
 /// The slots of this capture: outer scattering, absorption, thickness, ior; diffuser scattering, absorption, thickness,
-/// ior, g; roughness. Layers below the second are not seen by this model. Slots of an absent outer layer have no owner.
+/// ior, g; roughness, wetness. Layers below the second are not seen by this model. Slots of an absent outer layer have
+/// no owner.
 std::array<std::optional<ShaderSlot>, kShaderSlots> SlotsOf(const Capture& capture);
 
 /// Slot values of one channel; lengths already divided by what was cast.
@@ -49,11 +50,13 @@ ShaderOptics<T> OpticsFromSlots(const Capture& capture, const std::array<T, kSha
   o.diffuser_ior = s[7];
   o.diffuser_g = s[8];
   o.roughness = s[9];
+  o.wetness = s[10];
+  o.may_be_wet = s[10] > 0.0 || !capture.surface[static_cast<size_t>(Quantity::kWetness)].fixed;
   o.outside_ior = capture.outside_ior;
   return o;
 }
 
-/// Refuses by file and key what the shader model does not know: wetness, tiles in contact, textures below the outer
+/// Refuses by file and key what the shader model does not know: tiles in contact, textures below the outer
 /// layer.
 void CheckShaderSupports(const Capture& capture);
 

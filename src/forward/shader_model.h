@@ -20,16 +20,21 @@ struct ShaderOptics {
   bool has_outer = false;
   T outer_scattering, outer_absorption, outer_thickness_scale, outer_ior;  ///< reduced scattering
   T diffuser_scattering, diffuser_absorption, diffuser_thickness_scale, diffuser_ior, diffuser_g;
-  T roughness;
+  T roughness, wetness;
+  bool may_be_wet = false;  ///< wet, or wetness is fitted
   double outside_ior = 1.0;
 
   T entry_ior() const { return (has_outer ? outer_ior : diffuser_ior) / outside_ior; }
+  WetSurface<T> surface() const { return {entry_ior(), wetness, outside_ior, may_be_wet}; }
   /// `factor`: on absorption, of the layer's texture.
   T outer_extinction(double factor) const { return outer_scattering + factor * outer_absorption; }
   /// The boundary that turns diffuse light back is the one to the air: directions that a plane-parallel outer layer
   /// would refract in between are decided by the diffuser's own index (Snell's invariant).
   DiffuserOptics<T> diffuser() const {
-    return {diffuser_scattering, diffuser_absorption, diffuser_g, diffuser_ior / outside_ior};
+    return {diffuser_scattering,
+            diffuser_absorption,
+            diffuser_g,
+            {diffuser_ior / outside_ior, wetness, outside_ior, may_be_wet}};
   }
 };
 
@@ -47,8 +52,9 @@ class ShaderPrediction {
         table_(table),
         channel_(channel),
         light_scale_(light_scale),
-        entry_ior_(optics.entry_ior()),
-        diffuse_fresnel_(MomentsOf(entry_ior_).diffuse_outside),
+        surface_(optics.surface()),
+        entry_ior_(surface_.relative_ior),
+        diffuse_fresnel_(MomentsOf(surface_).diffuse_outside),
         entering_(crown.fine.vertices.size(), T(0.0)) {
     ParallelFor(entering_.size(), threads, [&](size_t v) {
       const T extinction = optics_.outer_extinction(crown.columns[v].outer_absorption[channel_]);
@@ -69,7 +75,7 @@ class ShaderPrediction {
  private:
   /// Share of the irradiance that passes the surface and the outer layer unscattered (zeroth order).
   T Entering(const LightShare& share, const T& extinction) const {
-    const T passed = 1.0 - Term::FresnelReflectance(T(share.cos_incidence), entry_ior_);
+    const T passed = 1.0 - surface_.Reflectance(T(share.cos_incidence));
     return optics_.has_outer ? passed * ThroughOuter(share.outer_path, extinction) : passed;
   }
 
@@ -131,7 +137,7 @@ class ShaderPrediction {
     }
     if (optics_.has_outer)
       exitance *= ThroughOuter(pixel.outer_path, optics_.outer_extinction(pixel.outer_absorption[channel_]));
-    return exitance * Term::ExitLobe(T(pixel.cos_view), entry_ior_, diffuse_fresnel_);
+    return exitance * Term::ExitLobe(surface_.Reflectance(T(pixel.cos_view)), diffuse_fresnel_);
   }
 
   /// Hanrahan and Krueger in the similarity-reduced outer layer: ss' with an isotropic phase function, which is the
@@ -143,14 +149,14 @@ class ShaderPrediction {
     const T albedo = optics_.outer_scattering / Term::max(extinction, T(1e-9));
     const T tau = extinction * Now(pixel.front);
     const T mu = Term::RefractedCosine(T(pixel.cos_view), entry_ior_);
-    const T out = 1.0 - Term::FresnelReflectance(T(pixel.cos_view), entry_ior_);
+    const T out = 1.0 - surface_.Reflectance(T(pixel.cos_view));
     const T phase(0.25 / std::numbers::pi);
     for (int s = pixel.first_share; s < pixel.first_share + pixel.share_count; ++s) {
       const LightShare& share = cast_.shares[s];
       const double irradiance = light_scale_[share.light] * share.irradiance[channel_];
       if (irradiance <= 0) continue;
       const T mu0 = Term::RefractedCosine(T(share.cos_incidence), entry_ior_);
-      const T in = 1.0 - Term::FresnelReflectance(T(share.cos_incidence), entry_ior_);
+      const T in = 1.0 - surface_.Reflectance(T(share.cos_incidence));
       sum += irradiance * Term::SingleScatterReflection(albedo, phase, in * out, entry_ior_, tau, mu0, mu);
     }
     return sum;
@@ -161,11 +167,22 @@ class ShaderPrediction {
     for (int h = pixel.first_highlight; h < pixel.first_highlight + pixel.highlight_count; ++h) {
       const Highlight& light = cast_.highlights[h];
       const double irradiance = light_scale_[light.light] * light.irradiance[channel_];
-      if (irradiance > 0)
-        sum += irradiance * Term::SurfaceReflection(T(light.cos_light), T(pixel.cos_view), T(light.cos_half),
-                                                    T(light.cos_light_half), optics_.roughness, entry_ior_);
+      if (irradiance <= 0) continue;
+      T reflected = Term::SurfaceReflection(T(light.cos_light), T(pixel.cos_view), T(light.cos_half),
+                                            T(light.cos_light_half), optics_.roughness, entry_ior_);
+      if (optics_.may_be_wet) {
+        const T wet = Term::SurfaceReflectionUnderFilm(T(light.cos_light), T(pixel.cos_view), T(light.cos_half),
+                                                       T(light.cos_light_half), optics_.roughness, entry_ior_,
+                                                       surface_.film_ior());
+        reflected += optics_.wetness * (wet - reflected);
+      }
+      sum += irradiance * reflected;
     }
-    return sum;
+    if (!optics_.may_be_wet) return sum;
+    double mirrored = 0;
+    for (int m = pixel.first_mirrored; m < pixel.first_mirrored + pixel.mirrored_count; ++m)
+      mirrored += light_scale_[cast_.mirrored[m].light] * cast_.mirrored[m].radiance[channel_];
+    return sum + optics_.wetness * mirrored * Term::FresnelReflectance(T(pixel.cos_view), surface_.film_ior());
   }
 
   const PhotographCast& cast_;
@@ -173,6 +190,7 @@ class ShaderPrediction {
   const DiffuserTable<T>& table_;
   int channel_;
   std::span<const double> light_scale_;
+  WetSurface<T> surface_;
   T entry_ior_, diffuse_fresnel_;
   std::vector<T> entering_;
 };

@@ -146,6 +146,18 @@ class Caster {
     return radiance;
   }
 
+  /// Adds `share` of what a mirror at `position` shows of every lamp to the camera's ray `direction`.
+  void Mirror(const glm::dvec3& position, const glm::dvec3& normal, const glm::dvec3& direction, double share,
+              std::vector<Mirrored>& mirrored) const {
+    const glm::dvec3 towards = glm::reflect(direction, normal), lifted = position + kLift_mm * normal;
+    if (photo_.polarisation == Polarisation::kCross || glm::dot(towards, normal) <= 0) return;
+    for (const auto& [index, shape] : lights_) {
+      const auto met = LightAlong(shape, lifted, towards);
+      if (met && !caster_.Occluded(lifted, towards, 0.0, met->distance_mm))
+        mirrored.push_back({index, glm::vec3(share * met->radiance)});
+    }
+  }
+
   OuterLength ViewPath(const glm::dvec3& position, const glm::dvec3& normal, const glm::dvec3& view) const {
     return OuterPath(crown_, position, normal, view, relative_ior_);
   }
@@ -186,6 +198,7 @@ struct PixelResult {
   std::vector<Tap> taps;
   std::vector<LightShare> shares;
   std::vector<Highlight> highlights;
+  std::vector<Mirrored> mirrored;
 };
 
 Tap CastTap(const Crown& crown, const glm::dvec3& position, const glm::dvec3& normal, const TapKernel::Offset& offset) {
@@ -240,6 +253,12 @@ PixelResult CastPixel(const Caster& caster, const Crown& crown, const TapKernel&
     if (tap.front.exists()) result.taps.push_back(tap);
   }
   caster.Gather(position, normal, &view, result.shares, &result.highlights, caster.strata());
+  for (int quarter = 0; quarter < 4; ++quarter) {
+    const glm::dvec3 ray = caster.PixelDirection(x + 0.25 + 0.5 * (quarter & 1), y + 0.25 + 0.5 * (quarter >> 1));
+    const auto seen = caster.Seen(ray);
+    if (seen && seen->mesh == 0)
+      caster.Mirror(Position(crown.fine, seen->point), ShadingNormal(crown, seen->point), ray, 0.25, result.mirrored);
+  }
   result.pixel = pixel;
   return result;
 }
@@ -302,6 +321,7 @@ PhotographCast CastPhotograph(const Capture& capture, const Crown& crown, const 
       pack(cast.taps, r.taps, pixel.first_tap, pixel.tap_count);
       pack(cast.shares, r.shares, pixel.first_share, pixel.share_count);
       pack(cast.highlights, r.highlights, pixel.first_highlight, pixel.highlight_count);
+      pack(cast.mirrored, r.mirrored, pixel.first_mirrored, pixel.mirrored_count);
       cast.pixels.push_back(pixel);
     }
   }

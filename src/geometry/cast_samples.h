@@ -53,6 +53,12 @@ struct Highlight {
   glm::vec3 irradiance;                       ///< weight x cos, visibility included
 };
 
+/// What of a lamp a smooth film over the surface would show in one pixel.
+struct Mirrored {
+  int light;
+  glm::vec3 radiance;  ///< mean over the pixel, of a perfect mirror
+};
+
 /// Three vertices of the fine mesh and their weights.
 struct Interpolation {
   int vertices[3] = {-1, -1, -1};
@@ -74,7 +80,7 @@ struct PixelCast {
   OuterLength front, back;  ///< as in Column
   double total_mm;
   glm::dvec3 outer_absorption{0.0};  ///< as in Column
-  int first_tap, tap_count, first_share, share_count, first_highlight, highlight_count;
+  int first_tap, tap_count, first_share, share_count, first_highlight, highlight_count, first_mirrored, mirrored_count;
 };
 
 struct BackgroundPixel {
@@ -93,6 +99,7 @@ struct PhotographCast {
   std::vector<int> taps_per_ring;  ///< of the kernel, those beyond the object's edge included
   std::vector<LightShare> shares;
   std::vector<Highlight> highlights;
+  std::vector<Mirrored> mirrored;
   std::vector<BackgroundPixel> background;
   TapKernel kernel;
 };

@@ -13,7 +13,8 @@ namespace crownfit {
 
 template <class T>
 struct DiffuserOptics {
-  T reduced_scattering, absorption, g, relative_ior;  ///< relative_ior: to the medium outside the whole object
+  T reduced_scattering, absorption, g;
+  WetSurface<T> boundary;  ///< between this layer and the medium outside the whole object
 };
 
 /// Shares per ring at one thickness.
@@ -40,7 +41,7 @@ RingShares<T> DiffuserShares(const DiffuserOptics<T>& o, double thickness_mm,
   const T extinction = o.reduced_scattering + o.absorption;
   const T diffusion = Term::DiffusionCoefficient(o.reduced_scattering, o.absorption, o.g);
   const T transport = sqrt(Term::TransportSquared(o.absorption, diffusion));
-  const T zb = 2.0 * MomentsOf(o.relative_ior).boundary_A * diffusion;
+  const T zb = 2.0 * MomentsOf(o.boundary).boundary_A * diffusion;
   const T d(thickness_mm), length = d + 2.0 * zb;
 
   RingShares<T> shares;

@@ -10,6 +10,23 @@ namespace crownfit {
 /// 32 Gauss-Legendre nodes on [0, 1], computed once.
 const Quadrature& UnitIntervalQuadrature();
 
+inline constexpr double kFilmIor = 1.333;  ///< water; saliva is within 0.002 of it
+
+/// The surface as light sees it from outside: an index step, under a film of water over a share of the area.
+template <class T>
+struct WetSurface {
+  T relative_ior;  ///< n_inside / n_outside >= 1
+  T wetness = T(0.0);
+  double outside_ior = 1.0;
+  bool may_be_wet = false;  ///< false: wetness and its derivative are taken as 0, at half the cost
+
+  T Reflectance(const T& cosine) const {
+    return may_be_wet ? Terms<T>::WetReflectance(cosine, relative_ior, film_ior(), wetness)
+                      : Terms<T>::FresnelReflectance(cosine, relative_ior);
+  }
+  T film_ior() const { return T(kFilmIor / outside_ior); }
+};
+
 template <class T>
 struct FresnelMoments {
   T diffuse_outside;  ///< 2 int F mu dmu for light from the rare side
@@ -17,18 +34,23 @@ struct FresnelMoments {
   T boundary_A;       ///< (1 + diffuse_inside) / (1 - diffuse_inside): see docs/decisions/0002-boundary-condition.md
 };
 
-/// relative_ior = n_inside / n_outside >= 1.
 template <class T>
-FresnelMoments<T> MomentsOf(const T& relative_ior) {
+FresnelMoments<T> MomentsOf(const WetSurface<T>& surface) {
   const auto& q = UnitIntervalQuadrature();
   T outside(0.0);
   for (size_t i = 0; i < q.node.size(); ++i)
-    outside += 2.0 * q.weight[i] * q.node[i] * Terms<T>::FresnelReflectance(T(q.node[i]), relative_ior);
+    outside += 2.0 * q.weight[i] * q.node[i] * surface.Reflectance(T(q.node[i]));
   FresnelMoments<T> m;
   m.diffuse_outside = outside;
-  m.diffuse_inside = 1.0 - (1.0 - outside) / (relative_ior * relative_ior);
+  m.diffuse_inside = 1.0 - (1.0 - outside) / (surface.relative_ior * surface.relative_ior);
   m.boundary_A = (1.0 + m.diffuse_inside) / (1.0 - m.diffuse_inside);
   return m;
+}
+
+/// Of a dry one; relative_ior = n_inside / n_outside >= 1.
+template <class T>
+FresnelMoments<T> MomentsOf(const T& relative_ior) {
+  return MomentsOf(WetSurface<T>{relative_ior});
 }
 
 }  // namespace crownfit

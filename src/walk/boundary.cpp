@@ -7,13 +7,13 @@
 #include <vector>
 
 #include "geometry/triangle_mesh.h"
+#include "optics/fresnel_moments.h"
 #include "optics/shading_terms.h"
 
 namespace crownfit {
 namespace {
 
 using Term = Terms<double>;
-constexpr double kFilmIor = 1.333;
 
 /// Direction behind a boundary; `from` points away from it, `normal` to the side of `from`. Not beyond the critical
 /// angle.

@@ -34,7 +34,7 @@ glm::dvec3 ScatterAtSmoothBoundary(const glm::dvec3& direction, const glm::dvec3
 /// The outer boundary of a crown. Light that arrives from either side is reflected or transmitted; none is lost.
 struct OuterBoundary {
   double roughness = 0;  ///< GGX alpha
-  double wetness = 0;    ///< share of the area under a smooth film of index 1.333
+  double wetness = 0;    ///< share of the area under a smooth film of index kFilmIor
   double inside_ior = 1.5, outside_ior = 1.0;
 
   bool is_smooth() const { return roughness < kSmoothRoughness; }

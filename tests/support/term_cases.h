@@ -49,6 +49,9 @@ inline std::vector<TermCase> TermCases() {
       TERM_CASE("slab T", T::SlabTransmittance(x[0], x[0] + x[1], x[1], x[2], x[3], x[3]), {0.5, 5}, {0.05, 1},
                 {0.1, 5}, {0.2, 3}),
       TERM_CASE("film", T::FilmReflectance(x[0], x[1]), {0, 0.9}, {0, 0.9}),
+      TERM_CASE("wet", T::WetReflectance(x[0], x[1], x[2], x[3]), {0.1, 0.99}, {1.4, 1.8}, {1.1, 1.35}, {0, 1}),
+      TERM_CASE("under film", T::SurfaceReflectionUnderFilm(x[0], x[0], x[1], x[2], x[3], x[0] + x[1], x[1] + 0.4),
+                {0.5, 0.99}, {0.7, 0.99}, {0.5, 0.99}, {0.2, 0.9}),
       TERM_CASE("zeroth order", T::ZerothOrderTransmittance(x[0], x[1], x[2]), {0, 0.9}, {0, 0.9}, {0.01, 1}),
       TERM_CASE("Fdr outside", T::DiffuseFresnelOutside(x[0]), {1.2, 2.2}),
       TERM_CASE("Fdr inside", T::DiffuseFresnelInside(x[0]), {1.2, 2.2}),
@@ -69,7 +72,7 @@ inline std::vector<TermCase> TermCases() {
       TERM_CASE("normalised diffusion", T::NormalisedDiffusionProfile(x[0], x[1], x[2]), {0.1, 0.75}, {0.2, 2},
                 {0.1, 4}),
       TERM_CASE("normalised within", T::NormalisedDiffusionWithin(x[0], x[1], x[2]), {0.1, 0.75}, {0.2, 2}, {0, 4}),
-      TERM_CASE("exit", T::ExitLobe(x[0], x[1], x[2]), {0.1, 1}, {1.2, 1.8}, {0.02, 0.2})};
+      TERM_CASE("exit", T::ExitLobe(x[0], x[1]), {0.01, 0.9}, {0.02, 0.2})};
 }
 
 #undef TERM_CASE
