@@ -7,8 +7,10 @@
 #include <numbers>
 
 #include "forward/predict.h"
+#include "geometry/mesh_file.h"
 #include "support/known_scene.h"
 #include "support/shapes.h"
+#include "support/temporary_folder.h"
 
 namespace crownfit {
 namespace {
@@ -168,7 +170,7 @@ TEST(Derivatives, PixelsOfACurvedLayeredObjectAgreeWithDifferences) {
   const PhotographCast& cast = state.photographs[0];
   const std::vector<double> lights = StatedLightScales(scene.capture);
   using Jet = ceres::Jet<double, kShaderSlots>;
-  const std::array<double, kShaderSlots> at{0.3, 0.02, 1.05, 1.63, 2.0, 0.07, 1.0, 1.54, 0.9, 0.25, 0.3};
+  const std::array<double, kShaderSlots> at{0.3, 0.02, 1.05, 1.63, 2.0, 0.07, 1.0, 1.54, 0.9, 0.25, 0.3, 1.0};
   std::array<Jet, kShaderSlots> jets;
   for (int i = 0; i < kShaderSlots; ++i) jets[i] = Jet(at[i], i);
   const auto jet_optics = OpticsFromSlots(scene.capture, jets);
@@ -190,6 +192,37 @@ TEST(Derivatives, PixelsOfACurvedLayeredObjectAgreeWithDifferences) {
       EXPECT_NEAR(pixel.v[i], slope, 1e-5 * (pixel.a + std::abs(slope))) << "slot " << i << " pixel " << p;
     }
   }
+}
+
+/// A long crown along y, seen from its side (+z), whole or scanned down to y = 0 only.
+KnownScene LongCrown(bool scanned_in_part) {
+  TriangleMesh body = Box({-4, -1.5, -10}, {4, 1.5, 10});  // z is to be y
+  if (scanned_in_part) body = OpenBelow(Refined(body, 1.0), 0.0);
+  for (auto& v : body.vertices) v = {v.x, v.z, -v.y};
+  if (scanned_in_part) {
+    const TemporaryFolder folder;
+    WritePly(folder.path / "open.ply", body);
+    std::vector<std::string> messages;
+    body = ReadClosedSurface(folder.path / "open.ply", messages);
+  }
+  KnownScene scene(body, 1, 0.5, 16, 2.0);
+  scene.Light(DirectionalLight{{0.3, 0, 1}, glm::dvec3(1.0), 0.02});
+  scene.capture.photographs[0].polarisation = Polarisation::kCross;
+  scene.capture.photographs[0].camera_from_object.translation_mm +=
+      glm::dvec3(0, 1.2, 0);  // 0.2 to 2.2 mm above the cut
+  return scene;
+}
+
+TEST(Neck, ARootThatReturnsAllLooksAsIfTheToothWentOn) {
+  const KnownScene whole = LongCrown(false), part = LongCrown(true);
+  const CastState state = StateOf(part);
+  ASSERT_FALSE(state.crown->cut.triangles.empty());
+  Material m = StatedMaterial(part.capture);
+  Set(m, 0, Quantity::kReducedScattering, 2.0);
+  const double all = CentrePixel(whole, StateOf(whole), m);
+  EXPECT_NEAR(CentrePixel(part, state, m), all, 0.01 * all);
+  m.surface[Quantity::kNeckReturn].fill(0.0);
+  EXPECT_LT(CentrePixel(part, state, m), 0.97 * all);
 }
 
 TEST(Shadow, AnEdgeIsDarkBehindAndBlurredByTheMaterial) {

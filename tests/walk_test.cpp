@@ -259,17 +259,19 @@ TEST(Path, WhichOfTwoOverlappingLayersIsTheInnerOneDoesNotMatterWhenTheyAreOfOne
 }
 
 TEST(Path, ANeckThatAbsorbsDarkensAndARootLiesBetween) {
-  double seen[3];
-  for (const Neck neck : {Neck::kAir, Neck::kAbsorbing, Neck::kRoot}) {
+  const auto seen_with = [](Neck neck, double neck_return) {
     KnownScene scene(Closed(OpenBelow(Sphere(1.5, 24), -0.8)), 1, 0.4, 8, 2.6);
     scene.capture.neck = neck;
     SetLayer(scene, 0, 1.54, 0.8, 1.0, 0.02);
     SetSurface(scene, 0.2, 0.0);
     scene.Light(DomeLight{glm::dvec3(1.0 / kPi)});
-    seen[static_cast<int>(neck)] = RenderedMean(scene, 300).value();
-  }
-  EXPECT_GT(seen[static_cast<int>(Neck::kAir)], seen[static_cast<int>(Neck::kRoot)] + 0.02);
-  EXPECT_GT(seen[static_cast<int>(Neck::kRoot)], seen[static_cast<int>(Neck::kAbsorbing)] + 0.05);
+    scene.capture.surface[static_cast<size_t>(Quantity::kNeckReturn)].value.fill(neck_return);
+    return RenderedMean(scene, 300).value();
+  };
+  const double root = seen_with(Neck::kRoot, 1.0), absorbing = seen_with(Neck::kAbsorbing, 1.0);
+  EXPECT_GT(seen_with(Neck::kAir, 1.0), root + 0.02);
+  EXPECT_GT(root, absorbing + 0.05);
+  EXPECT_EQ(seen_with(Neck::kRoot, 0.0), absorbing);
 }
 
 TEST(Path, WhiteTileShowsTheRadiometryOfTheContract) {

@@ -167,6 +167,8 @@ void ReadObject(const JsonNode& node, Capture& capture) {
   if (const auto axis = object.Find("long_axis")) capture.long_axis = ReadUnitVector(*axis);
   if (const auto neck = object.Find("neck")) {
     const std::string word = neck->OneOf({"air", "absorbing", "root"});
+    if (word != "root" && capture.surface[static_cast<size_t>(Quantity::kNeckReturn)].stated)
+      neck->Fail("surface.neck_return is about a neck that is \"root\"", "State \"root\", or remove neck_return.");
     capture.neck = word == "air" ? Neck::kAir : word == "absorbing" ? Neck::kAbsorbing : Neck::kRoot;
   }
 }

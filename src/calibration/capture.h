@@ -112,6 +112,12 @@ struct Capture {
   std::vector<std::filesystem::path> input_files;  ///< everything read, for provenance
 };
 
+/// The surface's rows that are part of its material: all, but the neck's only where the capture speaks of it.
+inline bool IsOfSurface(const Capture& capture, const ParameterRow& row) {
+  return row.owner == Owner::kSurface &&
+         (row.quantity != Quantity::kNeckReturn || capture.surface[static_cast<size_t>(row.quantity)].stated);
+}
+
 /// The quantity that sets layer `layer`'s thickness: thickness_mm, or thickness_scale where a mesh or a field has it.
 Quantity ThicknessQuantity(const Capture& capture, size_t layer);
 

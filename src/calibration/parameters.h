@@ -23,6 +23,7 @@ enum class Quantity {
   kAbsorption,
   kRoughness,
   kWetness,
+  kNeckReturn,  ///< light that comes back through a root-like neck, over what the root's half space would return
 };
 
 enum class Scale { kLog, kLinear };  ///< in which the fit moves and priors are stated
@@ -42,7 +43,7 @@ struct ParameterRow {
 
 /// Priors are wide on purpose (ln standard deviation 1 is a factor 2.7 either way): they end ambiguities, they do not
 /// measure. Ranges: enamel, dentine and dental ceramics, Zijp et al. 1995, Fried et al. 1995, Fernandez-Oliveras 2013.
-inline constexpr std::array<ParameterRow, 9> kParameters{{
+inline constexpr std::array<ParameterRow, 10> kParameters{{
     {Quantity::kThickness, "thickness_mm", "mm", Owner::kLayer, false, Scale::kLog, 1.0, 0.02, 20.0, 1.0, 0.7},
     {Quantity::kThicknessScale, "thickness_scale", "1", Owner::kLayer, false, Scale::kLog, 1.0, 0.2, 5.0, 1.0, 0.3},
     {Quantity::kIor, "ior", "1", Owner::kLayer, false, Scale::kLinear, 1.54, 1.0, 3.0, 1.55, 0.1},
@@ -54,6 +55,7 @@ inline constexpr std::array<ParameterRow, 9> kParameters{{
     {Quantity::kAbsorption, "absorption_per_mm", "1/mm", Owner::kLayer, true, Scale::kLog, 0.05, 1e-5, 20.0, 0.05, 1.8},
     {Quantity::kRoughness, "roughness", "1", Owner::kSurface, false, Scale::kLog, 0.15, 0.01, 1.0, 0.15, 0.8},
     {Quantity::kWetness, "wetness", "1", Owner::kSurface, false, Scale::kLinear, 0.0, 0.0, 1.0, 0.2, 0.3},
+    {Quantity::kNeckReturn, "neck_return", "1", Owner::kSurface, false, Scale::kLinear, 1.0, 0.0, 2.0, 1.0, 0.5},
 }};
 
 constexpr const ParameterRow& RowOf(Quantity quantity) { return kParameters[static_cast<size_t>(quantity)]; }

@@ -22,6 +22,7 @@ std::array<std::optional<ShaderSlot>, kShaderSlots> SlotsOf(const Capture& captu
   slots[8] = {diffuser, Quantity::kAsymmetry};
   slots[9] = {kSurfaceOwner, Quantity::kRoughness};
   slots[10] = {kSurfaceOwner, Quantity::kWetness};
+  slots[11] = {kSurfaceOwner, Quantity::kNeckReturn};
   return slots;
 }
 

@@ -20,7 +20,7 @@ struct ShaderOptics {
   bool has_outer = false;
   T outer_scattering, outer_absorption, outer_thickness_scale, outer_ior;  ///< reduced scattering
   T diffuser_scattering, diffuser_absorption, diffuser_thickness_scale, diffuser_ior, diffuser_g;
-  T roughness, wetness;
+  T roughness, wetness, neck_return;
   bool may_be_wet = false;  ///< wet, or wetness is fitted
   double outside_ior = 1.0;
 
@@ -133,7 +133,8 @@ class ShaderPrediction {
         reflected = share * table_.Reflected(place, ring);
         transmitted = share * table_.Transmitted(place, ring);
       }
-      exitance += reflected * EnteringAt(tap.front) + transmitted * EnteringAt(tap.opposite);
+      const T seen = reflected * EnteringAt(tap.front) + transmitted * EnteringAt(tap.opposite);
+      exitance += tap.beyond_neck ? optics_.neck_return * seen : seen;
     }
     if (optics_.has_outer)
       exitance *= ThroughOuter(pixel.outer_path, optics_.outer_extinction(pixel.outer_absorption[channel_]));

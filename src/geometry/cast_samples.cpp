@@ -55,6 +55,7 @@ class Caster {
         options_(options),
         photograph_(photograph),
         relative_ior_(capture.layers[0][Quantity::kIor].value[0] / capture.outside_ior),
+        has_root_(capture.neck == Neck::kRoot),
         tile_(photo_.backing ? BackingTile(capture.backings[*photo_.backing]) : TriangleMesh()),
         caster_({}) {
     const RigidTransform object_from_camera = photo_.camera_from_object.Inverse();
@@ -166,6 +167,7 @@ class Caster {
   }
   std::optional<Hit> Seen(const glm::dvec3& direction) const { return caster_.Nearest(camera_, direction); }
   int strata() const { return options_.strata; }
+  bool has_root() const { return has_root_; }
 
  private:
   static TriangleMesh BackingTile(const BackingSpec& b) { return SquareTile(b.point_mm, b.normal, b.size_mm); }
@@ -183,6 +185,7 @@ class Caster {
   const CastOptions& options_;
   size_t photograph_;
   double relative_ior_;
+  bool has_root_;
   TriangleMesh tile_;
   glm::dvec3 camera_;
   std::vector<std::pair<int, LightShape>> lights_;
@@ -201,12 +204,23 @@ struct PixelResult {
   std::vector<Mirrored> mirrored;
 };
 
-Tap CastTap(const Crown& crown, const glm::dvec3& position, const glm::dvec3& normal, const TapKernel::Offset& offset) {
+glm::dvec3 TapPlace(const glm::dvec3& position, const glm::dvec3& normal, const TapKernel::Offset& offset) {
   const auto [u, v] = Tangents(normal);
-  const glm::dvec3 place = position + offset.mm.x * u + offset.mm.y * v;
+  return position + offset.mm.x * u + offset.mm.y * v;
+}
+
+/// True on the far side of the cut where an open scan ends.
+bool IsBelowNeck(const Crown& crown, const glm::dvec3& place) {
+  if (crown.cut.triangles.empty()) return false;
+  const SurfacePoint nearest = crown.cut_caster.ClosestPoint(place);
+  return glm::dot(place - Position(crown.cut, nearest), FaceNormal(crown.cut, nearest.triangle)) > 0;
+}
+
+Tap CastTap(const Crown& crown, const glm::dvec3& position, const glm::dvec3& normal, const TapKernel::Offset& offset) {
+  const glm::dvec3 place = TapPlace(position, normal, offset);
   // Down onto the surface along the point's own normal, from as high above as the tap is far away.
   const double lift = glm::length(offset.mm) + kLift_mm;
-  Tap tap{offset.ring, {}, {}};
+  Tap tap{offset.ring, {}, {}, false};
   const auto hit = crown.fine_caster.Nearest(place + lift * normal, -normal, 0.0, 3.0 * lift);
   if (!hit) return tap;  // beyond the object's edge: that light is gone
   tap.front = At(crown.fine, hit->point);
@@ -249,7 +263,9 @@ PixelResult CastPixel(const Caster& caster, const Crown& crown, const TapKernel&
   }
   pixel.outer_path = caster.ViewPath(position, normal, view);
   for (const auto& offset : kernel.offsets) {
-    const Tap tap = CastTap(crown, position, normal, offset);
+    Tap tap = CastTap(crown, position, normal, offset);
+    if (!tap.front.exists() && caster.has_root() && IsBelowNeck(crown, TapPlace(position, normal, offset)))
+      tap = {offset.ring, result.taps.front().front, result.taps.front().opposite, true};
     if (tap.front.exists()) result.taps.push_back(tap);
   }
   caster.Gather(position, normal, &view, result.shares, &result.highlights, caster.strata());

@@ -69,6 +69,7 @@ struct Interpolation {
 struct Tap {
   int ring;
   Interpolation front, opposite;
+  bool beyond_neck = false;  ///< below the cut of a scan, where a root is lit as the tooth is here
 };
 
 struct PixelCast {

@@ -132,7 +132,7 @@ std::string MaterialJson(const CrownFit& fit) {
   for (size_t l = 0; l < fit.capture.layers.size(); ++l) layers.push_back(LayerJson(fit, l));
   JsonValue::Object surface, by_name, scales;
   for (const auto& row : kParameters)
-    if (row.owner == Owner::kSurface)
+    if (IsOfSurface(fit.capture, row))
       surface.emplace_back(row.key, ParameterJson(*Find(fit, kSurfaceOwner, row.quantity)));
   std::vector<const PhotographResult*> used, held_out;
   for (const auto& p : fit.photographs) {

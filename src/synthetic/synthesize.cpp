@@ -223,7 +223,7 @@ JsonValue TruthOf(const Recipe& recipe, const Material& material, const std::vec
   }
   JsonValue::Object surface;
   for (const auto& row : kParameters)
-    if (row.owner == Owner::kSurface) surface.emplace_back(row.key, values(row, material.surface));
+    if (IsOfSurface(recipe.capture, row)) surface.emplace_back(row.key, values(row, material.surface));
   for (int c = 0; c < kChannels; ++c)
     channels.emplace_back(JsonValue::Object{{"name", recipe.capture.channel_names[c]},
                                             {"wavelength_nm", recipe.capture.wavelengths_nm[c]}});

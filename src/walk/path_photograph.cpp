@@ -285,7 +285,9 @@ PathPhotograph RenderByPaths(const Capture& capture, const LayeredBody& body, co
     studio.outer.push_back({material.surface[Quantity::kRoughness][0], material.surface[Quantity::kWetness][0],
                             media[static_cast<int>(i)].ior, capture.outside_ior});
   studio.cut_is_opaque = capture.neck != Neck::kAir;
-  if (capture.neck == Neck::kRoot) studio.cut_reflectance = HalfSpaceReflectance(material.layers.back());
+  if (capture.neck == Neck::kRoot)
+    studio.cut_reflectance =
+        glm::min(material.surface[Quantity::kNeckReturn][0] * HalfSpaceReflectance(material.layers.back()), 1.0);
   if (photo.backing && capture.backings[*photo.backing].in_contact)
     studio.contact.emplace(capture.backings[*photo.backing]);
   for (size_t i : photo.lights) {
