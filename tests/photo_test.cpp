@@ -1,9 +1,11 @@
 #include <OpenImageIO/imageio.h>
 #include <gtest/gtest.h>
 
+#include <chrono>
 #include <cmath>
 #include <cstdlib>
 #include <fstream>
+#include <thread>
 
 #include "base/error.h"
 #include "base/files.h"
@@ -157,6 +159,14 @@ TEST(ImageFiles, ValuesThatAreNotFiniteAreRefused) {
   image.values[17] = std::nanf("");
   WriteImageFile(folder.path / "nan.exr", image);
   EXPECT_THROW(ReadImageFile(folder.path / "nan.exr"), InputError);
+}
+
+TEST(ImageFiles, TheSamePictureIsTheSameFileASecondLater) {
+  const TemporaryFolder folder;
+  WriteImageFile(folder.path / "a.exr", Ramp(8, 8));
+  std::this_thread::sleep_for(std::chrono::milliseconds(1100));
+  WriteImageFile(folder.path / "b.exr", Ramp(8, 8));
+  EXPECT_EQ(Sha256OfFile(folder.path / "a.exr"), Sha256OfFile(folder.path / "b.exr"));
 }
 
 TEST(Photographs, SrgbDecodingInvertsEncodingAndOnlyEncodedFilesAreDecoded) {

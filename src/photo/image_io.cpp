@@ -38,8 +38,10 @@ std::optional<std::array<double, 3>> WhiteBalance(const OIIO::ImageSpec& spec) {
   return std::array<double, 3>{factors->get_float_indexed(0) / green, 1.0, factors->get_float_indexed(2) / green};
 }
 
-void Write(const std::filesystem::path& file, const std::filesystem::path& beside, const OIIO::ImageSpec& spec,
+void Write(const std::filesystem::path& file, const std::filesystem::path& beside, OIIO::ImageSpec spec,
            const Image& image) {
+  // EXR wants a date; the same picture is to be the same file, which is known by its hash.
+  if (file.extension() == ".exr") spec.attribute("DateTime", "1970:01:01 00:00:00");
   const auto output = OIIO::ImageOutput::create(beside.string());
   if (!output || !output->open(beside.string(), spec) ||
       !output->write_image(OIIO::TypeDesc::FLOAT, image.values.data()) || !output->close())
