@@ -15,16 +15,6 @@ namespace {
 
 constexpr double kLift_mm = 2e-3;  // rays into the air start this far above the surface
 
-Interpolation At(const TriangleMesh& mesh, const SurfacePoint& p) {
-  Interpolation at;
-  if (p.triangle < 0) return at;
-  for (int k = 0; k < 3; ++k) {
-    at.vertices[k] = mesh.triangles[p.triangle][k];
-    at.weights[k] = static_cast<float>(p.weights[k]);
-  }
-  return at;
-}
-
 /// One light's samples are summed in bands of incidence, because Fresnel's reflectance is steep at grazing angles: one
 /// mean angle for a whole dome would let 4 % too much light in, three leave 0.3 %.
 constexpr double kBandEdges[] = {0.25, 0.55};
@@ -204,31 +194,6 @@ struct PixelResult {
   std::vector<Mirrored> mirrored;
 };
 
-glm::dvec3 TapPlace(const glm::dvec3& position, const glm::dvec3& normal, const TapKernel::Offset& offset) {
-  const auto [u, v] = Tangents(normal);
-  return position + offset.mm.x * u + offset.mm.y * v;
-}
-
-/// True on the far side of the cut where an open scan ends.
-bool IsBelowNeck(const Crown& crown, const glm::dvec3& place) {
-  if (crown.cut.triangles.empty()) return false;
-  const SurfacePoint nearest = crown.cut_caster.ClosestPoint(place);
-  return glm::dot(place - Position(crown.cut, nearest), FaceNormal(crown.cut, nearest.triangle)) > 0;
-}
-
-Tap CastTap(const Crown& crown, const glm::dvec3& position, const glm::dvec3& normal, const TapKernel::Offset& offset) {
-  const glm::dvec3 place = TapPlace(position, normal, offset);
-  // Down onto the surface along the point's own normal, from as high above as the tap is far away.
-  const double lift = glm::length(offset.mm) + kLift_mm;
-  Tap tap{offset.ring, {}, {}, false};
-  const auto hit = crown.fine_caster.Nearest(place + lift * normal, -normal, 0.0, 3.0 * lift);
-  if (!hit) return tap;  // beyond the object's edge: that light is gone
-  tap.front = At(crown.fine, hit->point);
-  const glm::dvec3 n = ShadingNormal(crown, hit->point), p = Position(crown.fine, hit->point);
-  if (const auto out = crown.fine_caster.Nearest(p - kLift_mm * n, -n)) tap.opposite = At(crown.fine, out->point);
-  return tap;
-}
-
 PixelResult CastPixel(const Caster& caster, const Crown& crown, const TapKernel& kernel, bool shade_scenery, int x,
                       int y) {
   PixelResult result;
@@ -262,12 +227,7 @@ PixelResult CastPixel(const Caster& caster, const Crown& crown, const TapKernel&
     pixel.outer_absorption += hit->point.weights[k] * c.outer_absorption;
   }
   pixel.outer_path = caster.ViewPath(position, normal, view);
-  for (const auto& offset : kernel.offsets) {
-    Tap tap = CastTap(crown, position, normal, offset);
-    if (!tap.front.exists() && caster.has_root() && IsBelowNeck(crown, TapPlace(position, normal, offset)))
-      tap = {offset.ring, result.taps.front().front, result.taps.front().opposite, true};
-    if (tap.front.exists()) result.taps.push_back(tap);
-  }
+  result.taps = CastTaps(crown, kernel, position, normal, caster.has_root());
   caster.Gather(position, normal, &view, result.shares, &result.highlights, caster.strata());
   for (int quarter = 0; quarter < 4; ++quarter) {
     const glm::dvec3 ray = caster.PixelDirection(x + 0.25 + 0.5 * (quarter & 1), y + 0.25 + 0.5 * (quarter >> 1));
@@ -287,15 +247,10 @@ std::vector<TriangleMesh> ReadScenery(const Capture& capture) {
   return meshes;
 }
 
-PhotographCast CastPhotograph(const Capture& capture, const Crown& crown, const std::vector<TriangleMesh>& scenery,
-                              size_t photograph, const CastOptions& options) {
-  const PhotographSpec& photo = capture.photographs[photograph];
+VertexCast CastVertices(const Capture& capture, const Crown& crown, const std::vector<TriangleMesh>& scenery,
+                        size_t photograph, const CastOptions& options) {
   const Caster caster(capture, crown, scenery, photograph, options);
-  PhotographCast cast;
-  cast.kernel = options.kernel;
-  cast.taps_per_ring.assign(cast.kernel.rings(), 0);
-  for (const auto& offset : cast.kernel.offsets) ++cast.taps_per_ring[offset.ring];
-
+  VertexCast cast;
   const size_t vertices = crown.fine.vertices.size();
   std::vector<uint8_t> in_shade(vertices, 0);  // vertices of an opaque cut alone
   if (capture.neck != Neck::kAir && !crown.fine.is_cut.empty()) {
@@ -310,12 +265,23 @@ PhotographCast CastPhotograph(const Capture& capture, const Crown& crown, const 
     caster.Gather(p, n, nullptr, at_vertex[v], nullptr, options.strata);
     cast.backing[v] = caster.GatherScenery(p, n, at_vertex[v]);
   });
-  cast.has_backing = photo.backing.has_value();
+  cast.has_backing = capture.photographs[photograph].backing.has_value();
   for (const auto& shares : at_vertex) {
     cast.first_share.push_back(static_cast<int>(cast.vertex_shares.size()));
     cast.vertex_shares.insert(cast.vertex_shares.end(), shares.begin(), shares.end());
   }
   cast.first_share.push_back(static_cast<int>(cast.vertex_shares.size()));
+  return cast;
+}
+
+PhotographCast CastPhotograph(const Capture& capture, const Crown& crown, const std::vector<TriangleMesh>& scenery,
+                              size_t photograph, const CastOptions& options) {
+  const PhotographSpec& photo = capture.photographs[photograph];
+  const Caster caster(capture, crown, scenery, photograph, options);
+  PhotographCast cast;
+  static_cast<VertexCast&>(cast) = CastVertices(capture, crown, scenery, photograph, options);
+  cast.kernel = options.kernel;
+  cast.taps_per_ring = TapsPerRing(cast.kernel);
 
   const size_t width = photo.camera.width, pixels = width * photo.camera.height;
   constexpr size_t kAtOnce = 1 << 15;  // so that a whole photograph's unpacked casts never stand in memory together

@@ -6,22 +6,9 @@
 
 #include "calibration/capture.h"
 #include "geometry/crown.h"
+#include "geometry/taps.h"
 
 namespace crownfit {
-
-/// Offsets at which irradiance is gathered around a point to blur it: groups of taps ("rings") at like distance.
-struct TapKernel {
-  struct Offset {
-    glm::dvec2 mm;
-    int ring;
-  };
-  std::vector<Offset> offsets;
-  std::vector<double> outer_radius_mm;  ///< of every ring but the last, which reaches to infinity
-  int rings() const { return static_cast<int>(outer_radius_mm.size()) + 1; }
-};
-
-/// Centre and 6 rings of 8 taps from 0.15 to 4.8 mm. optics/twelve_taps.h has the thesis's.
-TapKernel ConvergedKernel();
 
 struct CastOptions {
   int strata = 6;         ///< per lamp: strata^2 directions (domes: four times as many)
@@ -59,19 +46,6 @@ struct Mirrored {
   glm::vec3 radiance;  ///< mean over the pixel, of a perfect mirror
 };
 
-/// Three vertices of the fine mesh and their weights.
-struct Interpolation {
-  int vertices[3] = {-1, -1, -1};
-  float weights[3] = {0, 0, 0};
-  bool exists() const { return vertices[0] >= 0; }
-};
-
-struct Tap {
-  int ring;
-  Interpolation front, opposite;
-  bool beyond_neck = false;  ///< below the cut of a scan, where a root is lit as the tooth is here
-};
-
 struct PixelCast {
   int x, y;
   bool at_silhouette;  ///< a corner of the pixel's square misses the object, or shows the cut at its neck
@@ -89,12 +63,16 @@ struct BackgroundPixel {
   glm::dvec3 value;  ///< pi x radiance of scenery or backing seen directly, direct light only
 };
 
-/// One photograph's casts on one crown.
-struct PhotographCast {
+/// The light of one photograph at the vertices of the fine mesh.
+struct VertexCast {
   std::vector<int> first_share;  ///< per vertex + 1
   std::vector<LightShare> vertex_shares;
   std::vector<BackingShare> backing;  ///< per vertex
   bool has_backing = false;
+};
+
+/// One photograph's casts on one crown.
+struct PhotographCast : VertexCast {
   std::vector<PixelCast> pixels;
   std::vector<Tap> taps;           ///< of one pixel: ring by ring
   std::vector<int> taps_per_ring;  ///< of the kernel, those beyond the object's edge included
@@ -107,6 +85,10 @@ struct PhotographCast {
 
 /// Meshes of the capture's scenery, in the order of Capture::scenery.
 std::vector<TriangleMesh> ReadScenery(const Capture& capture);
+
+/// What arrives at the vertices alone.
+VertexCast CastVertices(const Capture& capture, const Crown& crown, const std::vector<TriangleMesh>& scenery,
+                        size_t photograph, const CastOptions& options);
 
 /// Casts one photograph: every pixel that shows the object, and scenery when options say so.
 PhotographCast CastPhotograph(const Capture& capture, const Crown& crown, const std::vector<TriangleMesh>& scenery,
