@@ -242,6 +242,18 @@ TERM Float SlabTransmittance(Float reduced_scattering, Float extinction, Float t
   return diffuse + exp(-extinction * d);
 }
 
+// Tables over thickness have nodes at equal steps of ln(thickness + 0.1 mm): the place of a thickness among them, and back.
+TERM Float TablePlace(Float thickness_mm) { return 4.0 * log(1.0 + 10.0 * thickness_mm); }
+TERM Float TableThickness(Float place) { return 0.1 * (exp(0.25 * place) - 1.0); }
+
+// Weight of node -1, 0, 1 or 2 for a place that lies the share f beyond node 0 (Catmull and Rom 1974).
+TERM Float CubicWeight(int node, Float f) {
+  if (node < 0) return 0.5 * f * (f * (2.0 - f) - 1.0);
+  if (node == 0) return 0.5 * (f * f * (3.0 * f - 5.0) + 2.0);
+  if (node == 1) return 0.5 * f * (f * (4.0 - 3.0 * f) + 1.0);
+  return 0.5 * f * f * (f - 1.0);
+}
+
 // Radiance leaving per radiant exitance of the diffusing layer, per steradian: (1 - F) / (pi (1 - Fdr)), F the reflectance
 // towards the viewer; without the
 // normalisation by the diffuse Fresnel reflectance Fdr (from outside) 11 % of the light of a tooth is lost.

@@ -75,13 +75,19 @@ RingShares<T> DiffuserShares(const DiffuserOptics<T>& o, double thickness_mm,
   return shares;
 }
 
-/// DiffuserShares tabulated over thickness and interpolated by cubics (Catmull-Rom) in ln(thickness + 0.1 mm).
+/// DiffuserShares tabulated over thickness (TableThickness) and interpolated by cubics.
 template <class T>
 class DiffuserTable {
  public:
   DiffuserTable(const DiffuserOptics<T>& optics, const std::vector<double>& outer_radius_mm) {
-    for (int i = 0; i < kNodes; ++i) nodes_.push_back(DiffuserShares(optics, Thickness(i), outer_radius_mm));
+    for (int i = 0; i < kNodes; ++i)
+      nodes_.push_back(DiffuserShares(optics, Terms<double>::TableThickness(i), outer_radius_mm));
+    nodes_.insert(nodes_.begin(), Continued(nodes_[0], nodes_[1]));
+    nodes_.push_back(Continued(nodes_[kNodes], nodes_[kNodes - 1]));
   }
+
+  /// The nodes, one beyond either end (straight continuations) included: node i stands at TableThickness(i - 1).
+  const std::vector<RingShares<T>>& nodes() const { return nodes_; }
 
   /// Weights of the four nodes around a thickness; kept so that several rings share the work.
   struct Place {
@@ -89,54 +95,42 @@ class DiffuserTable {
     T weight[4];
   };
   Place At(const T& thickness_mm) const {
-    using std::log;
-    const T d = Terms<T>::clamp(thickness_mm, T(0.0), T(Thickness(kNodes - 1)));
-    const T u = (log(d + kShift_mm) - std::log(kShift_mm)) / kStep;
-    const double whole = Whole(u);
-    const T f = u - whole, f2 = f * f, f3 = f2 * f;
-    Place p;
-    p.first = static_cast<int>(whole) - 1;
-    p.weight[0] = 0.5 * (2.0 * f2 - f3 - f);
-    p.weight[1] = 0.5 * (3.0 * f3 - 5.0 * f2 + 2.0);
-    p.weight[2] = 0.5 * (4.0 * f2 - 3.0 * f3 + f);
-    p.weight[3] = 0.5 * (f3 - f2);
-    // At the ends the missing node is the straight continuation of its neighbours.
-    if (p.first < 0) Fold(p.weight[0], p.weight[1], p.weight[2]);
-    if (p.first + 3 >= kNodes) Fold(p.weight[3], p.weight[2], p.weight[1]);
+    const T d = Terms<T>::clamp(thickness_mm, T(0.0), T(Terms<double>::TableThickness(kNodes - 1)));
+    const T u = Terms<T>::TablePlace(d);
+    Place p{0, {}};
+    while (p.first + 2 < kNodes && u >= static_cast<double>(p.first + 1)) ++p.first;
+    for (int k = 0; k < 4; ++k) p.weight[k] = Terms<T>::CubicWeight(k - 1, u - static_cast<double>(p.first));
     return p;
   }
   T Reflected(const Place& p, int ring) const {
-    return Sum(p, [&](int i) -> const T& { return nodes_[i].reflected[ring]; });
+    return Sum(p, [&](const RingShares<T>& node) -> const T& { return node.reflected[ring]; });
   }
   T Transmitted(const Place& p, int ring) const {
-    return Sum(p, [&](int i) -> const T& { return nodes_[i].transmitted[ring]; });
+    return Sum(p, [&](const RingShares<T>& node) -> const T& { return node.transmitted[ring]; });
   }
   T TotalReflected(const Place& p) const {
-    return Sum(p, [&](int i) -> const T& { return nodes_[i].total_reflected; });
+    return Sum(p, [](const RingShares<T>& node) -> const T& { return node.total_reflected; });
   }
   T TotalTransmitted(const Place& p) const {
-    return Sum(p, [&](int i) -> const T& { return nodes_[i].total_transmitted; });
+    return Sum(p, [](const RingShares<T>& node) -> const T& { return node.total_transmitted; });
   }
 
  private:
-  static constexpr int kNodes = 22;
-  static constexpr double kShift_mm = 0.1, kStep = 0.25;  // 0 to 19 mm
-  static double Thickness(int i) { return kShift_mm * (std::exp(kStep * i) - 1.0); }
-  static double Whole(const T& u) {
-    int i = 0;
-    while (i + 2 < kNodes && u >= static_cast<double>(i + 1)) ++i;
-    return i;
-  }
-  static void Fold(T& missing, T& next, T& after) {
-    next += 2.0 * missing;
-    after -= missing;
-    missing = T(0.0);
+  static constexpr int kNodes = 22;  // 0 to 19 mm
+  static RingShares<T> Continued(const RingShares<T>& end, const RingShares<T>& before) {
+    RingShares<T> next = end;
+    for (size_t k = 0; k < end.reflected.size(); ++k) {
+      next.reflected[k] = 2.0 * end.reflected[k] - before.reflected[k];
+      next.transmitted[k] = 2.0 * end.transmitted[k] - before.transmitted[k];
+    }
+    next.total_reflected = 2.0 * end.total_reflected - before.total_reflected;
+    next.total_transmitted = 2.0 * end.total_transmitted - before.total_transmitted;
+    return next;
   }
   template <class Value>
   T Sum(const Place& p, const Value& value) const {
     T sum(0.0);
-    for (int k = 0; k < 4; ++k)
-      if (p.first + k >= 0 && p.first + k < kNodes) sum += p.weight[k] * value(p.first + k);
+    for (int k = 0; k < 4; ++k) sum += p.weight[k] * value(nodes_[p.first + k]);
     return sum;
   }
   std::vector<RingShares<T>> nodes_;

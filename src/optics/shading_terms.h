@@ -9,6 +9,7 @@ namespace terms_detail {
 
 using std::abs;
 using std::exp;
+using std::log;
 using std::sqrt;
 
 #define TERM static inline

@@ -72,6 +72,10 @@ inline std::vector<TermCase> TermCases() {
       TERM_CASE("normalised diffusion", T::NormalisedDiffusionProfile(x[0], x[1], x[2]), {0.1, 0.75}, {0.2, 2},
                 {0.1, 4}),
       TERM_CASE("normalised within", T::NormalisedDiffusionWithin(x[0], x[1], x[2]), {0.1, 0.75}, {0.2, 2}, {0, 4}),
+      TERM_CASE("table place", T::TablePlace(x[0]), {0, 15}),
+      TERM_CASE("table thickness", T::TableThickness(x[0]), {0.5, 20}),
+      TERM_CASE("cubic", T::CubicWeight(-1, x[0]) + 3.0 * T::CubicWeight(0, x[0]) + T::CubicWeight(1, x[0]), {0, 1}),
+      TERM_CASE("cubic last", T::CubicWeight(2, x[0]), {0.1, 0.9}),
       TERM_CASE("exit", T::ExitLobe(x[0], x[1]), {0.01, 0.9}, {0.02, 0.2})};
 }
 
