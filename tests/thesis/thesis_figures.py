@@ -180,7 +180,7 @@ def profiles(options):
         area = np.pi * (column("outer_mm") ** 2 - column("inner_mm") ** 2)
         print(f"profiles     {axis.get_title():10} light within 8 mm: " + ", ".join(f"{key} {float((column(key) * area).sum()):.4f}" for key in ("path", "images", "dipole", "normalised")), flush=True)
     axes[0].set_ylabel("light leaving (1/mm$^2$)", fontsize=8)
-    axes[-1].legend(fontsize=6.5)
+    axes[0].legend(fontsize=6.5, loc="lower left")
     figure.savefig(options.folder / "thesis_profiles.png", dpi=100)
     pyplot.close(figure)
 
@@ -199,6 +199,7 @@ def components(studio, file):
 
 def twelve_taps(studio, file):
     mask, scene = studio.mask(INCISOR), {"polarisation": "cross", "blade": True}
+    mask[:, : studio.pixels * 35 // 80] = False  # the blade stands before the left part of the crown
     lights = ["lamp", "dome"]
     coarse = studio.render("shader", INCISOR, lights, options=["--twelve-taps"], **scene)
     fine, path = studio.both(INCISOR, lights, **scene)
