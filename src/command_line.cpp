@@ -25,6 +25,7 @@ CommandLine ParseCommandLine(int argc, char** argv) {
       "  crownfit check CAPTURE                 is the capture complete and consistent?\n"
       "  crownfit fit CAPTURE -o RESULT         scattering, absorption, thickness, roughness, with error bars\n"
       "  crownfit render CAPTURE --material M   the photographs a material predicts\n"
+      "  crownfit view M --capture CAPTURE      the crown in the light, by the graphics processor\n"
       "  crownfit synthesize RECIPE -o CAPTURE  path-traced photographs with a known answer\n"
       "  crownfit slab SLAB.json                reflectance and transmittance of a flat layered sample\n"
       "  crownfit compare A B                   CIEDE2000 between two pictures\n\n"
@@ -82,6 +83,17 @@ CommandLine ParseCommandLine(int argc, char** argv) {
   render->add_option("--seed", line.fit.seed, "Seed of the noise (default 1).");
   AddCommonOptions(render, line);
 
+  auto* view = app.add_subcommand("view", "Draws the crown on the graphics processor, as the fit's model sees it.");
+  view->add_option("MATERIAL", line.material, "material.json or truth.json.")->required();
+  view->add_option("--capture", line.capture, "Crown, cameras and lamps: folder with capture.json, or that file.")
+      ->required();
+  view->add_option("--photograph", line.photograph, "Whose camera and lamps (default: the first).");
+  view->add_option("--screenshot", line.screenshot, "Write one picture: .exr (linear) or .png. Needs no display.");
+  view->add_option("--size", line.size, "WxH: of the picture, in place of the camera's own.");
+  view->add_option("--benchmark", line.benchmark_frames, "Draw so many frames and print how long they take.")
+      ->check(CLI::Range(1, 1000000));
+  AddCommonOptions(view, line);
+
   auto* synthesize = app.add_subcommand(
       "synthesize", "Path-traces a capture with a known answer: photographs, calibration, meshes, truth.json.");
   synthesize->add_option("RECIPE", line.capture, "recipe.json (docs/file_formats.md).")->required();
@@ -115,6 +127,11 @@ CommandLine ParseCommandLine(int argc, char** argv) {
   }
   line.command = app.get_subcommands().front()->get_name();
   line.fit.use_priors = !no_priors;
+  if (view->parsed() && !line.screenshot && line.benchmark_frames == 0) {
+    std::cerr << "crownfit: view of this version opens no window; give --screenshot FILE or --benchmark N.\n";
+    line.exit_code = 2;
+    return line;
+  }
   if (slab->parsed() && slab->count("--model") == 0) line.fit.model = "layered";
   const auto complain = [&](const std::string& message) {
     std::cerr << "crownfit: " << message << "\n";

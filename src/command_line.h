@@ -18,6 +18,9 @@ struct CommandLine {
   std::string photograph;
   bool json = false;
   bool half_float = false, fine = false;
+  std::optional<std::filesystem::path> screenshot;
+  std::string size;            ///< view: WxH
+  int benchmark_frames = 0;    ///< view
   double noise = 0;            ///< render: relative noise to add
   int paths = 256;             ///< render --model path: per pixel
   uint64_t photons = 1000000;  ///< slab --model path

@@ -16,6 +16,7 @@
 #include "report/result_files.h"
 #include "report/sections.h"
 #include "synthetic/synthesize.h"
+#include "view_crown.h"
 #include "walk/slab_walk.h"
 
 namespace crownfit {
@@ -39,6 +40,18 @@ class Figures {
 
 void PrintMessages(const std::vector<std::string>& messages) {
   for (const auto& message : messages) std::fprintf(stderr, "note: %s\n", message.c_str());
+}
+
+/// Nothing when the name is empty.
+std::optional<size_t> NamedPhotograph(const Capture& capture, const std::string& name) {
+  if (name.empty()) return std::nullopt;
+  std::string known;
+  for (size_t i = 0; i < capture.photographs.size(); ++i) {
+    if (capture.photographs[i].name == name) return i;
+    known += (known.empty() ? "" : ", ") + capture.photographs[i].name;
+  }
+  throw InputError(capture.file, "photographs", "there is no photograph called '" + name + "'",
+                   "Known: " + known + ".");
 }
 
 }  // namespace
@@ -114,10 +127,7 @@ int RunRender(const CommandLine& line) {
   const Material material = line.material.empty() ? StatedMaterial(capture) : ReadMaterialFile(line.material, capture);
   RenderOptions options{line.fit.model,  {}, line.paths, line.fit.twelve_taps, line.fine, line.fit.seed,
                         line.fit.threads};
-  for (size_t i = 0; i < capture.photographs.size(); ++i)
-    if (capture.photographs[i].name == line.photograph) options.photograph = i;
-  if (!line.photograph.empty() && !options.photograph)
-    throw InputError(capture.file, "photographs", "there is no photograph called '" + line.photograph + "'");
+  options.photograph = NamedPhotograph(capture, line.photograph);
   const auto messages = RenderPhotographs(capture, material, options, progress, [&](const RenderedPhotograph& r) {
     const PhotographSpec& photo = capture.photographs[r.photograph];
     Image picture = r.picture;
@@ -201,6 +211,29 @@ int RunCompare(const CommandLine& line) {
   figures.Add("de00_p95_pixel", d.pixel_p95, "dE00");
   figures.Add("pixels", static_cast<double>(d.pixels), "1");
   figures.Print(line.json);
+  return 0;
+}
+
+int RunView(const CommandLine& line) {
+  Progress progress(line.progress);
+  const Capture capture = ReadCapture(line.capture);
+  const Material material = ReadMaterialFile(line.material, capture);
+  ViewOptions options;
+  options.photograph = NamedPhotograph(capture, line.photograph).value_or(0);
+  options.screenshot = line.screenshot;
+  options.benchmark_frames = line.benchmark_frames;
+  options.threads = line.fit.threads;
+  if (!line.size.empty()) {
+    int width = 0, height = 0;
+    char rest = 0;
+    if (std::sscanf(line.size.c_str(), "%dx%d%c", &width, &height, &rest) != 2 || width < 1 || height < 1 ||
+        width > 16384 || height > 16384)
+      throw InputError("", "--size", "'" + line.size + "' is not a size", "Write WxH, such as 1920x1080.");
+    options.size = {width, height};
+  }
+  const std::string said = ViewCrown(capture, material, options, progress);
+  std::fputs(said.c_str(), stdout);
+  if (line.screenshot) std::printf("%s\n", line.screenshot->c_str());
   return 0;
 }
 

@@ -11,5 +11,6 @@ int RunSlab(const CommandLine& line);
 int RunSynthesize(const CommandLine& line);
 int RunRender(const CommandLine& line);
 int RunCompare(const CommandLine& line);
+int RunView(const CommandLine& line);
 
 }  // namespace crownfit

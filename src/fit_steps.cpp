@@ -73,7 +73,7 @@ CastState CastAll(const CrownInput& input, const std::vector<double>& thickness_
   CastState state;
   state.thickness_mm = thickness_mm;
   progress.Show("building the layers", 0.0);
-  state.crown = BuildCrown(capture, input.source, thickness_mm, options.threads);
+  state.crown = BuildCrown(capture, input.source, thickness_mm, options.threads, options.kernel);
   // A free thickness of the last layer scales what the mesh has.
   if (!capture.layers.back()[Quantity::kThickness].fixed) state.thickness_mm.back() = MedianDepth(*state.crown);
   for (size_t i = 0; i < capture.photographs.size(); ++i) {

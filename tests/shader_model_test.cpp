@@ -5,6 +5,7 @@
 
 #include <cmath>
 #include <numbers>
+#include <numeric>
 
 #include "forward/predict.h"
 #include "geometry/mesh_file.h"
@@ -99,14 +100,15 @@ TEST(Limits, AFilmShowsTheMirroredLampByFresnelAndHidesTheRoughHighlight) {
   // A lamp of radiance 1 straight behind the camera: the film mirrors ((1.333 - 1) / (1.333 + 1))^2 = 2.04 % of it.
   KnownScene scene(Disc(3.0, 12.0), 1, 0.5, 8, 2.0);
   scene.Light(DiskLight{{0, 0, 300}, {0, 0, -1}, glm::dvec3(1.0), 0.0, 20.0});
+  const CastState with_gloss = StateOf(scene);
   const auto gloss = [&](double wetness) {
+    Material m = StatedMaterial(scene.capture);
+    m.surface[Quantity::kRoughness].fill(0.3);
+    m.surface[Quantity::kWetness].fill(wetness);
     double values[2];
     for (int i = 0; i < 2; ++i) {
       scene.capture.photographs[0].polarisation = i == 0 ? Polarisation::kNone : Polarisation::kCross;
-      Material m = StatedMaterial(scene.capture);
-      m.surface[Quantity::kRoughness].fill(0.3);
-      m.surface[Quantity::kWetness].fill(wetness);
-      values[i] = CentrePixel(scene, StateOf(scene), m);
+      values[i] = CentrePixel(scene, with_gloss, m);
     }
     return values[0] - values[1];
   };
@@ -169,17 +171,19 @@ TEST(Derivatives, PixelsOfACurvedLayeredObjectAgreeWithDifferences) {
   const CastState state = StateOf(scene);
   const PhotographCast& cast = state.photographs[0];
   const std::vector<double> lights = StatedLightScales(scene.capture);
+  std::vector<int> vertices(state.crown->fine.vertices.size());
+  std::iota(vertices.begin(), vertices.end(), 0);
   using Jet = ceres::Jet<double, kShaderSlots>;
   const std::array<double, kShaderSlots> at{0.3, 0.02, 1.05, 1.63, 2.0, 0.07, 1.0, 1.54, 0.9, 0.25, 0.3, 1.0};
   std::array<Jet, kShaderSlots> jets;
   for (int i = 0; i < kShaderSlots; ++i) jets[i] = Jet(at[i], i);
   const auto jet_optics = OpticsFromSlots(scene.capture, jets);
-  const DiffuserTable<Jet> jet_table(jet_optics.diffuser(), cast.kernel.outer_radius_mm);
-  const ShaderPrediction<Jet> with_derivatives(*state.crown, cast, jet_optics, jet_table, 1, lights, 0);
+  const DiffuserTable<Jet> jet_table(jet_optics.diffuser(), state.crown->kernel.outer_radius_mm);
+  const ShaderPrediction<Jet> with_derivatives(*state.crown, cast, jet_optics, jet_table, 1, lights, vertices, 0);
   const auto value = [&](std::array<double, kShaderSlots> slots, const PixelCast& pixel) {
     const auto optics = OpticsFromSlots(scene.capture, slots);
-    const DiffuserTable<double> table(optics.diffuser(), cast.kernel.outer_radius_mm);
-    return ShaderPrediction<double>(*state.crown, cast, optics, table, 1, lights, 0).Pixel(pixel, 1.0);
+    const DiffuserTable<double> table(optics.diffuser(), state.crown->kernel.outer_radius_mm);
+    return ShaderPrediction<double>(*state.crown, cast, optics, table, 1, lights, vertices, 0).Pixel(pixel, 1.0);
   };
   for (size_t p = 0; p < cast.pixels.size(); p += 17) {
     const Jet pixel = with_derivatives.Pixel(cast.pixels[p], 1.0);

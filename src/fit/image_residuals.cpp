@@ -35,6 +35,7 @@ ImageResiduals::ImageResiduals(const Capture& capture, const CastState& state, c
     count_ += kChannels * static_cast<int>(p.pixels.size());
     free_exposures_ = std::max(free_exposures_, p.exposure + 1);
     for (size_t light : capture.photographs[p.photograph].lights) used[light] = 1;
+    vertices_.push_back(VerticesAround(*state.crown, state.photographs[p.photograph], p.pixels));
   }
   for (size_t l = 0; l < capture.lights.size(); ++l)
     if (capture.lights[l].scale_is_free && used[l]) free_lights_.push_back(static_cast<int>(l));
@@ -48,13 +49,15 @@ void ImageResiduals::Predict(const Material& material, const std::vector<double>
                              Eigen::VectorXd& prediction) const {
   prediction.resize(count_);
   int row = 0;
-  for (const FitPixels& p : pixels_) {
+  for (size_t g = 0; g < pixels_.size(); ++g) {
+    const FitPixels& p = pixels_[g];
     const PhotographCast& cast = state_.photographs[p.photograph];
     const double specular = SpecularFactor(capture_.photographs[p.photograph].polarisation);
     for (int c = 0; c < kChannels; ++c) {
       const auto optics = OpticsFromSlots(capture_, SlotValues(capture_, material, state_, c));
-      const DiffuserTable<double> table(optics.diffuser(), cast.kernel.outer_radius_mm);
-      const ShaderPrediction<double> model(*state_.crown, cast, optics, table, c, light_scale, options_.threads);
+      const DiffuserTable<double> table(optics.diffuser(), state_.crown->kernel.outer_radius_mm);
+      const ShaderPrediction<double> model(*state_.crown, cast, optics, table, c, light_scale, vertices_[g],
+                                           options_.threads);
       ParallelFor(p.pixels.size(), options_.threads, [&](size_t i) {
         prediction[row + kChannels * static_cast<int>(i) + c] = model.Pixel(cast.pixels[p.pixels[i]], specular);
       });
@@ -146,7 +149,8 @@ void ImageResiduals::PredictWithDerivatives(const Eigen::VectorXd& x, const Line
   const auto slots = SlotsOf(capture_);
   const auto slopes = SlotSlopes(capture_, state_);
   int row = 0;
-  for (const FitPixels& p : pixels_) {
+  for (size_t g = 0; g < pixels_.size(); ++g) {
+    const FitPixels& p = pixels_[g];
     const PhotographCast& cast = state_.photographs[p.photograph];
     const double specular = SpecularFactor(capture_.photographs[p.photograph].polarisation);
     const double exposure = ExposureOf(p, scales);
@@ -160,8 +164,9 @@ void ImageResiduals::PredictWithDerivatives(const Eigen::VectorXd& x, const Line
         if (slots[s]) slot_by_x.row(s) = slopes[s] * ValueGradient(free_, x, slots[s]->layer, slots[s]->quantity, c);
       }
       const auto optics = OpticsFromSlots(capture_, jets);
-      const DiffuserTable<Jet> table(optics.diffuser(), cast.kernel.outer_radius_mm);
-      const ShaderPrediction<Jet> model(*state_.crown, cast, optics, table, c, scales.light, options_.threads);
+      const DiffuserTable<Jet> table(optics.diffuser(), state_.crown->kernel.outer_radius_mm);
+      const ShaderPrediction<Jet> model(*state_.crown, cast, optics, table, c, scales.light, vertices_[g],
+                                        options_.threads);
       ParallelFor(p.pixels.size(), options_.threads, [&](size_t i) {
         const int k = row + kChannels * static_cast<int>(i) + c;
         const Jet value = model.Pixel(cast.pixels[p.pixels[i]], specular);

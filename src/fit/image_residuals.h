@@ -58,7 +58,8 @@ class ImageResiduals {
   const FreeParameters& free_;
   const std::vector<FitPixels>& pixels_;
   ResidualOptions options_;
-  std::vector<int> free_lights_;  ///< indices of lights whose scale is free
+  std::vector<std::vector<int>> vertices_;  ///< per entry of `pixels`: around what its pixels show
+  std::vector<int> free_lights_;            ///< indices of lights whose scale is free
   int free_exposures_ = 0;
   int count_ = 0;
 };

@@ -1,5 +1,7 @@
 #include "forward/predict.h"
 
+#include <numeric>
+
 #include "base/error.h"
 
 namespace crownfit {
@@ -75,15 +77,28 @@ std::vector<double> StatedLightScales(const Capture& capture) {
   return scales;
 }
 
+std::vector<int> VerticesAround(const Crown& crown, const PhotographCast& cast, std::span<const int> pixels) {
+  std::vector<uint8_t> is_around(crown.fine.vertices.size(), 0);
+  for (int p : pixels)
+    for (int v : cast.pixels[p].at.vertices) is_around[v] = 1;
+  std::vector<int> vertices;
+  for (size_t v = 0; v < is_around.size(); ++v)
+    if (is_around[v]) vertices.push_back(static_cast<int>(v));
+  return vertices;
+}
+
 std::vector<glm::dvec3> PredictPixels(const Capture& capture, const CastState& state, size_t photograph,
                                       const Material& material, std::span<const double> light_scale, int threads) {
   const PhotographCast& cast = state.photographs[photograph];
   const double specular = SpecularFactor(capture.photographs[photograph].polarisation);
   std::vector<glm::dvec3> values(cast.pixels.size());
+  std::vector<int> all(cast.pixels.size());
+  std::iota(all.begin(), all.end(), 0);
+  const std::vector<int> vertices = VerticesAround(*state.crown, cast, all);
   for (int c = 0; c < kChannels; ++c) {
     const auto optics = OpticsFromSlots(capture, SlotValues(capture, material, state, c));
-    const DiffuserTable<double> table(optics.diffuser(), cast.kernel.outer_radius_mm);
-    const ShaderPrediction<double> prediction(*state.crown, cast, optics, table, c, light_scale, threads);
+    const DiffuserTable<double> table(optics.diffuser(), state.crown->kernel.outer_radius_mm);
+    const ShaderPrediction<double> prediction(*state.crown, cast, optics, table, c, light_scale, vertices, threads);
     ParallelFor(values.size(), threads, [&](size_t i) { values[i][c] = prediction.Pixel(cast.pixels[i], specular); });
   }
   return values;

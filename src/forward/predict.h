@@ -61,6 +61,9 @@ ShaderOptics<T> OpticsFromSlots(const Capture& capture, const std::array<T, kSha
 /// layer.
 void CheckShaderSupports(const Capture& capture);
 
+/// The vertices around the places that these pixels (indices into the cast's) show, without doubles.
+std::vector<int> VerticesAround(const Crown& crown, const PhotographCast& cast, std::span<const int> pixels);
+
 /// Pixel values at exposure 1, one per cast pixel.
 std::vector<glm::dvec3> PredictPixels(const Capture& capture, const CastState& state, size_t photograph,
                                       const Material& material, std::span<const double> light_scale, int threads);

@@ -38,16 +38,19 @@ struct ShaderOptics {
   }
 };
 
-/// One photograph in one channel. Construction computes the light that enters the diffuser at every vertex.
+/// One photograph in one channel. Construction computes the light that enters the diffuser at every vertex, and what
+/// leaves it at those around the pixels.
 template <class T>
 class ShaderPrediction {
  public:
   using Term = Terms<T>;
 
-  /// `light_scale`: factor per light of the capture; 0 leaves a light out.
+  /// `light_scale`: factor per light of the capture; 0 leaves a light out. `vertices`: those that pixels will ask for.
   ShaderPrediction(const Crown& crown, const PhotographCast& cast, const ShaderOptics<T>& optics,
-                   const DiffuserTable<T>& table, int channel, std::span<const double> light_scale, int threads)
-      : cast_(cast),
+                   const DiffuserTable<T>& table, int channel, std::span<const double> light_scale,
+                   std::span<const int> vertices, int threads)
+      : crown_(crown),
+        cast_(cast),
         optics_(optics),
         table_(table),
         channel_(channel),
@@ -55,7 +58,9 @@ class ShaderPrediction {
         surface_(optics.surface()),
         entry_ior_(surface_.relative_ior),
         diffuse_fresnel_(MomentsOf(surface_).diffuse_outside),
-        entering_(crown.fine.vertices.size(), T(0.0)) {
+        entering_(crown.fine.vertices.size(), T(0.0)),
+        leaving_(crown.fine.vertices.size(), T(0.0)),
+        first_order_(optics.has_outer ? crown.fine.vertices.size() : 0, T(0.0)) {
     ParallelFor(entering_.size(), threads, [&](size_t v) {
       const T extinction = optics_.outer_extinction(crown.columns[v].outer_absorption[channel_]);
       for (int s = cast_.first_share[v]; s < cast_.first_share[v + 1]; ++s) {
@@ -65,11 +70,24 @@ class ShaderPrediction {
       }
     });
     if (cast_.has_backing) AddLightReturnedByBacking(crown, threads);
+    const std::vector<int> taps_per_ring = TapsPerRing(crown.kernel);
+    ParallelFor(vertices.size(), threads, [&](size_t i) {
+      const int v = vertices[i];
+      leaving_[v] = Leaving(v, taps_per_ring);
+      if (optics_.has_outer) first_order_[v] = FirstOrder(v);
+    });
   }
 
   /// Pixel value at exposure 1: pi times radiance.
   T Pixel(const PixelCast& pixel, double specular_factor) const {
-    return std::numbers::pi * (Diffuse(pixel) + FirstOrder(pixel) + specular_factor * Gloss(pixel));
+    T below =
+        Interpolated(pixel.at, leaving_) * Term::ExitLobe(surface_.Reflectance(T(pixel.cos_view)), diffuse_fresnel_);
+    if (optics_.has_outer) {  // along the refracted view, as in a flat layer of this thickness
+      const T extinction = optics_.outer_extinction(pixel.outer_absorption[channel_]);
+      below *= Term::Attenuation(extinction, Now(pixel.front) / Term::RefractedCosine(T(pixel.cos_view), entry_ior_));
+      below += Interpolated(pixel.at, first_order_);
+    }
+    return std::numbers::pi * (below + specular_factor * Gloss(pixel));
   }
 
  private:
@@ -112,48 +130,54 @@ class ShaderPrediction {
     });
   }
 
-  T EnteringAt(const Interpolation& at) const {
+  /// Value of the vertices around; 0 where there is no place.
+  static T Interpolated(const Interpolation& at, const std::vector<T>& of_vertices) {
     T sum(0.0);
-    if (!at.exists()) return sum;
-    for (int k = 0; k < 3; ++k) sum += static_cast<double>(at.weights[k]) * entering_[at.vertices[k]];
+    if (at.exists())
+      for (int k = 0; k < 3; ++k) sum += static_cast<double>(at.weights[k]) * of_vertices[at.vertices[k]];
     return sum;
   }
 
-  /// Diffusion: entering light blurred by the profile, on this side and through from the other.
-  T Diffuse(const PixelCast& pixel) const {
-    const auto place = table_.At(DiffuserThickness(pixel.front, pixel.back, pixel.total_mm));
-    T exitance(0.0);
-    int ring = -1;
-    T reflected(0.0), transmitted(0.0);
-    for (int t = pixel.first_tap; t < pixel.first_tap + pixel.tap_count; ++t) {
-      const Tap& tap = cast_.taps[t];
-      if (tap.ring != ring) {  // taps come ring by ring
-        ring = tap.ring;
-        const double share = 1.0 / cast_.taps_per_ring[ring];
-        reflected = share * table_.Reflected(place, ring);
-        transmitted = share * table_.Transmitted(place, ring);
+  /// Diffusion: entering light blurred by the profile, on this side and through from the other. Radiant exitance of
+  /// the diffusing layer below a vertex.
+  T Leaving(int vertex, const std::vector<int>& taps_per_ring) const {
+    const Column& column = crown_.columns[vertex];
+    const auto place = table_.At(DiffuserThickness(column.front, column.back, column.total_mm));
+    T sum(0.0);
+    const int end = crown_.first_tap[vertex + 1];
+    for (int t = crown_.first_tap[vertex]; t < end;) {
+      const int ring = crown_.taps[t].ring;
+      T front(0.0), opposite(0.0), front_below_neck(0.0), opposite_below_neck(0.0);
+      for (; t < end && crown_.taps[t].ring == ring; ++t) {
+        const Tap& tap = crown_.taps[t];
+        (tap.beyond_neck ? front_below_neck : front) += Interpolated(tap.front, entering_);
+        (tap.beyond_neck ? opposite_below_neck : opposite) += Interpolated(tap.opposite, entering_);
       }
-      const T seen = reflected * EnteringAt(tap.front) + transmitted * EnteringAt(tap.opposite);
-      exitance += tap.beyond_neck ? optics_.neck_return * seen : seen;
+      if (!crown_.cut.triangles.empty()) {
+        front += optics_.neck_return * front_below_neck;
+        opposite += optics_.neck_return * opposite_below_neck;
+      }
+      sum += (table_.Reflected(place, ring) * front + table_.Transmitted(place, ring) * opposite) /
+             static_cast<double>(taps_per_ring[ring]);
     }
-    if (optics_.has_outer)
-      exitance *= ThroughOuter(pixel.outer_path, optics_.outer_extinction(pixel.outer_absorption[channel_]));
-    return exitance * Term::ExitLobe(surface_.Reflectance(T(pixel.cos_view)), diffuse_fresnel_);
+    return sum;
   }
 
   /// Hanrahan and Krueger in the similarity-reduced outer layer: ss' with an isotropic phase function, which is the
-  /// scattering that the attenuation by ss' + sa took out of the beam.
-  T FirstOrder(const PixelCast& pixel) const {
-    T sum(0.0);
-    if (!optics_.has_outer) return sum;
-    const T extinction = optics_.outer_extinction(pixel.outer_absorption[channel_]);
+  /// scattering that the attenuation by ss' + sa took out of the beam. Radiance from a vertex towards the camera.
+  T FirstOrder(int vertex) const {
+    const Column& column = crown_.columns[vertex];
+    const double cos_view = std::max(1e-3, glm::dot(crown_.fine_vertex_normals[vertex],
+                                                    glm::normalize(cast_.camera - crown_.fine.vertices[vertex])));
+    const T extinction = optics_.outer_extinction(column.outer_absorption[channel_]);
     const T albedo = optics_.outer_scattering / Term::max(extinction, T(1e-9));
-    const T tau = extinction * Now(pixel.front);
-    const T mu = Term::RefractedCosine(T(pixel.cos_view), entry_ior_);
-    const T out = 1.0 - surface_.Reflectance(T(pixel.cos_view));
+    const T tau = extinction * Now(column.front);
+    const T mu = Term::RefractedCosine(T(cos_view), entry_ior_);
+    const T out = 1.0 - surface_.Reflectance(T(cos_view));
     const T phase(0.25 / std::numbers::pi);
-    for (int s = pixel.first_share; s < pixel.first_share + pixel.share_count; ++s) {
-      const LightShare& share = cast_.shares[s];
+    T sum(0.0);
+    for (int s = cast_.first_share[vertex]; s < cast_.first_share[vertex + 1]; ++s) {
+      const LightShare& share = cast_.vertex_shares[s];
       const double irradiance = light_scale_[share.light] * share.irradiance[channel_];
       if (irradiance <= 0) continue;
       const T mu0 = Term::RefractedCosine(T(share.cos_incidence), entry_ior_);
@@ -186,6 +210,7 @@ class ShaderPrediction {
     return sum + optics_.wetness * mirrored * Term::FresnelReflectance(T(pixel.cos_view), surface_.film_ior());
   }
 
+  const Crown& crown_;
   const PhotographCast& cast_;
   const ShaderOptics<T>& optics_;
   const DiffuserTable<T>& table_;
@@ -193,7 +218,7 @@ class ShaderPrediction {
   std::span<const double> light_scale_;
   WetSurface<T> surface_;
   T entry_ior_, diffuse_fresnel_;
-  std::vector<T> entering_;
+  std::vector<T> entering_, leaving_, first_order_;
 };
 
 }  // namespace crownfit

@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 #include <numbers>
+#include <span>
 
 #include "base/error.h"
 #include "base/parallel.h"
@@ -23,15 +24,14 @@ int BandOf(double cos_incidence) { return (cos_incidence > kBandEdges[0]) + (cos
 
 struct ShareSum {
   glm::dvec3 irradiance{0.0}, direction{0.0};
-  double weight = 0, cosine = 0, light_view = 0;
-  void Add(const LightSample& s, double cos_incidence, double cos_view_light) {
+  double weight = 0, cosine = 0;
+  void Add(const LightSample& s, double cos_incidence) {
     const glm::dvec3 e = s.weight * cos_incidence;
     const double w = e.x + e.y + e.z;
     irradiance += e;
     direction += w * s.direction;
     weight += w;
     cosine += w * cos_incidence;
-    light_view += w * cos_view_light;
   }
 };
 
@@ -43,9 +43,7 @@ class Caster {
       : crown_(crown),
         photo_(capture.photographs[photograph]),
         options_(options),
-        photograph_(photograph),
         relative_ior_(capture.layers[0][Quantity::kIor].value[0] / capture.outside_ior),
-        has_root_(capture.neck == Neck::kRoot),
         tile_(photo_.backing ? BackingTile(capture.backings[*photo_.backing]) : TriangleMesh()),
         caster_({}) {
     const RigidTransform object_from_camera = photo_.camera_from_object.Inverse();
@@ -69,31 +67,51 @@ class Caster {
     caster_ = RayCaster(meshes);
   }
 
-  /// Light that arrives at a place, light by light; `view` adds the highlights.
-  void Gather(const glm::dvec3& position, const glm::dvec3& normal, const glm::dvec3* view,
-              std::vector<LightShare>& shares, std::vector<Highlight>* highlights, int lamp_strata) const {
+  /// Light that arrives at a place, light by light. `visibility`: the share of each that nothing blocks.
+  void Gather(const glm::dvec3& position, const glm::dvec3& normal, int lamp_strata, std::vector<LightShare>& shares,
+              float* visibility = nullptr) const {
     const glm::dvec3 lifted = position + kLift_mm * normal;
     std::vector<LightSample> samples;
-    for (const auto& [index, shape] : lights_) {
+    for (size_t l = 0; l < lights_.size(); ++l) {
+      const auto& [index, shape] = lights_[l];
       samples.clear();
-      const bool all_around = IsAllAround(shape);
-      const int strata = all_around ? 2 * lamp_strata : lamp_strata;
-      if (all_around && view) {
-        SampleAllAroundForGloss(shape, normal, *view, options_.gloss_roughness, lamp_strata, samples);
-      } else {
-        SampleLight(shape, position, normal, strata, samples);
-      }
+      SampleLight(shape, position, normal, IsAllAround(shape) ? 2 * lamp_strata : lamp_strata, samples);
       std::array<ShareSum, kBands> sums;
+      double sent = 0, arrived = 0;
       for (const LightSample& s : samples) {
         const double cosine = glm::dot(s.direction, normal);
-        if (cosine <= 0 || caster_.Occluded(lifted, s.direction, 0.0, s.distance_mm)) continue;
-        sums[BandOf(cosine)].Add(s, cosine, view ? glm::dot(s.direction, *view) : 0.0);
-        if (!view || !highlights || photo_.polarisation == Polarisation::kCross) continue;
-        const glm::dvec3 half = glm::normalize(s.direction + *view);
-        highlights->push_back({index, static_cast<float>(cosine), static_cast<float>(glm::dot(half, normal)),
-                               static_cast<float>(glm::dot(s.direction, half)), glm::vec3(s.weight * cosine)});
+        if (cosine <= 0) continue;
+        sent += s.weight.y * cosine;
+        if (caster_.Occluded(lifted, s.direction, 0.0, s.distance_mm)) continue;
+        arrived += s.weight.y * cosine;
+        sums[BandOf(cosine)].Add(s, cosine);
       }
       for (const ShareSum& sum : sums) AddShare(index, sum, position, normal, shares);
+      if (visibility) visibility[l] = static_cast<float>(sent > 0 ? arrived / sent : 0.0);
+    }
+  }
+
+  /// Directions in which a rough surface mirrors the lamps, each lamp dimmed by its share in `visibility`.
+  void AddHighlights(const glm::dvec3& position, const glm::dvec3& normal, const glm::dvec3& view,
+                     std::span<const float> visibility, std::vector<Highlight>& highlights) const {
+    if (photo_.polarisation == Polarisation::kCross) return;
+    std::vector<LightSample> samples;
+    for (size_t l = 0; l < lights_.size(); ++l) {
+      const auto& [index, shape] = lights_[l];
+      samples.clear();
+      if (IsAllAround(shape)) {
+        SampleAllAroundForGloss(shape, normal, view, options_.gloss_roughness, options_.strata, samples);
+      } else {
+        SampleLight(shape, position, normal, options_.strata, samples);
+      }
+      for (const LightSample& s : samples) {
+        const double cosine = glm::dot(s.direction, normal);
+        if (cosine <= 0 || visibility[l] <= 0) continue;
+        const glm::dvec3 half = glm::normalize(s.direction + view);
+        highlights.push_back({index, static_cast<float>(cosine), static_cast<float>(glm::dot(half, normal)),
+                              static_cast<float>(glm::dot(s.direction, half)),
+                              glm::vec3(visibility[l] * cosine * s.weight)});
+      }
     }
   }
 
@@ -115,7 +133,7 @@ class Caster {
       const auto radiance = SceneryRadiance(*hit, sky[i].direction, std::max(1, options_.strata / 2));
       for (size_t l = 0; l < lights_.size(); ++l) {
         if (radiance[l] == glm::dvec3(0.0)) continue;
-        sums[l][BandOf(cosine)].Add({sky[i].direction, hit->distance_mm, radiance[l] * sky[i].weight}, cosine, 0.0);
+        sums[l][BandOf(cosine)].Add({sky[i].direction, hit->distance_mm, radiance[l] * sky[i].weight}, cosine);
       }
     }
     for (size_t l = 0; l < lights_.size(); ++l)
@@ -128,7 +146,7 @@ class Caster {
     glm::dvec3 normal = FaceNormal(*meshes_[hit.mesh], hit.point.triangle);
     if (glm::dot(normal, direction) > 0) normal = -normal;  // sheets and tiles are seen from both sides
     std::vector<LightShare> shares;
-    Gather(Position(*meshes_[hit.mesh], hit.point), normal, nullptr, shares, nullptr, lamp_strata);
+    Gather(Position(*meshes_[hit.mesh], hit.point), normal, lamp_strata, shares);
     std::vector<glm::dvec3> radiance(lights_.size(), glm::dvec3(0.0));
     for (const LightShare& share : shares)
       for (size_t l = 0; l < lights_.size(); ++l)
@@ -149,15 +167,12 @@ class Caster {
     }
   }
 
-  OuterLength ViewPath(const glm::dvec3& position, const glm::dvec3& normal, const glm::dvec3& view) const {
-    return OuterPath(crown_, position, normal, view, relative_ior_);
-  }
   glm::dvec3 PixelDirection(double x, double y) const {
     return glm::transpose(photo_.camera_from_object.rotation) * DirectionFromPixel(photo_.camera, {x, y});
   }
   std::optional<Hit> Seen(const glm::dvec3& direction) const { return caster_.Nearest(camera_, direction); }
   int strata() const { return options_.strata; }
-  bool has_root() const { return has_root_; }
+  size_t lights() const { return lights_.size(); }
 
  private:
   static TriangleMesh BackingTile(const BackingSpec& b) { return SquareTile(b.point_mm, b.normal, b.size_mm); }
@@ -167,15 +182,13 @@ class Caster {
     const double length = glm::length(sum.direction);
     const glm::dvec3 direction = length > 1e-9 * sum.weight ? sum.direction / length : normal;
     shares.push_back({light, sum.irradiance, sum.cosine / sum.weight,
-                      OuterPath(crown_, position, normal, direction, relative_ior_), sum.light_view / sum.weight});
+                      OuterPath(crown_, position, normal, direction, relative_ior_)});
   }
 
   const Crown& crown_;
   const PhotographSpec& photo_;
   const CastOptions& options_;
-  size_t photograph_;
   double relative_ior_;
-  bool has_root_;
   TriangleMesh tile_;
   glm::dvec3 camera_;
   std::vector<std::pair<int, LightShape>> lights_;
@@ -188,13 +201,11 @@ class Caster {
 struct PixelResult {
   std::optional<PixelCast> pixel;
   std::optional<BackgroundPixel> background;
-  std::vector<Tap> taps;
-  std::vector<LightShare> shares;
   std::vector<Highlight> highlights;
   std::vector<Mirrored> mirrored;
 };
 
-PixelResult CastPixel(const Caster& caster, const Crown& crown, const TapKernel& kernel, bool shade_scenery, int x,
+PixelResult CastPixel(const Caster& caster, const Crown& crown, const VertexCast& light, bool shade_scenery, int x,
                       int y) {
   PixelResult result;
   const glm::dvec3 direction = caster.PixelDirection(x + 0.5, y + 0.5);
@@ -222,13 +233,14 @@ PixelResult CastPixel(const Caster& caster, const Crown& crown, const TapKernel&
   for (int k = 0; k < 3; ++k) {
     const Column& c = crown.columns[crown.fine.triangles[hit->point.triangle][k]];
     pixel.front.Add(hit->point.weights[k], c.front);
-    pixel.back.Add(hit->point.weights[k], c.back);
-    pixel.total_mm += hit->point.weights[k] * c.total_mm;
     pixel.outer_absorption += hit->point.weights[k] * c.outer_absorption;
   }
-  pixel.outer_path = caster.ViewPath(position, normal, view);
-  result.taps = CastTaps(crown, kernel, position, normal, caster.has_root());
-  caster.Gather(position, normal, &view, result.shares, &result.highlights, caster.strata());
+  pixel.at = InterpolationAt(crown.fine, hit->point);
+  std::vector<float> visibility(caster.lights(), 0.0f);
+  for (size_t l = 0; l < visibility.size(); ++l)
+    for (int k = 0; k < 3; ++k)
+      visibility[l] += pixel.at.weights[k] * light.visibility[pixel.at.vertices[k] * visibility.size() + l];
+  caster.AddHighlights(position, normal, view, visibility, result.highlights);
   for (int quarter = 0; quarter < 4; ++quarter) {
     const glm::dvec3 ray = caster.PixelDirection(x + 0.25 + 0.5 * (quarter & 1), y + 0.25 + 0.5 * (quarter >> 1));
     const auto seen = caster.Seen(ray);
@@ -259,10 +271,11 @@ VertexCast CastVertices(const Capture& capture, const Crown& crown, const std::v
   }
   std::vector<std::vector<LightShare>> at_vertex(vertices);
   cast.backing.resize(vertices);
+  cast.visibility.assign(vertices * caster.lights(), 0.0f);
   ParallelFor(vertices, options.threads, [&](size_t v) {
     const glm::dvec3 &p = crown.fine.vertices[v], &n = crown.fine_vertex_normals[v];
     if (in_shade[v]) return;
-    caster.Gather(p, n, nullptr, at_vertex[v], nullptr, options.strata);
+    caster.Gather(p, n, options.strata, at_vertex[v], &cast.visibility[v * caster.lights()]);
     cast.backing[v] = caster.GatherScenery(p, n, at_vertex[v]);
   });
   cast.has_backing = capture.photographs[photograph].backing.has_value();
@@ -280,8 +293,7 @@ PhotographCast CastPhotograph(const Capture& capture, const Crown& crown, const 
   const Caster caster(capture, crown, scenery, photograph, options);
   PhotographCast cast;
   static_cast<VertexCast&>(cast) = CastVertices(capture, crown, scenery, photograph, options);
-  cast.kernel = options.kernel;
-  cast.taps_per_ring = TapsPerRing(cast.kernel);
+  cast.camera = photo.camera_from_object.Inverse().translation_mm;
 
   const size_t width = photo.camera.width, pixels = width * photo.camera.height;
   constexpr size_t kAtOnce = 1 << 15;  // so that a whole photograph's unpacked casts never stand in memory together
@@ -289,7 +301,7 @@ PhotographCast CastPhotograph(const Capture& capture, const Crown& crown, const 
     std::vector<PixelResult> results(std::min(kAtOnce, pixels - begin));
     ParallelFor(results.size(), options.threads, [&](size_t i) {
       const int x = static_cast<int>((begin + i) % width), y = static_cast<int>((begin + i) / width);
-      results[i] = CastPixel(caster, crown, cast.kernel, options.shade_scenery, x, y);
+      results[i] = CastPixel(caster, crown, cast, options.shade_scenery, x, y);
     });
     for (const PixelResult& r : results) {
       if (r.background) cast.background.push_back(*r.background);
@@ -300,8 +312,6 @@ PhotographCast CastPhotograph(const Capture& capture, const Crown& crown, const 
         count = static_cast<int>(some.size());
         all.insert(all.end(), some.begin(), some.end());
       };
-      pack(cast.taps, r.taps, pixel.first_tap, pixel.tap_count);
-      pack(cast.shares, r.shares, pixel.first_share, pixel.share_count);
       pack(cast.highlights, r.highlights, pixel.first_highlight, pixel.highlight_count);
       pack(cast.mirrored, r.mirrored, pixel.first_mirrored, pixel.mirrored_count);
       cast.pixels.push_back(pixel);

@@ -11,11 +11,11 @@
 namespace crownfit {
 
 struct CastOptions {
-  int strata = 6;         ///< per lamp: strata^2 directions (domes: four times as many)
-  int gather_strata = 8;  ///< in which a vertex looks for scenery and backings
-  TapKernel kernel = ConvergedKernel();
-  double gloss_roughness = 0.15;  ///< lobe by which domes are sampled; any later roughness stays unbiased
-  bool shade_scenery = false;     ///< also shade the pixels that show scenery or backings (to render whole pictures)
+  int strata = 6;                        ///< per lamp: strata^2 directions (domes: four times as many)
+  int gather_strata = 8;                 ///< in which a vertex looks for scenery and backings
+  TapKernel kernel = ConvergedKernel();  ///< for BuildCrown
+  double gloss_roughness = 0.15;         ///< lobe by which domes are sampled; any later roughness stays unbiased
+  bool shade_scenery = false;  ///< also shade the pixels that show scenery or backings (to render whole pictures)
   int threads = 0;
 };
 
@@ -26,18 +26,17 @@ struct LightShare {
   glm::dvec3 irradiance;  ///< per channel at intensity_scale 1, visibility and cosine included
   double cos_incidence;
   OuterLength outer_path;  ///< along the refracted direction
-  double cos_light_view;   ///< pixels only: dot(towards the light, towards the camera)
 };
 
 struct BackingShare {
   glm::dvec3 reflectance{0.0};  ///< reflectance x share of the cosine-weighted hemisphere it fills
 };
 
-/// A direction in which the surface mirrors a lamp.
+/// A direction in which the surface mirrors a lamp. What blocks lamps is known at the vertices and interpolated.
 struct Highlight {
   int light;
   float cos_light, cos_half, cos_light_half;  ///< light.normal, half.normal, light.half
-  glm::vec3 irradiance;                       ///< weight x cos, visibility included
+  glm::vec3 irradiance;                       ///< weight x cos x visibility
 };
 
 /// What of a lamp a smooth film over the surface would show in one pixel.
@@ -51,11 +50,10 @@ struct PixelCast {
   bool at_silhouette;  ///< a corner of the pixel's square misses the object, or shows the cut at its neck
   float from_cut_mm;   ///< distance to that cut; infinite without one
   double cos_view;
-  OuterLength outer_path;   ///< along the refracted view
-  OuterLength front, back;  ///< as in Column
-  double total_mm;
+  Interpolation at;                  ///< of what the vertices around show
+  OuterLength front;                 ///< as in Column
   glm::dvec3 outer_absorption{0.0};  ///< as in Column
-  int first_tap, tap_count, first_share, share_count, first_highlight, highlight_count, first_mirrored, mirrored_count;
+  int first_highlight, highlight_count, first_mirrored, mirrored_count;
 };
 
 struct BackgroundPixel {
@@ -69,18 +67,16 @@ struct VertexCast {
   std::vector<LightShare> vertex_shares;
   std::vector<BackingShare> backing;  ///< per vertex
   bool has_backing = false;
+  std::vector<float> visibility;  ///< per vertex, for every light of the photograph in its order: share that arrives
 };
 
 /// One photograph's casts on one crown.
 struct PhotographCast : VertexCast {
+  glm::dvec3 camera{0.0};  ///< its place in the object's frame
   std::vector<PixelCast> pixels;
-  std::vector<Tap> taps;           ///< of one pixel: ring by ring
-  std::vector<int> taps_per_ring;  ///< of the kernel, those beyond the object's edge included
-  std::vector<LightShare> shares;
   std::vector<Highlight> highlights;
   std::vector<Mirrored> mirrored;
   std::vector<BackgroundPixel> background;
-  TapKernel kernel;
 };
 
 /// Meshes of the capture's scenery, in the order of Capture::scenery.

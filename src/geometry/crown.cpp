@@ -171,7 +171,7 @@ std::vector<TriangleMesh> BuildSurfaces(const Capture& capture, const CrownSourc
 }
 
 std::shared_ptr<const Crown> BuildCrown(const Capture& capture, const CrownSource& source,
-                                        const std::vector<double>& thickness, int threads) {
+                                        const std::vector<double>& thickness, int threads, const TapKernel& kernel) {
   auto crown = std::make_shared<Crown>();
   crown->surfaces = BuildSurfaces(capture, source, thickness);
   for (const auto& surface : crown->surfaces) crown->casters.emplace_back(std::vector<const TriangleMesh*>{&surface});
@@ -193,6 +193,18 @@ std::shared_ptr<const Crown> BuildCrown(const Capture& capture, const CrownSourc
     crown->columns[v] = CastColumn(*crown, crown->fine.vertices[v], crown->fine_vertex_normals[v]);
     if (source.absorption[0]) crown->columns[v].outer_absorption = source.absorption[0]->At(crown->fine.vertices[v]);
   });
+
+  crown->kernel = kernel;
+  std::vector<std::vector<Tap>> taps(crown->fine.vertices.size());
+  ParallelFor(taps.size(), threads, [&](size_t v) {
+    taps[v] = CastTaps(*crown, kernel, crown->fine.vertices[v], crown->fine_vertex_normals[v],
+                       /*tooth_goes_on=*/capture.neck == Neck::kRoot);
+  });
+  for (const auto& at_vertex : taps) {
+    crown->first_tap.push_back(static_cast<int>(crown->taps.size()));
+    crown->taps.insert(crown->taps.end(), at_vertex.begin(), at_vertex.end());
+  }
+  crown->first_tap.push_back(static_cast<int>(crown->taps.size()));
 
   for (size_t i = 0; i < crown->surfaces.size(); ++i) {
     if (i + 1 == crown->surfaces.size()) {

@@ -10,6 +10,7 @@
 #include "geometry/absorption_texture.h"
 #include "geometry/ray_caster.h"
 #include "geometry/signed_distance.h"
+#include "geometry/taps.h"
 #include "geometry/thickness_map.h"
 #include "geometry/triangle_mesh.h"
 
@@ -42,6 +43,9 @@ struct Crown {
   std::vector<std::array<glm::dvec3, 3>> fine_corner_normals;
   std::vector<glm::dvec3> fine_vertex_normals;
   std::vector<Column> columns;  ///< per vertex of `fine`
+  TapKernel kernel;
+  std::vector<int> first_tap;  ///< per vertex of `fine` + 1
+  std::vector<Tap> taps;       ///< of one vertex: ring by ring
   RayCaster fine_caster{{}};
   TriangleMesh cut;  ///< of surfaces[0]: where the scan ends; empty when it is closed
   RayCaster cut_caster{{}};
@@ -65,9 +69,10 @@ CrownSource ReadCrownSource(const Capture& capture, int threads);
 std::vector<TriangleMesh> BuildSurfaces(const Capture& capture, const CrownSource& source,
                                         const std::vector<double>& thickness);
 
-/// The same, with all that the shader model casts on.
+/// The same, with all that the shader model casts on; `kernel`: by which it blurs.
 std::shared_ptr<const Crown> BuildCrown(const Capture& capture, const CrownSource& source,
-                                        const std::vector<double>& thickness, int threads);
+                                        const std::vector<double>& thickness, int threads,
+                                        const TapKernel& kernel = ConvergedKernel());
 
 /// Thicknesses (or their scales) that the capture states (initial or fixed), one per layer.
 std::vector<double> StatedThicknesses(const Capture& capture);

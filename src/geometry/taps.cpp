@@ -3,6 +3,8 @@
 #include <cmath>
 #include <numbers>
 
+#include "geometry/crown.h"
+
 namespace crownfit {
 namespace {
 

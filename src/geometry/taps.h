@@ -3,9 +3,11 @@
 
 #include <vector>
 
-#include "geometry/crown.h"
+#include "geometry/triangle_mesh.h"
 
 namespace crownfit {
+
+struct Crown;
 
 /// Offsets at which irradiance is gathered around a point to blur it: groups of taps ("rings") at like distance.
 struct TapKernel {

@@ -3,6 +3,8 @@
 #include <benchmark/benchmark.h>
 #include <ceres/jet.h>
 
+#include <numeric>
+
 #include "forward/predict.h"
 #include "geometry/signed_distance.h"
 #include "support/known_scene.h"
@@ -59,9 +61,12 @@ void PredictOneChannel(benchmark::State& state) {
   for (int i = 0; i < kShaderSlots; ++i) slots[i] = T(at[i]);
   const auto optics = OpticsFromSlots(scene.capture, slots);
   const std::vector<double> lights = StatedLightScales(scene.capture);
+  std::vector<int> pixels(cast.pixels.size());
+  std::iota(pixels.begin(), pixels.end(), 0);
+  const std::vector<int> vertices = VerticesAround(*crown, cast, pixels);
   for (auto _ : state) {
-    const DiffuserTable<T> table(optics.diffuser(), cast.kernel.outer_radius_mm);
-    const ShaderPrediction<T> model(*crown, cast, optics, table, 1, lights, 1);
+    const DiffuserTable<T> table(optics.diffuser(), crown->kernel.outer_radius_mm);
+    const ShaderPrediction<T> model(*crown, cast, optics, table, 1, lights, vertices, 1);
     for (const auto& pixel : cast.pixels) benchmark::DoNotOptimize(model.Pixel(pixel, 1.0));
   }
   state.counters["pixels/s"] =

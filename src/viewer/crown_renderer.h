@@ -1,0 +1,59 @@
+#pragma once
+// The crown on the graphics processor: the shader model's formulas on what was cast at the vertices, in four passes.
+//   light or material changed:  entering light -> (what a tile returns) -> light that leaves, per vertex
+//   camera moved:               first order per vertex -> pixels with the surface's reflection
+// Differs from ShaderPrediction in one thing: a lamp's visibility in highlights is one number per vertex.
+
+#include <memory>
+
+#include "forward/predict.h"
+#include "viewer/gl.h"
+
+namespace crownfit {
+
+struct ShownTerms {
+  bool diffuse = true, first_order = true, gloss = true;
+};
+
+class CrownRenderer {
+ public:
+  static constexpr size_t kMaxLamps = 8;
+
+  /// Needs a current context.
+  explicit CrownRenderer(std::shared_ptr<const Crown> crown);
+
+  /// The lamps of one photograph. Throws InputError when there are more than kMaxLamps.
+  void SetLight(const Capture& capture, size_t photograph, const VertexCast& cast);
+  /// `thickness_mm`: with which the crown was built.
+  void SetMaterial(const Capture& capture, const Material& material, const std::vector<double>& thickness_mm);
+  /// Draws the crown as `photo`'s camera sees it, in linear pixel values at exposure 1; polarisers included.
+  void Draw(const PhotographSpec& photo, const ShownTerms& terms, const Canvas& canvas);
+
+  const Crown& crown() const { return *crown_; }
+
+ private:
+  void UploadGeometry();
+  void UploadTaps();
+  void UploadLampPoints();
+  void UploadGloss();
+  void SetMaterialOf(Program& program) const;
+  void RunVertexPasses();
+
+  std::shared_ptr<const Crown> crown_;
+  std::vector<float> share_of_ring_;
+  Program entering_, returned_, exitance_, first_order_, draw_;
+  Buffer columns_, opposites_, frames_, taps_, tap_weights_, first_tap_;
+  Buffer shares_, first_share_, backing_, visibility_, lamp_points_, gloss_table_, table_;
+  Buffer entering_direct_, entering_all_, leaving_, scattered_;
+  GLuint corners_ = 0;  ///< vertex array
+  Buffer corner_positions_, corner_normals_, corner_vertices_, indices_;
+  std::vector<LightShape> lamps_;  ///< in the object's frame
+  std::vector<float> light_scale_;
+  std::vector<int> first_point_;  ///< per lamp + 1
+  int rings_ = 0, nodes_ = 0;
+  bool has_backing_ = false, has_material_ = false, vertices_are_stale_ = true;
+  std::array<ShaderOptics<double>, kChannels> optics_;
+  double diffuse_fresnel_ = 0;
+};
+
+}  // namespace crownfit

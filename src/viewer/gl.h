@@ -1,0 +1,117 @@
+#pragma once
+// OpenGL 3.3 objects that clean up after themselves, and a context without a window. The only place that talks to the
+// driver's entry points besides crown_renderer.cpp.
+
+#include <epoxy/gl.h>
+
+#include <glm/glm.hpp>
+#include <initializer_list>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "photo/image.h"
+
+namespace crownfit {
+
+/// A current OpenGL context without display or window (EGL, surfaceless). Throws InputError when there is none.
+class OffscreenContext {
+ public:
+  OffscreenContext();
+  ~OffscreenContext();
+  OffscreenContext(const OffscreenContext&) = delete;
+  OffscreenContext& operator=(const OffscreenContext&) = delete;
+
+ private:
+  void *display_ = nullptr, *context_ = nullptr;
+};
+
+/// The name of the graphics processor or its stand-in.
+std::string GraphicsProcessor();
+
+/// Numbers in memory of the graphics processor, read by texelFetch or as vertex attributes.
+class Buffer {
+ public:
+  Buffer() = default;
+  ~Buffer();
+  Buffer(Buffer&& other) noexcept { *this = std::move(other); }
+  Buffer& operator=(Buffer&& other) noexcept;
+
+  void Upload(std::span<const glm::vec4> data) { Upload(data.data(), data.size_bytes(), GL_RGBA32F); }
+  void Upload(std::span<const glm::ivec4> data) { Upload(data.data(), data.size_bytes(), GL_RGBA32I); }
+  void Upload(std::span<const float> data) { Upload(data.data(), data.size_bytes(), GL_R32F); }
+  void Upload(std::span<const int> data) { Upload(data.data(), data.size_bytes(), GL_R32I); }
+  /// Room for `count` vec4, to be written by the graphics processor.
+  void Allocate(size_t count) { Upload(nullptr, count * sizeof(glm::vec4), GL_RGBA32F); }
+  GLuint buffer() const { return buffer_; }
+  GLuint texture() const { return texture_; }
+
+ private:
+  void Upload(const void* data, size_t bytes, GLenum format);
+  GLuint buffer_ = 0, texture_ = 0;
+};
+
+/// Vertex and fragment shader, or a vertex shader alone whose output `captured` is written to a buffer.
+class Program {
+ public:
+  /// Names of files in shaders/; terms.glsl goes before them all. Throws InputError with the driver's complaint.
+  static Program Of(std::initializer_list<const char*> vertex, std::initializer_list<const char*> fragment);
+  static Program Capturing(std::initializer_list<const char*> vertex, const char* captured);
+  ~Program();
+  Program(Program&& other) noexcept : program_(other.program_) { other.program_ = 0; }
+  Program& operator=(Program&&) = delete;
+
+  void Use();
+  // Values of uniforms that the driver has optimised away are ignored.
+  void Set(const char* name, bool value) const { glUniform1i(At(name), value); }
+  void Set(const char* name, int value) const { glUniform1i(At(name), value); }
+  void Set(const char* name, double value) const { glUniform1f(At(name), static_cast<float>(value)); }
+  void Set(const char* name, const glm::vec2& v) const { glUniform2f(At(name), v.x, v.y); }
+  void Set(const char* name, const glm::vec3& v) const { glUniform3f(At(name), v.x, v.y, v.z); }
+  void Set(const char* name, const glm::mat3& m) const { glUniformMatrix3fv(At(name), 1, GL_FALSE, &m[0][0]); }
+  void Set(const char* name, std::span<const float> v) const {
+    glUniform1fv(At(name), static_cast<GLsizei>(v.size()), v.data());
+  }
+  void Set(const char* name, std::span<const int> v) const {
+    glUniform1iv(At(name), static_cast<GLsizei>(v.size()), v.data());
+  }
+  void Set(const char* name, std::span<const glm::vec3> v) const {
+    glUniform3fv(At(name), static_cast<GLsizei>(v.size()), &v[0].x);
+  }
+  /// The buffer as the samplerBuffer `name`; call after Use.
+  void Set(const char* name, const Buffer& buffer);
+
+  /// The buffer as the uniform block `name`.
+  void SetBlock(const char* name, const Buffer& buffer) const;
+
+  /// Runs the vertex shader `count` times and writes what it puts out into `target`. Call after Use.
+  void CaptureInto(const Buffer& target, size_t count) const;
+
+ private:
+  explicit Program(GLuint program) : program_(program) {}
+  GLint At(const char* name) const { return glGetUniformLocation(program_, name); }
+  GLuint program_ = 0;
+  int units_ = 0;
+};
+
+/// A picture in floating point with depth, to be drawn on.
+class Canvas {
+ public:
+  Canvas(int width, int height);
+  ~Canvas();
+  Canvas(const Canvas&) = delete;
+  Canvas& operator=(const Canvas&) = delete;
+  void Clear() const;  ///< and draws go here from now on
+  Image Read() const;  ///< three channels, top row first
+  GLuint texture() const { return colour_; }
+
+ private:
+  int width_, height_;
+  GLuint frame_ = 0, colour_ = 0, depth_ = 0;
+};
+
+/// The text of a file in shaders/, as compiled in.
+std::string_view ShaderText(std::string_view name);
+
+}  // namespace crownfit

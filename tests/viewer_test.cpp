@@ -1,0 +1,90 @@
+// The crown as the graphics processor draws it, against the same model on the CPU. Runs without a display.
+
+#include <gtest/gtest.h>
+
+#include <cstdlib>
+
+#include "base/error.h"
+#include "fit_steps.h"
+#include "report/colour_difference.h"
+#include "viewer/crown_renderer.h"
+
+namespace crownfit {
+namespace {
+
+struct Pair {
+  Image cpu, gpu;
+  std::vector<uint8_t> mask;
+};
+
+/// One photograph of a capture with its own material, both ways.
+class BothWays {
+ public:
+  explicit BothWays(const std::string& folder) : capture_(ReadCapture(folder)) {
+    input_ = ReadInput(capture_, 0, /*with_images=*/false);
+    material_ = StatedMaterial(capture_);
+    thickness_ = StatedThicknesses(capture_);
+    crown_ = BuildCrown(capture_, input_.source, thickness_, 0);
+    renderer_.emplace(crown_);
+    renderer_->SetMaterial(capture_, material_, thickness_);
+  }
+  Pair Photograph(size_t i, const ShownTerms& terms = {}) {
+    CastState state{crown_, thickness_, std::vector<PhotographCast>(capture_.photographs.size())};
+    state.photographs[i] = CastPhotograph(capture_, *crown_, input_.scenery, i, {});
+    const PhotographSpec& photo = capture_.photographs[i];
+    Pair pair;
+    pair.cpu = Image(photo.camera.width, photo.camera.height, 3);
+    pair.mask.assign(pair.cpu.values.size() / 3, 0);
+    const auto values = PredictPixels(capture_, state, i, material_, StatedLightScales(capture_), 0);
+    for (size_t k = 0; k < values.size(); ++k) {
+      const PixelCast& pixel = state.photographs[i].pixels[k];
+      for (int c = 0; c < 3; ++c) pair.cpu.at(pixel.x, pixel.y, c) = static_cast<float>(values[k][c]);
+      pair.mask[static_cast<size_t>(pixel.y) * photo.camera.width + pixel.x] = !pixel.at_silhouette;
+    }
+    renderer_->SetLight(capture_, i, state.photographs[i]);
+    const Canvas canvas(photo.camera.width, photo.camera.height);
+    renderer_->Draw(photo, terms, canvas);
+    pair.gpu = canvas.Read();
+    return pair;
+  }
+  const Capture& capture() const { return capture_; }
+
+ private:
+  Capture capture_;
+  CrownInput input_;
+  Material material_;
+  std::vector<double> thickness_;
+  std::shared_ptr<const Crown> crown_;
+  std::optional<CrownRenderer> renderer_;
+};
+
+class Viewer : public testing::TestWithParam<const char*> {
+ protected:
+  void SetUp() override {
+    try {
+      context_.emplace();
+    } catch (const InputError& e) {
+      GTEST_SKIP() << e.what();
+    }
+  }
+  std::optional<OffscreenContext> context_;
+};
+
+TEST_P(Viewer, DrawsWhatTheCpuPredicts) {
+  BothWays scene(std::string(CROWNFIT_DATASETS) + "/" + GetParam());
+  std::printf("%s\n", GraphicsProcessor().c_str());
+  for (size_t i = 0; i < scene.capture().photographs.size(); ++i) {
+    const Pair pair = scene.Photograph(i);
+    const ColourDifference d = ComparePictures(pair.cpu, pair.gpu, pair.mask);
+    std::printf("  %-12s CIEDE2000 median %.3f, 95 %% %.3f; of pixels %.3f, %.3f\n",
+                scene.capture().photographs[i].name.c_str(), d.median, d.p95, d.pixel_median, d.pixel_p95);
+    EXPECT_LE(d.median, 0.1) << scene.capture().photographs[i].name;
+    EXPECT_LE(d.p95, 0.5) << scene.capture().photographs[i].name;
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(BundledCaptures, Viewer, testing::Values("incisor_shader", "incisor", "disc", "sphere"),
+                         [](const auto& one) { return std::string(one.param); });
+
+}  // namespace
+}  // namespace crownfit
