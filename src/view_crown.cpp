@@ -58,10 +58,11 @@ FrameTimes Measure(int frames, const std::function<void(int)>& draw) {
 std::string Benchmark(CrownRenderer& renderer, const Capture& capture, const Material& material,
                       const std::vector<double>& thickness, const PhotographSpec& photo, const Canvas& canvas,
                       int frames) {
-  const auto [low, high] = Bounds(renderer.crown().fine);
+  const auto bounds = Bounds(renderer.crown().fine);
+  const glm::dvec3 middle = 0.5 * (bounds.first + bounds.second);
   const FrameTimes orbit = Measure(frames, [&](int i) {
     PhotographSpec turned = photo;
-    turned.camera_from_object = Turned(photo.camera_from_object, 0.5 * (low + high), 0.05 * i);
+    turned.camera_from_object = Turned(photo.camera_from_object, middle, 0.05 * i);
     renderer.Draw(turned, {}, canvas);
   });
   const FrameTimes material_changes = Measure(frames, [&](int) {
