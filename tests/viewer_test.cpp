@@ -2,7 +2,10 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <cstdlib>
+#include <numbers>
+#include <numeric>
 
 #include "base/error.h"
 #include "fit_steps.h"
@@ -33,14 +36,7 @@ class BothWays {
     state.photographs[i] = CastPhotograph(capture_, *crown_, input_.scenery, i, {});
     const PhotographSpec& photo = capture_.photographs[i];
     Pair pair;
-    pair.cpu = Image(photo.camera.width, photo.camera.height, 3);
-    pair.mask.assign(pair.cpu.values.size() / 3, 0);
-    const auto values = PredictPixels(capture_, state, i, material_, StatedLightScales(capture_), 0);
-    for (size_t k = 0; k < values.size(); ++k) {
-      const PixelCast& pixel = state.photographs[i].pixels[k];
-      for (int c = 0; c < 3; ++c) pair.cpu.at(pixel.x, pixel.y, c) = static_cast<float>(values[k][c]);
-      pair.mask[static_cast<size_t>(pixel.y) * photo.camera.width + pixel.x] = !pixel.at_silhouette;
-    }
+    pair.cpu = OnlyOf(terms, state, i, pair.mask);
     renderer_->SetLight(capture_, i, state.photographs[i]);
     const Canvas canvas(photo.camera.width, photo.camera.height);
     renderer_->Draw(photo, terms, canvas);
@@ -50,6 +46,30 @@ class BothWays {
   const Capture& capture() const { return capture_; }
 
  private:
+  /// The CPU's prediction, of the chosen terms alone.
+  Image OnlyOf(const ShownTerms& terms, const CastState& state, size_t i, std::vector<uint8_t>& mask) {
+    const PhotographSpec& photo = capture_.photographs[i];
+    const PhotographCast& cast = state.photographs[i];
+    Image picture(photo.camera.width, photo.camera.height, 3);
+    mask.assign(picture.values.size() / 3, 0);
+    std::vector<int> pixels(cast.pixels.size());
+    std::iota(pixels.begin(), pixels.end(), 0);
+    const std::vector<int> vertices = VerticesAround(*crown_, cast, pixels);
+    const std::vector<double> lights = StatedLightScales(capture_);
+    for (int c = 0; c < 3; ++c) {
+      const auto optics = OpticsFromSlots(capture_, SlotValues(capture_, material_, state, c));
+      const DiffuserTable<double> table(optics.diffuser(), crown_->kernel.outer_radius_mm);
+      const ShaderPrediction<double> model(*crown_, cast, optics, table, c, lights, vertices, 0);
+      for (const PixelCast& pixel : cast.pixels) {
+        const auto r = model.TermsOf(pixel);
+        const double sum = (terms.diffuse ? r.diffuse : 0) + (terms.first_order ? r.first_order : 0) +
+                           (terms.gloss ? SpecularFactor(photo.polarisation) * r.gloss : 0);
+        picture.at(pixel.x, pixel.y, c) = static_cast<float>(std::numbers::pi * sum);
+        mask[static_cast<size_t>(pixel.y) * photo.camera.width + pixel.x] = !pixel.at_silhouette;
+      }
+    }
+    return picture;
+  }
   Capture capture_;
   CrownInput input_;
   Material material_;
@@ -80,6 +100,27 @@ TEST_P(Viewer, DrawsWhatTheCpuPredicts) {
                 scene.capture().photographs[i].name.c_str(), d.median, d.p95, d.pixel_median, d.pixel_p95);
     EXPECT_LE(d.median, 0.1) << scene.capture().photographs[i].name;
     EXPECT_LE(d.p95, 0.5) << scene.capture().photographs[i].name;
+  }
+}
+
+TEST_P(Viewer, DrawsEachTermByItself) {
+  BothWays scene(std::string(CROWNFIT_DATASETS) + "/" + GetParam());
+  size_t with_gloss = 0;
+  while (with_gloss + 1 < scene.capture().photographs.size() &&
+         scene.capture().photographs[with_gloss].polarisation == Polarisation::kCross)
+    ++with_gloss;
+  for (const ShownTerms& only :
+       {ShownTerms{true, false, false}, ShownTerms{false, true, false}, ShownTerms{false, false, true}}) {
+    const Pair pair = scene.Photograph(with_gloss, only);
+    double difference = 0, light = 0;
+    for (size_t k = 0; k < pair.cpu.values.size(); ++k)
+      if (pair.mask[k / 3]) {
+        difference += std::abs(pair.cpu.values[k] - pair.gpu.values[k]);
+        light += pair.cpu.values[k];
+      }
+    std::printf("  diffuse %d, first order %d, gloss %d: mean difference %.4f %% of the light\n", only.diffuse,
+                only.first_order, only.gloss, 100 * difference / std::max(light, 1e-9));
+    EXPECT_LE(difference, 0.002 * light + 1e-6);
   }
 }
 

@@ -78,16 +78,27 @@ class ShaderPrediction {
     });
   }
 
-  /// Pixel value at exposure 1: pi times radiance.
-  T Pixel(const PixelCast& pixel, double specular_factor) const {
-    T below =
-        Interpolated(pixel.at, leaving_) * Term::ExitLobe(surface_.Reflectance(T(pixel.cos_view)), diffuse_fresnel_);
+  /// Radiance by way of each term, before polarisers.
+  struct Radiance {
+    T diffuse, first_order, gloss;
+  };
+  Radiance TermsOf(const PixelCast& pixel) const {
+    Radiance r{
+        Interpolated(pixel.at, leaving_) * Term::ExitLobe(surface_.Reflectance(T(pixel.cos_view)), diffuse_fresnel_),
+        T(0.0), Gloss(pixel)};
     if (optics_.has_outer) {  // along the refracted view, as in a flat layer of this thickness
       const T extinction = optics_.outer_extinction(pixel.outer_absorption[channel_]);
-      below *= Term::Attenuation(extinction, Now(pixel.front) / Term::RefractedCosine(T(pixel.cos_view), entry_ior_));
-      below += Interpolated(pixel.at, first_order_);
+      r.diffuse *=
+          Term::Attenuation(extinction, Now(pixel.front) / Term::RefractedCosine(T(pixel.cos_view), entry_ior_));
+      r.first_order = Interpolated(pixel.at, first_order_);
     }
-    return std::numbers::pi * (below + specular_factor * Gloss(pixel));
+    return r;
+  }
+
+  /// Pixel value at exposure 1: pi times radiance.
+  T Pixel(const PixelCast& pixel, double specular_factor) const {
+    const Radiance r = TermsOf(pixel);
+    return std::numbers::pi * (r.diffuse + r.first_order + specular_factor * r.gloss);
   }
 
  private:
