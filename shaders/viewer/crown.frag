@@ -8,6 +8,7 @@ in vec4 lamp_visibility, more_visibility;
 uniform vec3 camera_position;
 uniform float specular_factor;      // by the polarisers
 uniform int lamps, first_point[9];
+uniform int every;  // takes every n-th point of a lamp
 layout(std140) uniform LampPoints {
   vec4 lamp_points[864];  // 3 per point: position; normal, 1 for far ones; radiance x area (x solid angle for far ones)
 };
@@ -30,10 +31,10 @@ vec3 Mirrored(int i, vec3 normal, vec3 view, float cos_view) {
   vec3 half_way = normalize(light + view);
   float cos_half = dot(half_way, normal), cos_light_half = dot(light, half_way);
   float reflected = SurfaceReflection(cos_light, cos_view, cos_half, cos_light_half, roughness, entry_ior);
-  if (may_be_wet) {
-    float wet = SurfaceReflectionUnderFilm(cos_light, cos_view, cos_half, cos_light_half, roughness, entry_ior, film_ior);
-    reflected += wetness * (wet - reflected);
-  }
+#ifdef WET
+  float wet = SurfaceReflectionUnderFilm(cos_light, cos_view, cos_half, cos_light_half, roughness, entry_ior, film_ior);
+  reflected += wetness * (wet - reflected);
+#endif
   return reflected * cos_light * shines * lamp_points[3 * i + 2].rgb;
 }
 
@@ -46,9 +47,9 @@ vec3 Gloss(vec3 normal, vec3 view, float cos_view) {
   vec3 sum = vec3(0.0);
   for (int lamp = 0; lamp < lamps; ++lamp) {
     if (visible[lamp] <= 0.0) continue;
-    vec3 of_lamp = around * sky[lamp];
-    for (int i = first_point[lamp]; i < first_point[lamp + 1]; ++i) of_lamp += Mirrored(i, normal, view, cos_view);
-    sum += light_scale[lamp] * visible[lamp] * of_lamp;
+    vec3 of_lamp = vec3(0.0);
+    for (int i = first_point[lamp]; i < first_point[lamp + 1]; i += every) of_lamp += Mirrored(i, normal, view, cos_view);
+    sum += light_scale[lamp] * visible[lamp] * (float(every) * of_lamp + around * sky[lamp]);
   }
   return sum;
 }

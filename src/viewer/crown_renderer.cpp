@@ -76,8 +76,10 @@ CrownRenderer::CrownRenderer(std::shared_ptr<const Crown> crown)
           {"viewer/material.glsl", "viewer/vertices.glsl", "viewer/table.glsl", "viewer/exitance.vert"}, "exitance")),
       first_order_(Program::Capturing({"viewer/material.glsl", "viewer/vertices.glsl", "viewer/first_order.vert"},
                                       "first_order")),
-      draw_(Program::Of({"viewer/material.glsl", "viewer/vertices.glsl", "viewer/crown.vert"},
-                        {"viewer/material.glsl", "viewer/crown.frag"})),
+      draw_dry_(Program::Of({"viewer/material.glsl", "viewer/vertices.glsl", "viewer/crown.vert"},
+                            {"viewer/material.glsl", "viewer/crown.frag"})),
+      draw_wet_(Program::Of({"viewer/material.glsl", "viewer/vertices.glsl", "viewer/crown.vert"},
+                            {"viewer/material.glsl", "viewer/wet.glsl", "viewer/crown.frag"})),
       rings_(crown_->kernel.rings()) {
   for (int count : TapsPerRing(crown_->kernel)) share_of_ring_.push_back(1.0f / static_cast<float>(count));
   UploadGeometry();
@@ -317,7 +319,7 @@ void CrownRenderer::RunVertexPasses() {
   vertices_are_stale_ = false;
 }
 
-void CrownRenderer::Draw(const PhotographSpec& photo, const ShownTerms& terms, const Canvas& canvas) {
+void CrownRenderer::Draw(const PhotographSpec& photo, const ShownTerms& terms, const Canvas& canvas, Quality quality) {
   Check(has_material_ && !lamps_.empty(), "light and material stand before anything is drawn");
   glBindVertexArray(corners_);
   if (vertices_are_stale_) RunVertexPasses();
@@ -334,33 +336,35 @@ void CrownRenderer::Draw(const PhotographSpec& photo, const ShownTerms& terms, c
   canvas.Clear();
   glEnable(GL_DEPTH_TEST);
   glEnable(GL_CULL_FACE);  // the crown is closed: what looks away is never seen
-  draw_.Use();
-  SetMaterialOf(draw_);
-  draw_.Set("exitance", leaving_);
-  draw_.Set("first_order", scattered_);
-  draw_.Set("visibility", visibility_);
-  draw_.Set("camera_rotation", glm::mat3(pose.rotation));
-  draw_.Set("camera_translation", glm::vec3(pose.translation_mm));
-  draw_.Set("camera_position", camera);
+  Program& draw = optics_[0].may_be_wet ? draw_wet_ : draw_dry_;
+  draw.Use();
+  SetMaterialOf(draw);
+  draw.Set("exitance", leaving_);
+  draw.Set("first_order", scattered_);
+  draw.Set("visibility", visibility_);
+  draw.Set("camera_rotation", glm::mat3(pose.rotation));
+  draw.Set("camera_translation", glm::vec3(pose.translation_mm));
+  draw.Set("camera_position", camera);
   const Camera& c = photo.camera;
-  draw_.Set("focal_centre_x", glm::vec3(c.fx, c.cx, c.width));
-  draw_.Set("focal_centre_y", glm::vec3(c.fy, c.cy, c.height));
+  draw.Set("focal_centre_x", glm::vec3(c.fx, c.cx, c.width));
+  draw.Set("focal_centre_y", glm::vec3(c.fy, c.cy, c.height));
   const std::vector<float> distortion(c.distortion.begin(), c.distortion.end());
-  draw_.Set("distortion", distortion);
-  draw_.Set("depth_range", glm::vec2(std::max(0.1, distance - 1.5 * reach), distance + 1.5 * reach));
-  draw_.Set("specular_factor", SpecularFactor(photo.polarisation));
-  draw_.SetBlock("LampPoints", lamp_points_);
-  draw_.Set("lamps", static_cast<int>(lamps_.size()));
-  draw_.Set("first_point", first_point_);
-  draw_.Set("gloss_table", gloss_table_);
-  draw_.Set("gloss_nodes", kGlossNodes);
+  draw.Set("distortion", distortion);
+  draw.Set("depth_range", glm::vec2(std::max(0.1, distance - 1.5 * reach), distance + 1.5 * reach));
+  draw.Set("specular_factor", SpecularFactor(photo.polarisation));
+  draw.SetBlock("LampPoints", lamp_points_);
+  draw.Set("lamps", static_cast<int>(lamps_.size()));
+  draw.Set("first_point", first_point_);
+  draw.Set("every", quality == Quality::kMoving ? 4 : 1);
+  draw.Set("gloss_table", gloss_table_);
+  draw.Set("gloss_nodes", kGlossNodes);
   std::array<glm::vec3, kMaxLamps> sky{};
   for (size_t l = 0; l < lamps_.size(); ++l)
     if (const auto* dome = std::get_if<DomeLight>(&lamps_[l])) sky[l] = glm::vec3(dome->radiance);
-  draw_.Set("sky", std::span<const glm::vec3>(sky));
-  draw_.Set("show_diffuse", terms.diffuse);
-  draw_.Set("show_first", terms.first_order);
-  draw_.Set("show_gloss", terms.gloss);
+  draw.Set("sky", std::span<const glm::vec3>(sky));
+  draw.Set("show_diffuse", terms.diffuse);
+  draw.Set("show_first", terms.first_order);
+  draw.Set("show_gloss", terms.gloss);
   glDrawElements(GL_TRIANGLES, static_cast<GLsizei>(3 * crown_->fine.triangles.size()), GL_UNSIGNED_INT, nullptr);
   glDisable(GL_DEPTH_TEST);
   glDisable(GL_CULL_FACE);

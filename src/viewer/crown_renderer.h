@@ -15,6 +15,9 @@ struct ShownTerms {
   bool diffuse = true, first_order = true, gloss = true;
 };
 
+/// kMoving takes a quarter of the lamps' points for highlights; kStill all, as the CPU does.
+enum class Quality { kMoving, kStill };
+
 class CrownRenderer {
  public:
   static constexpr size_t kMaxLamps = 8;
@@ -27,7 +30,8 @@ class CrownRenderer {
   /// `thickness_mm`: with which the crown was built.
   void SetMaterial(const Capture& capture, const Material& material, const std::vector<double>& thickness_mm);
   /// Draws the crown as `photo`'s camera sees it, in linear pixel values at exposure 1; polarisers included.
-  void Draw(const PhotographSpec& photo, const ShownTerms& terms, const Canvas& canvas);
+  void Draw(const PhotographSpec& photo, const ShownTerms& terms, const Canvas& canvas,
+            Quality quality = Quality::kStill);
 
   const Crown& crown() const { return *crown_; }
 
@@ -41,7 +45,7 @@ class CrownRenderer {
 
   std::shared_ptr<const Crown> crown_;
   std::vector<float> share_of_ring_;
-  Program entering_, returned_, exitance_, first_order_, draw_;
+  Program entering_, returned_, exitance_, first_order_, draw_dry_, draw_wet_;
   Buffer columns_, opposites_, frames_, taps_, tap_weights_, first_tap_;
   Buffer shares_, first_share_, backing_, visibility_, lamp_points_, gloss_table_, table_;
   Buffer entering_direct_, entering_all_, leaving_, scattered_;
