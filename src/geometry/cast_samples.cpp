@@ -259,9 +259,10 @@ std::vector<TriangleMesh> ReadScenery(const Capture& capture) {
   return meshes;
 }
 
-VertexCast CastVertices(const Capture& capture, const Crown& crown, const std::vector<TriangleMesh>& scenery,
-                        size_t photograph, const CastOptions& options) {
-  const Caster caster(capture, crown, scenery, photograph, options);
+namespace {
+
+VertexCast CastVerticesBy(const Caster& caster, const Capture& capture, const Crown& crown, size_t photograph,
+                          const CastOptions& options) {
   VertexCast cast;
   const size_t vertices = crown.fine.vertices.size();
   std::vector<uint8_t> in_shade(vertices, 0);  // vertices of an opaque cut alone
@@ -287,12 +288,19 @@ VertexCast CastVertices(const Capture& capture, const Crown& crown, const std::v
   return cast;
 }
 
+}  // namespace
+
+VertexCast CastVertices(const Capture& capture, const Crown& crown, const std::vector<TriangleMesh>& scenery,
+                        size_t photograph, const CastOptions& options) {
+  return CastVerticesBy(Caster(capture, crown, scenery, photograph, options), capture, crown, photograph, options);
+}
+
 PhotographCast CastPhotograph(const Capture& capture, const Crown& crown, const std::vector<TriangleMesh>& scenery,
                               size_t photograph, const CastOptions& options) {
   const PhotographSpec& photo = capture.photographs[photograph];
   const Caster caster(capture, crown, scenery, photograph, options);
   PhotographCast cast;
-  static_cast<VertexCast&>(cast) = CastVertices(capture, crown, scenery, photograph, options);
+  static_cast<VertexCast&>(cast) = CastVerticesBy(caster, capture, crown, photograph, options);
   cast.camera = photo.camera_from_object.Inverse().translation_mm;
 
   const size_t width = photo.camera.width, pixels = width * photo.camera.height;

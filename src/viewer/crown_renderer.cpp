@@ -166,6 +166,12 @@ void CrownRenderer::SetLight(const Capture& capture, size_t photograph, const Ve
     throw InputError(capture.file, photo.key + ".lights",
                      "the viewer shows at most " + std::to_string(kMaxLamps) + " lamps at once",
                      "Choose another photograph, or merge lamps.");
+  for (size_t l : photo.lights)
+    if (std::holds_alternative<EnvironmentLight>(capture.lights[l].shape) && photo.polarisation != Polarisation::kCross)
+      throw InputError(capture.file, photo.key + ".lights",
+                       "the viewer of this version draws no highlights of an environment map, and '" +
+                           capture.lights[l].name + "' is one",
+                       "Choose a photograph with crossed polarisers or other lamps, or use `crownfit render`.");
   lamps_.clear();
   light_scale_.clear();
   std::vector<int> number(capture.lights.size(), 0);
@@ -321,6 +327,11 @@ void CrownRenderer::RunVertexPasses() {
 
 void CrownRenderer::Draw(const PhotographSpec& photo, const ShownTerms& terms, const Canvas& canvas, Quality quality) {
   Check(has_material_ && !lamps_.empty(), "light and material stand before anything is drawn");
+  if (optics_[0].wetness > 0 && photo.polarisation != Polarisation::kCross &&
+      !std::all_of(lamps_.begin(), lamps_.end(), IsAllAround))
+    throw InputError("", "surface.wetness",
+                     "the viewer of this version does not draw lamps mirrored by a film of water",
+                     "Choose a photograph with crossed polarisers, or use `crownfit render`.");
   glBindVertexArray(corners_);
   if (vertices_are_stale_) RunVertexPasses();
   const RigidTransform& pose = photo.camera_from_object;

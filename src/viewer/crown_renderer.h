@@ -2,7 +2,8 @@
 // The crown on the graphics processor: the shader model's formulas on what was cast at the vertices, in four passes.
 //   light or material changed:  entering light -> (what a tile returns) -> light that leaves, per vertex
 //   camera moved:               first order per vertex -> pixels with the surface's reflection
-// Differs from ShaderPrediction in one thing: a lamp's visibility in highlights is one number per vertex.
+// Differs from ShaderPrediction in one thing: a dome's highlight comes from a table over the view's cosine. Highlights
+// of environment maps, and lamps in a film of water, are not drawn yet and are refused.
 
 #include <memory>
 
@@ -25,11 +26,13 @@ class CrownRenderer {
   /// Needs a current context.
   explicit CrownRenderer(std::shared_ptr<const Crown> crown);
 
-  /// The lamps of one photograph. Throws InputError when there are more than kMaxLamps.
+  /// The lamps of one photograph. Throws InputError when there are more than kMaxLamps, or an environment map whose
+  /// highlights would show.
   void SetLight(const Capture& capture, size_t photograph, const VertexCast& cast);
   /// `thickness_mm`: with which the crown was built.
   void SetMaterial(const Capture& capture, const Material& material, const std::vector<double>& thickness_mm);
-  /// Draws the crown as `photo`'s camera sees it, in linear pixel values at exposure 1; polarisers included.
+  /// Throws InputError when the surface is wet and its mirrored lamps would show. Draws the crown as `photo`'s camera
+  /// sees it, in linear pixel values at exposure 1; polarisers included.
   void Draw(const PhotographSpec& photo, const ShownTerms& terms, const Canvas& canvas,
             Quality quality = Quality::kStill);
 
