@@ -225,6 +225,28 @@ TEST(ThicknessFields, JunctionNoiseHasItsAmplitudeAndComesBackWithItsSeed) {
   EXPECT_NE(rms(0.05, 1), rms(0.05, 2));
 }
 
+TEST(Crowns, FlatLayersStandForAPlateAsTheyAreAndForASphereByItsMeanChord) {
+  const auto plate = KnownScene(Disc(1.0, 12.0), 2, 0.3).Build();
+  for (size_t v = 0; v < plate->columns.size(); ++v) {
+    if (glm::length(glm::dvec2(plate->fine.vertices[v])) > 3) continue;
+    ASSERT_NEAR(plate->columns[v].total_mm, 1.0, 0.01);
+    ASSERT_NEAR(plate->columns[v].front.total_mm(), 0.3, 0.02);
+    ASSERT_NEAR(plate->columns[v].back.total_mm(), 0.3, 0.02);
+  }
+  // 2 V / S is 2/3 of the radius; that chords far to the side count as straight adds a little.
+  const auto sphere = KnownScene(Sphere(4.0, 48)).Build();
+  for (const Column& c : sphere->columns) ASSERT_NEAR(c.total_mm, 4.0 * 0.70, 0.05);
+}
+
+TEST(Taps, AClosedObjectHasAPlaceForEveryTapOnBothSides) {
+  const auto crown = KnownScene(Incisor()).Build();
+  const size_t expected = crown->kernel.offsets.size() * crown->fine.vertices.size();
+  size_t opposite = 0;
+  for (const Tap& tap : crown->taps) opposite += tap.opposite.exists();
+  EXPECT_GT(static_cast<double>(crown->taps.size()), 0.999 * static_cast<double>(expected));
+  EXPECT_GT(static_cast<double>(opposite), 0.999 * static_cast<double>(expected));
+}
+
 TEST(Crowns, ARootStandsOutOfTheEnamelAndIsTheOuterSurfaceThere) {
   std::vector<std::string> messages;
   KnownScene scene(Reread(OpenBelow(Sphere(2.0, 48), -0.5), messages), 2);
@@ -242,9 +264,8 @@ TEST(Crowns, ARootStandsOutOfTheEnamelAndIsTheOuterSurfaceThere) {
       ASSERT_EQ(c.front.total_mm(), 0.0);
     } else if (p.z > 1.95) {
       ++on_enamel;
-      ASSERT_NEAR(c.front.total_mm(), 1.5, 0.05);  // down to the root's top at z = 0.5
-      ASSERT_NEAR(c.total_mm, 4.5, 0.1);
-      ASSERT_EQ(c.back.total_mm(), 0.0);
+      ASSERT_NEAR(c.front_mm, 1.5, 0.05);  // down to the root's top at z = 0.5
+      ASSERT_LT(c.front.total_mm(), 1.5);
     }
   }
   EXPECT_GT(on_root, 100);

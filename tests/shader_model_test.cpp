@@ -163,15 +163,15 @@ TEST(Derivatives, PixelsOfACurvedLayeredObjectAgreeWithDifferences) {
   std::vector<int> vertices(state.crown->fine.vertices.size());
   std::iota(vertices.begin(), vertices.end(), 0);
   using Jet = ceres::Jet<double, kShaderSlots>;
-  const std::array<double, kShaderSlots> at{0.3, 0.02, 1.05, 1.63, 2.0, 0.07, 1.0, 1.54, 0.9, 0.25, 0.3, 1.0};
+  const std::array<double, kShaderSlots> at{0.3, 0.02, 1.05, 1.63, 2.0, 0.07, 1.0, 1.54, 0.9, 0.25, 0.3, 1.0, 0.68};
   std::array<Jet, kShaderSlots> jets;
   for (int i = 0; i < kShaderSlots; ++i) jets[i] = Jet(at[i], i);
   const auto jet_optics = OpticsFromSlots(scene.capture, jets);
-  const DiffuserTable<Jet> jet_table(jet_optics.diffuser(), state.crown->kernel.outer_radius_mm);
+  const DiffuserTable<Jet> jet_table(jet_optics.stack(), state.crown->kernel.outer_radius_mm);
   const ShaderPrediction<Jet> with_derivatives(*state.crown, cast, jet_optics, jet_table, 1, lights, vertices, 0);
   const auto value = [&](std::array<double, kShaderSlots> slots, const PixelCast& pixel) {
     const auto optics = OpticsFromSlots(scene.capture, slots);
-    const DiffuserTable<double> table(optics.diffuser(), state.crown->kernel.outer_radius_mm);
+    const DiffuserTable<double> table(optics.stack(), state.crown->kernel.outer_radius_mm);
     return ShaderPrediction<double>(*state.crown, cast, optics, table, 1, lights, vertices, 0).Pixel(pixel, 1.0);
   };
   for (size_t p = 0; p < cast.pixels.size(); p += 17) {

@@ -9,7 +9,7 @@
 #include <numbers>
 
 #include "base/random.h"
-#include "optics/diffuser.h"
+#include "optics/fresnel_moments.h"
 #include "optics/fresnel_moments.h"
 #include "optics/shading_terms.h"
 #include "support/term_cases.h"
@@ -180,44 +180,6 @@ TEST(Diffusion, PointSourceFluxIsTheIntegralOfTheDipoleBracket) {
   EXPECT_NEAR(D::PointSourceFlux(k, z, radius), sum, 1e-8);
   EXPECT_NEAR(D::PointSourceFlux(k, z, 1e9), 0.5 * std::exp(-k * z), 1e-9);
   EXPECT_NEAR(D::PointSourceFlux(k, -z, radius), -sum, 1e-8);
-}
-
-TEST(Diffusion, RingSharesAreConvergedInImagesAndSourceDepths) {
-  // Brute force: 400 source depths and 60 images to either side.
-  for (const auto& [s, a, d] : {std::tuple{2.0, 0.05, 3.0}, {2.0, 0.3, 1.0}, {1.0, 0.01, 0.5}, {8.0, 0.02, 2.0}}) {
-    const DiffuserOptics<double> optics{s, a, 0.9, 1.54};
-    const std::vector<double> radii{0.1, 0.5, 1.5};
-    const auto shares = DiffuserShares(optics, d, radii);
-    const double st = s + a, diffusion = D::DiffusionCoefficient(s, a, 0.9), k = std::sqrt(a / diffusion);
-    const double zb = 2 * MomentsOf(1.54).boundary_A * diffusion, length = d + 2 * zb;
-    double within = 0;
-    constexpr int kDepths = 400;
-    for (int j = 0; j < kDepths; ++j) {
-      const double z = d * (j + 0.5) / kDepths;
-      for (int i = -60; i <= 60; ++i)
-        within += s * std::exp(-st * z) * d / kDepths *
-                  (D::PointSourceFlux(k, 2 * i * length + z, radii[2]) -
-                   D::PointSourceFlux(k, 2 * i * length - z - 2 * zb, radii[2]));
-    }
-    EXPECT_NEAR(shares.reflected[0] + shares.reflected[1] + shares.reflected[2], within, 3e-3 * shares.total_reflected);
-    double sum = 0;
-    for (double share : shares.reflected) sum += share;
-    EXPECT_NEAR(sum, shares.total_reflected, 1e-12);
-    for (double share : shares.transmitted) EXPECT_GT(share, -1e-3);
-  }
-}
-
-TEST(Diffusion, TheTableInterpolatesToAThousandth) {
-  const DiffuserOptics<double> optics{2.0, 0.08, 0.93, 1.54};
-  const std::vector<double> radii{0.05, 0.27, 1.3};
-  const DiffuserTable<double> table(optics, radii);
-  for (double d : {0.0, 0.03, 0.11, 0.4, 0.93, 2.2, 5.1, 11.0}) {
-    const auto exact = DiffuserShares(optics, d, radii);
-    const auto place = table.At(d);
-    EXPECT_NEAR(table.TotalReflected(place), exact.total_reflected, 1.5e-3) << d;
-    EXPECT_NEAR(table.TotalTransmitted(place), exact.total_transmitted, 1.5e-3) << d;
-    for (int ring = 0; ring < 4; ++ring) EXPECT_NEAR(table.Reflected(place, ring), exact.reflected[ring], 1.5e-3) << d;
-  }
 }
 
 TEST(Fresnel, MomentsOfTheShaderTextAreThoseOfTheQuadratureAndThePublishedFitIsNear) {

@@ -58,7 +58,7 @@ class BothWays {
     const std::vector<double> lights = StatedLightScales(capture_);
     for (int c = 0; c < 3; ++c) {
       const auto optics = OpticsFromSlots(capture_, SlotValues(capture_, material_, state, c));
-      const DiffuserTable<double> table(optics.diffuser(), crown_->kernel.outer_radius_mm);
+      const DiffuserTable<double> table(optics.stack(), crown_->kernel.outer_radius_mm);
       const ShaderPrediction<double> model(*crown_, cast, optics, table, c, lights, vertices, 0);
       for (const PixelCast& pixel : cast.pixels) {
         const auto r = model.TermsOf(pixel);

@@ -1,8 +1,6 @@
-// One pixel: diffuse light through the outer layer, first order, surface reflection (ShaderPrediction::Pixel). Lengths along
-// the refracted view are those of a flat layer of the local thickness.
+// One pixel: diffuse light, first order, surface reflection (ShaderPrediction::Pixel).
 
-in vec3 place, shading_normal, leaving, scattered, absorption_factor;
-in vec2 front;
+in vec3 place, shading_normal, leaving, scattered;
 in vec4 lamp_visibility, more_visibility;
 
 uniform vec3 camera_position;
@@ -58,7 +56,6 @@ void main() {
   vec3 normal = normalize(shading_normal), view = normalize(camera_position - place);
   float cos_view = max(dot(normal, view), 1e-3);
   vec3 diffuse = leaving * ExitLobe(SurfaceReflectance(cos_view), diffuse_fresnel);
-  if (has_outer) diffuse *= ThroughOuter(OuterExtinction(absorption_factor), Now(front) / RefractedCosine(cos_view, entry_ior));
   vec3 sum = vec3(0.0);
   if (show_diffuse) sum += diffuse;
   if (show_first) sum += scattered;

@@ -10,18 +10,14 @@ uniform float distortion[8];                                      // k1 k2 p1 p2
 uniform vec2 depth_range;
 uniform samplerBuffer exitance, first_order, visibility;
 
-out vec3 place, shading_normal, leaving, scattered, absorption_factor;
-out vec2 front;
+out vec3 place, shading_normal, leaving, scattered;
 out vec4 lamp_visibility, more_visibility;
 
 void main() {
-  Column column = ColumnOf(vertex);
   place = position;
   shading_normal = normal;
   leaving = texelFetch(exitance, vertex).rgb;
   scattered = texelFetch(first_order, vertex).rgb;
-  absorption_factor = column.absorption_factor;
-  front = column.front;
   lamp_visibility = texelFetch(visibility, 2 * vertex);
   more_visibility = texelFetch(visibility, 2 * vertex + 1);
 

@@ -1,5 +1,5 @@
-// Light that leaves the diffusing layer below each vertex: entering light blurred by the layer's profile, on this side and
-// through from the other (ShaderPrediction::Diffuse).
+// Light that leaves the layers at each vertex: entering light blurred by their profile, on this side and through from the
+// other (ShaderPrediction::Leaving).
 
 uniform samplerBuffer entering;
 uniform isamplerBuffer taps;         // 2 per tap: front's vertices, ring (and 256 where the tap lies below the neck); opposite's, exists
@@ -16,7 +16,7 @@ vec3 EnteringAt(ivec3 vertices, vec3 weights) {
 
 void main() {
   Column column = ColumnOf(gl_VertexID);
-  Place place = PlaceOf(DiffuserThickness(column.front, column.back, column.total_mm));
+  Place place = PlaceOf(column), through = PlaceThrough(column);
   vec3 sum = vec3(0.0), reflected = vec3(0.0), transmitted = vec3(0.0);
   int end = texelFetch(first_tap, gl_VertexID + 1).r, ring = -1;
   for (int t = texelFetch(first_tap, gl_VertexID).r; t < end; ++t) {
@@ -24,11 +24,11 @@ void main() {
     if ((front.w & 255) != ring) {  // taps come ring by ring
       ring = front.w & 255;
       reflected = share_of_ring[ring] * ReflectedRing(place, ring);
-      transmitted = share_of_ring[ring] * TransmittedRing(place, ring);
+      transmitted = share_of_ring[ring] * TransmittedRing(through, ring);
     }
     vec3 seen = reflected * EnteringAt(front.xyz, texelFetch(tap_weights, 2 * t).xyz);
     if (opposite.w != 0) seen += transmitted * EnteringAt(opposite.xyz, texelFetch(tap_weights, 2 * t + 1).xyz);
     sum += front.w >= 256 ? neck_return * seen : seen;
   }
-  exitance = vec4(sum, 0.0);
+  exitance = vec4(ThroughTexture(column) * sum, 0.0);
 }

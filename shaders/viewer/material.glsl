@@ -13,14 +13,10 @@ float SurfaceReflectance(float cosine) {
 
 vec3 OuterExtinction(vec3 absorption_factor) { return outer_scattering + absorption_factor * outer_absorption; }
 
-vec3 ThroughOuter(vec3 extinction, float path_mm) {
-  return vec3(Attenuation(extinction.r, path_mm), Attenuation(extinction.g, path_mm), Attenuation(extinction.b, path_mm));
-}
-
 // A length in the outer layer: x stays, y scales with the layer's thickness.
 float Now(vec2 length_mm) { return length_mm.x + length_mm.y * outer_thickness_scale; }
 
-float DiffuserThickness(vec2 front, vec2 back, float total_mm) {
+float InnerThickness(vec2 front, vec2 back, float total_mm) {
   float between = has_outer ? total_mm - Now(front) - Now(back) : total_mm;
   return max(between, 0.0) * diffuser_thickness_scale;
 }

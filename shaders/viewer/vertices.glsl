@@ -1,9 +1,8 @@
-// What was cast at the vertices of the crown (src/viewer/crown_buffers.h packs it).
+// What was cast at the vertices of the crown (src/viewer/crown_renderer.cpp packs it).
 
-uniform samplerBuffer columns;    // 3 per vertex: front and back (fixed, scaled); total, absorption factor; opposite's weights
-uniform isamplerBuffer opposites; // opposite's vertices, and whether it exists
-uniform samplerBuffer shares;     // 2 per share: irradiance, cosine; path (fixed, scaled), light
-uniform isamplerBuffer first_share;
+uniform samplerBuffer columns;  // 2 per vertex: front and back (fixed, scaled); total, absorption factor
+uniform samplerBuffer shares;   // irradiance, cosine
+uniform isamplerBuffer share_light, first_share;
 
 struct Column {
   vec2 front, back;
@@ -12,17 +11,16 @@ struct Column {
 };
 
 Column ColumnOf(int vertex) {
-  vec4 lengths = texelFetch(columns, 3 * vertex), rest = texelFetch(columns, 3 * vertex + 1);
+  vec4 lengths = texelFetch(columns, 2 * vertex), rest = texelFetch(columns, 2 * vertex + 1);
   return Column(lengths.xy, lengths.zw, rest.x, rest.yzw);
 }
 
 struct Share {
   vec3 irradiance;
   float cos_incidence;
-  vec2 path;
 };
 
 Share ShareOf(int index) {
-  vec4 light = texelFetch(shares, 2 * index), path = texelFetch(shares, 2 * index + 1);
-  return Share(light_scale[int(path.z)] * light.rgb, light.a, path.xy);
+  vec4 light = texelFetch(shares, index);
+  return Share(light_scale[texelFetch(share_light, index).r] * light.rgb, light.a);
 }

@@ -55,7 +55,7 @@ void ImageResiduals::Predict(const Material& material, const std::vector<double>
     const double specular = SpecularFactor(capture_.photographs[p.photograph].polarisation);
     for (int c = 0; c < kChannels; ++c) {
       const auto optics = OpticsFromSlots(capture_, SlotValues(capture_, material, state_, c));
-      const DiffuserTable<double> table(optics.diffuser(), state_.crown->kernel.outer_radius_mm);
+      const DiffuserTable<double> table(optics.stack(), state_.crown->kernel.outer_radius_mm);
       const ShaderPrediction<double> model(*state_.crown, cast, optics, table, c, light_scale, vertices_[g],
                                            options_.threads);
       ParallelFor(p.pixels.size(), options_.threads, [&](size_t i) {
@@ -164,7 +164,7 @@ void ImageResiduals::PredictWithDerivatives(const Eigen::VectorXd& x, const Line
         if (slots[s]) slot_by_x.row(s) = slopes[s] * ValueGradient(free_, x, slots[s]->layer, slots[s]->quantity, c);
       }
       const auto optics = OpticsFromSlots(capture_, jets);
-      const DiffuserTable<Jet> table(optics.diffuser(), state_.crown->kernel.outer_radius_mm);
+      const DiffuserTable<Jet> table(optics.stack(), state_.crown->kernel.outer_radius_mm);
       const ShaderPrediction<Jet> model(*state_.crown, cast, optics, table, c, scales.light, vertices_[g],
                                         options_.threads);
       ParallelFor(p.pixels.size(), options_.threads, [&](size_t i) {

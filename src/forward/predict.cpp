@@ -14,6 +14,7 @@ std::array<std::optional<ShaderSlot>, kShaderSlots> SlotsOf(const Capture& captu
     slots[1] = {0, Quantity::kAbsorption};
     slots[2] = {0, ThicknessQuantity(capture, 0)};
     slots[3] = {0, Quantity::kIor};
+    slots[12] = {0, Quantity::kAsymmetry};
   }
   slots[4] = {diffuser, Quantity::kReducedScattering};
   slots[5] = {diffuser, Quantity::kAbsorption};
@@ -97,7 +98,7 @@ std::vector<glm::dvec3> PredictPixels(const Capture& capture, const CastState& s
   const std::vector<int> vertices = VerticesAround(*state.crown, cast, all);
   for (int c = 0; c < kChannels; ++c) {
     const auto optics = OpticsFromSlots(capture, SlotValues(capture, material, state, c));
-    const DiffuserTable<double> table(optics.diffuser(), state.crown->kernel.outer_radius_mm);
+    const DiffuserTable<double> table(optics.stack(), state.crown->kernel.outer_radius_mm);
     const ShaderPrediction<double> prediction(*state.crown, cast, optics, table, c, light_scale, vertices, threads);
     ParallelFor(values.size(), threads, [&](size_t i) { values[i][c] = prediction.Pixel(cast.pixels[i], specular); });
   }

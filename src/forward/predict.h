@@ -23,11 +23,11 @@ struct ShaderSlot {
   Quantity quantity;
 };
 inline constexpr size_t kSurfaceOwner = static_cast<size_t>(-1);
-inline constexpr int kShaderSlots = 12;
+inline constexpr int kShaderSlots = 13;
 
 /// The slots of this capture: outer scattering, absorption, thickness, ior; diffuser scattering, absorption, thickness,
-/// ior, g; roughness, wetness, neck's return. Layers below the second are not seen by this model. Slots of an absent
-/// outer layer have no owner.
+/// ior, g; roughness, wetness, neck's return; outer g. Layers below the second are not seen by this model. Slots of an
+/// absent outer layer have no owner.
 std::array<std::optional<ShaderSlot>, kShaderSlots> SlotsOf(const Capture& capture);
 
 /// Slot values of one channel; lengths already divided by what was cast.
@@ -52,6 +52,7 @@ ShaderOptics<T> OpticsFromSlots(const Capture& capture, const std::array<T, kSha
   o.roughness = s[9];
   o.wetness = s[10];
   o.neck_return = s[11];
+  o.outer_g = s[12];
   o.may_be_wet = s[10] > 0.0 || !capture.surface[static_cast<size_t>(Quantity::kWetness)].fixed;
   o.outside_ior = capture.outside_ior;
   return o;

@@ -1,7 +1,7 @@
 #pragma once
-// The `shader` model: surface reflection + first-order scattering in the outer layer + diffusion of the layer below
-// seen through it + back light by thickness. Geometry comes cast (PhotographCast); the material enters here, through
-// the shared terms, in any number type. docs/forward_model.md derives it and says what it leaves out.
+// The `shader` model: surface reflection + first-order scattering in the outer layer + diffusion in both layers, on
+// this side and through from the other. Geometry comes cast (PhotographCast); the material enters here, through the
+// shared terms, in any number type. docs/forward_model.md derives it and says what it leaves out.
 
 #include <numbers>
 #include <span>
@@ -9,7 +9,7 @@
 
 #include "base/parallel.h"
 #include "geometry/cast_samples.h"
-#include "optics/diffuser.h"
+#include "optics/layered_diffusion.h"
 #include "optics/shading_terms.h"
 
 namespace crownfit {
@@ -18,7 +18,7 @@ namespace crownfit {
 template <class T>
 struct ShaderOptics {
   bool has_outer = false;
-  T outer_scattering, outer_absorption, outer_thickness_scale, outer_ior;  ///< reduced scattering
+  T outer_scattering, outer_absorption, outer_thickness_scale, outer_ior, outer_g;  ///< reduced scattering
   T diffuser_scattering, diffuser_absorption, diffuser_thickness_scale, diffuser_ior, diffuser_g;
   T roughness, wetness, neck_return;
   bool may_be_wet = false;  ///< wet, or wetness is fitted
@@ -28,13 +28,11 @@ struct ShaderOptics {
   WetSurface<T> surface() const { return {entry_ior(), wetness, outside_ior, may_be_wet}; }
   /// `factor`: on absorption, of the layer's texture.
   T outer_extinction(double factor) const { return outer_scattering + factor * outer_absorption; }
-  /// The boundary that turns diffuse light back is the one to the air: directions that a plane-parallel outer layer
-  /// would refract in between are decided by the diffuser's own index (Snell's invariant).
-  DiffuserOptics<T> diffuser() const {
-    return {diffuser_scattering,
-            diffuser_absorption,
-            diffuser_g,
-            {diffuser_ior / outside_ior, wetness, outside_ior, may_be_wet}};
+  DiffusingStack<T> stack() const {
+    return {has_outer,
+            {outer_scattering, outer_absorption, outer_g, outer_ior},
+            {diffuser_scattering, diffuser_absorption, diffuser_g, diffuser_ior},
+            surface()};
   }
 };
 
@@ -62,15 +60,15 @@ class ShaderPrediction {
         leaving_(crown.fine.vertices.size(), T(0.0)),
         first_order_(optics.has_outer ? crown.fine.vertices.size() : 0, T(0.0)) {
     ParallelFor(entering_.size(), threads, [&](size_t v) {
-      const T extinction = optics_.outer_extinction(crown.columns[v].outer_absorption[channel_]);
       for (int s = cast_.first_share[v]; s < cast_.first_share[v + 1]; ++s) {
         const LightShare& share = cast_.vertex_shares[s];
         const double irradiance = light_scale_[share.light] * share.irradiance[channel_];
-        if (irradiance > 0) entering_[v] += irradiance * Entering(share, extinction);
+        if (irradiance > 0) entering_[v] += irradiance * (1.0 - surface_.Reflectance(T(share.cos_incidence)));
       }
+      if (const double more = MoreOuterAbsorption(v)) entering_[v] *= ThroughTexture(v, more);
     });
-    if (cast_.has_backing) AddLightReturnedByBacking(crown, threads);
     const std::vector<int> taps_per_ring = TapsPerRing(crown.kernel);
+    if (cast_.has_backing) AddLightReturnedByBacking(taps_per_ring, threads);
     ParallelFor(vertices.size(), threads, [&](size_t i) {
       const int v = vertices[i];
       leaving_[v] = Leaving(v, taps_per_ring);
@@ -86,12 +84,7 @@ class ShaderPrediction {
     Radiance r{
         Interpolated(pixel.at, leaving_) * Term::ExitLobe(surface_.Reflectance(T(pixel.cos_view)), diffuse_fresnel_),
         T(0.0), Gloss(pixel)};
-    if (optics_.has_outer) {  // along the refracted view, as in a flat layer of this thickness
-      const T extinction = optics_.outer_extinction(pixel.outer_absorption[channel_]);
-      r.diffuse *=
-          Term::Attenuation(extinction, Now(pixel.front) / Term::RefractedCosine(T(pixel.cos_view), entry_ior_));
-      r.first_order = Interpolated(pixel.at, first_order_);
-    }
+    if (optics_.has_outer) r.first_order = Interpolated(pixel.at, first_order_);
     return r;
   }
 
@@ -102,43 +95,38 @@ class ShaderPrediction {
   }
 
  private:
-  /// Share of the irradiance that passes the surface and the outer layer unscattered (zeroth order).
-  T Entering(const LightShare& share, const T& extinction) const {
-    const T passed = 1.0 - surface_.Reflectance(T(share.cos_incidence));
-    return optics_.has_outer ? passed * ThroughOuter(share.outer_path, extinction) : passed;
-  }
-
   /// Length at the fitted thickness.
   T Now(const OuterLength& length) const { return length.fixed_mm + length.scaled_mm * optics_.outer_thickness_scale; }
 
-  T ThroughOuter(const OuterLength& path, const T& extinction) const {
-    return Term::Attenuation(extinction, Now(path));
-  }
-
-  T DiffuserThickness(const OuterLength& front, const OuterLength& back, double total_mm) const {
-    const T between = optics_.has_outer ? total_mm - Now(front) - Now(back) : T(total_mm);
+  T InnerThickness(const Column& c) const {
+    const T between = optics_.has_outer ? c.total_mm - Now(c.front) - Now(c.back) : T(c.total_mm);
     return Term::max(between, T(0.0)) * optics_.diffuser_thickness_scale;
   }
+  /// For light on one side of the object ...
+  auto PlaceOf(const Column& c) const { return table_.At(Now(c.front), InnerThickness(c)); }
+  /// ... and from one to the other, whose outer layers count alike.
+  auto PlaceThrough(const Column& c) const { return table_.At(0.5 * (Now(c.front) + Now(c.back)), InnerThickness(c)); }
 
-  /// Light through the object, back from the tile behind it and in again, as between parallel faces:
-  /// T rho / (1 - R rho) with rho the tile's reflectance times the share of the sky it fills.
-  void AddLightReturnedByBacking(const Crown& crown, int threads) {
-    const std::vector<T> direct = entering_;
+  /// Texture: by how much the outer layer absorbs more here than the material says, as a share.
+  double MoreOuterAbsorption(size_t v) const {
+    return optics_.has_outer ? crown_.columns[v].outer_absorption[channel_] - 1.0 : 0.0;
+  }
+  /// What of the light that enters or leaves here is left for it.
+  T ThroughTexture(size_t v, double more) const {
+    return Term::Attenuation(more * optics_.outer_absorption, table_.OuterWay(PlaceOf(crown_.columns[v])));
+  }
+
+  /// Light that leaves towards the tile behind the object, back from it and in again, as between parallel faces: rho L
+  /// / (1 - R rho) with rho the tile's reflectance times the share of the sky it fills.
+  void AddLightReturnedByBacking(const std::vector<int>& taps_per_ring, int threads) {
+    std::vector<T> returned(entering_.size(), T(0.0));
     ParallelFor(entering_.size(), threads, [&](size_t v) {
       const double rho = cast_.backing[v].reflectance[channel_];
-      const Column& column = crown.columns[v];
-      if (rho <= 0 || column.opposite.triangle < 0) return;
-      T from_front(0.0);
-      for (int k = 0; k < 3; ++k)
-        from_front += column.opposite.weights[k] * direct[crown.fine.triangles[column.opposite.triangle][k]];
-      const auto place = table_.At(DiffuserThickness(column.front, column.back, column.total_mm));
-      T out = table_.TotalTransmitted(place) * from_front;
-      if (optics_.has_outer) {
-        const T once = ThroughOuter(column.front, optics_.outer_extinction(column.outer_absorption[channel_]));
-        out *= once * once;  // out here and in again
-      }
-      entering_[v] += out * rho / (1.0 - rho * table_.TotalReflected(place));
+      if (rho <= 0) return;
+      const T place = table_.TotalReflected(PlaceOf(crown_.columns[v]));
+      returned[v] = Leaving(static_cast<int>(v), taps_per_ring) * rho / (1.0 - rho * place);
     });
+    for (size_t v = 0; v < returned.size(); ++v) entering_[v] += returned[v];
   }
 
   /// Value of the vertices around; 0 where there is no place.
@@ -149,11 +137,10 @@ class ShaderPrediction {
     return sum;
   }
 
-  /// Diffusion: entering light blurred by the profile, on this side and through from the other. Radiant exitance of
-  /// the diffusing layer below a vertex.
+  /// Diffusion: entering light blurred by the profile, on this side and through from the other. Radiant exitance.
   T Leaving(int vertex, const std::vector<int>& taps_per_ring) const {
     const Column& column = crown_.columns[vertex];
-    const auto place = table_.At(DiffuserThickness(column.front, column.back, column.total_mm));
+    const auto place = PlaceOf(column), through = PlaceThrough(column);
     T sum(0.0);
     const int end = crown_.first_tap[vertex + 1];
     for (int t = crown_.first_tap[vertex]; t < end;) {
@@ -168,9 +155,10 @@ class ShaderPrediction {
         front += optics_.neck_return * front_below_neck;
         opposite += optics_.neck_return * opposite_below_neck;
       }
-      sum += (table_.Reflected(place, ring) * front + table_.Transmitted(place, ring) * opposite) /
+      sum += (table_.Reflected(place, ring) * front + table_.Transmitted(through, ring) * opposite) /
              static_cast<double>(taps_per_ring[ring]);
     }
+    if (const double more = MoreOuterAbsorption(vertex)) sum *= ThroughTexture(vertex, more);
     return sum;
   }
 

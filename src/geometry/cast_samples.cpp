@@ -10,6 +10,7 @@
 #include "base/parallel.h"
 #include "geometry/light_samples.h"
 #include "geometry/mesh_file.h"
+#include "geometry/tile_view.h"
 
 namespace crownfit {
 namespace {
@@ -23,13 +24,12 @@ constexpr int kBands = 3;
 int BandOf(double cos_incidence) { return (cos_incidence > kBandEdges[0]) + (cos_incidence > kBandEdges[1]); }
 
 struct ShareSum {
-  glm::dvec3 irradiance{0.0}, direction{0.0};
+  glm::dvec3 irradiance{0.0};
   double weight = 0, cosine = 0;
   void Add(const LightSample& s, double cos_incidence) {
     const glm::dvec3 e = s.weight * cos_incidence;
     const double w = e.x + e.y + e.z;
     irradiance += e;
-    direction += w * s.direction;
     weight += w;
     cosine += w * cos_incidence;
   }
@@ -40,10 +40,8 @@ class Caster {
  public:
   Caster(const Capture& capture, const Crown& crown, const std::vector<TriangleMesh>& scenery, size_t photograph,
          const CastOptions& options)
-      : crown_(crown),
-        photo_(capture.photographs[photograph]),
+      : photo_(capture.photographs[photograph]),
         options_(options),
-        relative_ior_(capture.layers[0][Quantity::kIor].value[0] / capture.outside_ior),
         tile_(photo_.backing ? BackingTile(capture.backings[*photo_.backing]) : TriangleMesh()),
         caster_({}) {
     const RigidTransform object_from_camera = photo_.camera_from_object.Inverse();
@@ -62,6 +60,7 @@ class Caster {
     if (photo_.backing) {
       meshes.push_back(&tile_);
       reflectance_.push_back(capture.backings[*photo_.backing].reflectance);
+      tile_view_.emplace(crown, capture.backings[*photo_.backing], options.threads);
     }
     meshes_ = meshes;
     caster_ = RayCaster(meshes);
@@ -86,7 +85,7 @@ class Caster {
         arrived += s.weight.y * cosine;
         sums[BandOf(cosine)].Add(s, cosine);
       }
-      for (const ShareSum& sum : sums) AddShare(index, sum, position, normal, shares);
+      for (const ShareSum& sum : sums) AddShare(index, sum, shares);
       if (visibility) visibility[l] = static_cast<float>(sent > 0 ? arrived / sent : 0.0);
     }
   }
@@ -128,7 +127,8 @@ class Caster {
       const auto hit = caster_.Nearest(lifted, sky[i].direction);
       if (!hit || hit->mesh == 0) continue;
       if (photo_.backing && hit->mesh + 1 == static_cast<int>(meshes_.size()))
-        backing.reflectance += reflectance_[hit->mesh] / static_cast<double>(sky.size());
+        backing.reflectance += tile_view_->At(lifted + hit->distance_mm * sky[i].direction) /
+                               static_cast<double>(sky.size()) * reflectance_[hit->mesh];
       const double cosine = glm::dot(sky[i].direction, normal);
       const auto radiance = SceneryRadiance(*hit, sky[i].direction, std::max(1, options_.strata / 2));
       for (size_t l = 0; l < lights_.size(); ++l) {
@@ -137,7 +137,7 @@ class Caster {
       }
     }
     for (size_t l = 0; l < lights_.size(); ++l)
-      for (const ShareSum& sum : sums[l]) AddShare(lights_[l].first, sum, position, normal, shares);
+      for (const ShareSum& sum : sums[l]) AddShare(lights_[l].first, sum, shares);
     return backing;
   }
 
@@ -176,20 +176,14 @@ class Caster {
 
  private:
   static TriangleMesh BackingTile(const BackingSpec& b) { return SquareTile(b.point_mm, b.normal, b.size_mm); }
-  void AddShare(int light, const ShareSum& sum, const glm::dvec3& position, const glm::dvec3& normal,
-                std::vector<LightShare>& shares) const {
-    if (!(sum.weight > 0)) return;
-    const double length = glm::length(sum.direction);
-    const glm::dvec3 direction = length > 1e-9 * sum.weight ? sum.direction / length : normal;
-    shares.push_back({light, sum.irradiance, sum.cosine / sum.weight,
-                      OuterPath(crown_, position, normal, direction, relative_ior_)});
+  static void AddShare(int light, const ShareSum& sum, std::vector<LightShare>& shares) {
+    if (sum.weight > 0) shares.push_back({light, sum.irradiance, sum.cosine / sum.weight});
   }
 
-  const Crown& crown_;
   const PhotographSpec& photo_;
   const CastOptions& options_;
-  double relative_ior_;
   TriangleMesh tile_;
+  std::optional<TileView> tile_view_;
   glm::dvec3 camera_;
   std::vector<std::pair<int, LightShape>> lights_;
   std::vector<const TriangleMesh*> meshes_;
@@ -230,11 +224,6 @@ PixelResult CastPixel(const Caster& caster, const Crown& crown, const VertexCast
   }
   pixel.from_cut_mm = static_cast<float>(crown.cut_caster.DistanceToSurface(position));
   pixel.cos_view = std::max(1e-3, glm::dot(normal, view));
-  for (int k = 0; k < 3; ++k) {
-    const Column& c = crown.columns[crown.fine.triangles[hit->point.triangle][k]];
-    pixel.front.Add(hit->point.weights[k], c.front);
-    pixel.outer_absorption += hit->point.weights[k] * c.outer_absorption;
-  }
   pixel.at = InterpolationAt(crown.fine, hit->point);
   std::vector<float> visibility(caster.lights(), 0.0f);
   for (size_t l = 0; l < visibility.size(); ++l)

@@ -25,11 +25,10 @@ struct LightShare {
   int light;
   glm::dvec3 irradiance;  ///< per channel at intensity_scale 1, visibility and cosine included
   double cos_incidence;
-  OuterLength outer_path;  ///< along the refracted direction
 };
 
 struct BackingShare {
-  glm::dvec3 reflectance{0.0};  ///< reflectance x share of the cosine-weighted hemisphere it fills
+  glm::dvec3 reflectance{0.0};  ///< reflectance x share of the hemisphere it fills x share of its sky the object fills
 };
 
 /// A direction in which the surface mirrors a lamp. What blocks lamps is known at the vertices and interpolated.
@@ -50,9 +49,7 @@ struct PixelCast {
   bool at_silhouette;  ///< a corner of the pixel's square misses the object, or shows the cut at its neck
   float from_cut_mm;   ///< distance to that cut; infinite without one
   double cos_view;
-  Interpolation at;                  ///< of what the vertices around show
-  OuterLength front;                 ///< as in Column
-  glm::dvec3 outer_absorption{0.0};  ///< as in Column
+  Interpolation at;  ///< of what the vertices around show
   int first_highlight, highlight_count, first_mirrored, mirrored_count;
 };
 

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 
 #include "base/error.h"
 #include "base/parallel.h"
@@ -32,23 +33,62 @@ std::optional<double> DistanceInto(const TriangleMesh& surface, const RayCaster&
   return hit->distance_mm < max_mm ? std::optional(hit->distance_mm) : std::nullopt;
 }
 
-Column CastColumn(const Crown& crown, const glm::dvec3& position, const glm::dvec3& normal) {
-  const glm::dvec3 start = position - kStart_mm * normal, inward = -normal;
-  Column column;
+/// From side to side of the object along one inward direction.
+struct Chord {
+  OuterLength front, back;
+  double total_mm = 0;
+  SurfacePoint exit;
+};
+
+Chord CastChord(const Crown& crown, const glm::dvec3& position, const glm::dvec3& normal, const glm::dvec3& inward) {
+  const glm::dvec3 start = position - kStart_mm * normal;
+  Chord chord;
   const auto out = crown.fine_caster.Nearest(start, inward);
-  if (!out) return column;  // a corner so sharp that the inward normal misses the object: no depth
-  column.total_mm = out->distance_mm + kStart_mm;
-  column.opposite = out->point;
-  if (!crown.has_outer_layer()) return column;
-  column.front.fixed_mm = column.back.fixed_mm = 0.5 * column.total_mm;
+  if (!out) return chord;  // a corner so sharp that the direction misses the object: no depth
+  chord.total_mm = out->distance_mm + kStart_mm;
+  chord.exit = out->point;
+  if (!crown.has_outer_layer()) return chord;
+  chord.front.fixed_mm = chord.back.fixed_mm = 0.5 * chord.total_mm;
   const auto in = DistanceInto(crown.surfaces[1], crown.casters[1], start, inward, out->distance_mm);
-  if (!in) return column;
-  const glm::dvec3 far_side = start + out->distance_mm * inward - kStart_mm * inward;
-  const auto back = DistanceInto(crown.surfaces[1], crown.casters[1], far_side, normal, out->distance_mm);
+  if (!in) return chord;
+  const glm::dvec3 far_side = start + (out->distance_mm - kStart_mm) * inward;
+  const auto back = DistanceInto(crown.surfaces[1], crown.casters[1], far_side, -inward, out->distance_mm);
   const auto length = [](double d) { return d > 0 ? d + kStart_mm : 0.0; };  // 0: the inner layer itself is outermost
-  column.front = {0.0, length(*in)};
-  const double left = column.total_mm - column.front.scaled_mm;
-  column.back = {0.0, std::min(back ? length(*back) : left, left)};
+  chord.front = {0.0, length(*in)};
+  const double left = chord.total_mm - chord.front.scaled_mm;
+  chord.back = {0.0, std::min(back ? length(*back) : left, left)};
+  return chord;
+}
+
+Column CastColumn(const Crown& crown, const glm::dvec3& position, const glm::dvec3& normal) {
+  constexpr double kReach =
+      2.0;  // to the side, in straight chords: set by path-traced pictures (docs/forward_model.md)
+  constexpr double kCosine[] = {0.1127016653792583, 0.5, 0.8872983346207417},
+                   kWeight[] = {5 / 18.0, 8 / 18.0, 5 / 18.0};
+  constexpr int kAround = 6;
+  const auto [u, v] = Tangents(normal);
+  Chord straight = CastChord(crown, position, normal, -normal);
+  if (straight.total_mm == 0)  // a ray can slip through where triangles of a symmetric mesh meet exactly opposite
+    straight = CastChord(crown, position, normal, glm::normalize(1e-3 * u + 7e-4 * v - normal));
+  Column column;
+  column.front_mm = straight.front.total_mm();
+  column.opposite = straight.exit;
+  const auto add = [&](double weight, const Chord& chord) {
+    column.front.Add(weight, chord.front);
+    column.back.Add(weight, chord.back);
+    column.total_mm += weight * chord.total_mm;
+  };
+  for (int i = 0; i < 3; ++i)
+    for (int k = 0; k < kAround; ++k) {
+      const double angle = 2 * std::numbers::pi * (k + i / 3.0) / kAround,
+                   sine = std::sqrt(1 - kCosine[i] * kCosine[i]);
+      const Chord chord =
+          CastChord(crown, position, normal, sine * (std::cos(angle) * u + std::sin(angle) * v) - kCosine[i] * normal);
+      const double aside = chord.total_mm * sine / std::max(kReach * straight.total_mm, 1e-9),
+                   near = std::exp(-aside * aside), share = kWeight[i] / kAround;
+      add(share * near * kCosine[i], chord);
+      add(share * (1 - near), straight);
+    }
   return column;
 }
 
@@ -198,7 +238,7 @@ std::shared_ptr<const Crown> BuildCrown(const Capture& capture, const CrownSourc
   std::vector<std::vector<Tap>> taps(crown->fine.vertices.size());
   ParallelFor(taps.size(), threads, [&](size_t v) {
     taps[v] = CastTaps(*crown, kernel, crown->fine.vertices[v], crown->fine_vertex_normals[v],
-                       /*tooth_goes_on=*/capture.neck == Neck::kRoot);
+                       crown->columns[v].total_mm, /*tooth_goes_on=*/capture.neck == Neck::kRoot);
   });
   for (const auto& at_vertex : taps) {
     crown->first_tap.push_back(static_cast<int>(crown->taps.size()));
@@ -224,20 +264,6 @@ std::shared_ptr<const Crown> BuildCrown(const Capture& capture, const CrownSourc
 glm::dvec3 ShadingNormal(const Crown& crown, const SurfacePoint& p) {
   const auto& n = crown.fine_corner_normals[p.triangle];
   return glm::normalize(p.weights.x * n[0] + p.weights.y * n[1] + p.weights.z * n[2]);
-}
-
-OuterLength OuterPath(const Crown& crown, const glm::dvec3& position, const glm::dvec3& normal,
-                      const glm::dvec3& towards_outside, double relative_ior) {
-  if (!crown.has_outer_layer()) return {};
-  const glm::dvec3 tangential = (towards_outside - glm::dot(towards_outside, normal) * normal) / relative_ior;
-  const double inside_cosine = std::sqrt(std::max(0.0, 1.0 - glm::dot(tangential, tangential)));
-  const glm::dvec3 direction = -tangential - inside_cosine * normal;
-  const glm::dvec3 start = position - kStart_mm * normal;
-  const auto in = DistanceInto(crown.surfaces[1], crown.casters[1], start, direction);
-  const auto out = crown.fine_caster.Nearest(start, direction);
-  if (in && *in == 0.0) return {};
-  if (in && (!out || *in < out->distance_mm)) return {0.0, *in + kStart_mm};
-  return {out ? 0.5 * (out->distance_mm + kStart_mm) : 0.0, 0.0};
 }
 
 }  // namespace crownfit

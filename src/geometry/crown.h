@@ -26,11 +26,17 @@ struct OuterLength {
   }
 };
 
-/// What the shader model needs to know of the object below one vertex of the outer surface, cast inward.
+/// What the shader model needs to know of the object below one vertex of the outer surface: the flat layers in which
+/// light that enters here goes about as far as in the object. Their thickness is the mean of chord times its cosine
+/// over cosines, the thickness itself where layers are flat; half the mean chord of cosine-distributed rays, and its
+/// mean over a convex body is 2 V / S. By as much weak absorption shortens light that enters the body from everywhere,
+/// however it is scattered (Blanco and Fournier 2003). Chords that leave far to the side count as the straight one:
+/// light that is scattered does not go there.
 struct Column {
-  OuterLength front;                 ///< outer layer's thickness here (half the chord where the inner layer is absent)
-  OuterLength back;                  ///< outer layer's thickness on the opposite side
-  double total_mm = 0;               ///< from side to side along the inward normal
+  OuterLength front;                 ///< outer layer on this side (half the chord where a chord misses the inner layer)
+  OuterLength back;                  ///< outer layer beyond the inner one
+  double total_mm = 0;               ///< from side to side
+  double front_mm = 0;               ///< outer layer's thickness along the inward normal, to look at
   SurfacePoint opposite;             ///< where the inward normal leaves the object
   glm::dvec3 outer_absorption{1.0};  ///< factor of the outer layer's texture
 };
@@ -79,10 +85,5 @@ std::vector<double> StatedThicknesses(const Capture& capture);
 
 /// Shading normal at a place of the fine surface.
 glm::dvec3 ShadingNormal(const Crown& crown, const SurfacePoint& p);
-
-/// Length of the way through the outer layer, from a place on the surface along the direction a ray from
-/// `towards_outside` takes after refraction; half the chord when it leaves again without meeting the inner layer.
-OuterLength OuterPath(const Crown& crown, const glm::dvec3& position, const glm::dvec3& normal,
-                      const glm::dvec3& towards_outside, double relative_ior);
 
 }  // namespace crownfit

@@ -8,7 +8,7 @@
 namespace crownfit {
 namespace {
 
-constexpr double kLift_mm = 2e-3;  // above the surface, for rays that look down on it
+constexpr double kLift_mm = 2e-3;  // rays start this far below the surface
 
 glm::dvec3 TapPlace(const glm::dvec3& position, const glm::dvec3& normal, const TapKernel::Offset& offset) {
   const auto [u, v] = Tangents(normal);
@@ -22,16 +22,16 @@ bool IsBelowNeck(const Crown& crown, const glm::dvec3& place) {
   return glm::dot(place - Position(crown.cut, nearest), FaceNormal(crown.cut, nearest.triangle)) > 0;
 }
 
-Tap CastTap(const Crown& crown, const glm::dvec3& position, const glm::dvec3& normal, const TapKernel::Offset& offset) {
-  const glm::dvec3 place = TapPlace(position, normal, offset);
-  // Down onto the surface along the point's own normal, from as high above as the tap is far away.
-  const double lift = glm::length(offset.mm) + kLift_mm;
+/// `depth_mm`: straight through the object; `layers_mm`: of the flat layers that stand for it (Column).
+Tap CastTap(const Crown& crown, const glm::dvec3& position, const glm::dvec3& normal, double depth_mm, double layers_mm,
+            const TapKernel::Offset& offset) {
   Tap tap{offset.ring, {}, {}, false};
-  const auto hit = crown.fine_caster.Nearest(place + lift * normal, -normal, 0.0, 3.0 * lift);
-  if (!hit) return tap;  // beyond the object's edge: that light is gone
-  tap.front = InterpolationAt(crown.fine, hit->point);
-  const glm::dvec3 n = ShadingNormal(crown, hit->point), p = Position(crown.fine, hit->point);
-  if (const auto out = crown.fine_caster.Nearest(p - kLift_mm * n, -n))
+  const glm::dvec3 place = TapPlace(position, normal, offset);
+  const glm::dvec3 below = position - std::max(kLift_mm, std::min(glm::length(offset.mm), 0.5 * depth_mm)) * normal;
+  if (const auto hit = crown.fine_caster.Nearest(below, glm::normalize(place - below)))
+    tap.front = InterpolationAt(crown.fine, hit->point);
+  const glm::dvec3 start = position - kLift_mm * normal, opposite = place - std::max(layers_mm, kLift_mm) * normal;
+  if (const auto out = crown.fine_caster.Nearest(start, glm::normalize(opposite - position)))
     tap.opposite = InterpolationAt(crown.fine, out->point);
   return tap;
 }
@@ -70,11 +70,13 @@ Interpolation InterpolationAt(const TriangleMesh& mesh, const SurfacePoint& p) {
 }
 
 std::vector<Tap> CastTaps(const Crown& crown, const TapKernel& kernel, const glm::dvec3& position,
-                          const glm::dvec3& normal, bool tooth_goes_on) {
+                          const glm::dvec3& normal, double layers_mm, bool tooth_goes_on) {
   std::vector<Tap> taps;
+  const auto through = crown.fine_caster.Nearest(position - kLift_mm * normal, -normal);
+  const double depth = through ? through->distance_mm : 0.0;
   for (const auto& offset : kernel.offsets) {
-    Tap tap = CastTap(crown, position, normal, offset);
-    if (!tap.front.exists() && tooth_goes_on && !taps.empty() && IsBelowNeck(crown, TapPlace(position, normal, offset)))
+    Tap tap = CastTap(crown, position, normal, depth, layers_mm, offset);
+    if (tooth_goes_on && !taps.empty() && IsBelowNeck(crown, TapPlace(position, normal, offset)))
       tap = {offset.ring, taps.front().front, taps.front().opposite, true};
     if (tap.front.exists()) taps.push_back(tap);
   }

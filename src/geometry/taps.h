@@ -42,10 +42,12 @@ struct Tap {
 /// Interpolation of vertex values at a place of the fine mesh; none where there is no place.
 Interpolation InterpolationAt(const TriangleMesh& mesh, const SurfacePoint& p);
 
-/// The kernel's offsets in the tangent plane of a point of the fine surface, put down onto the surface along the
-/// point's normal: ring by ring, without those beyond the object's edge. `tooth_goes_on`: below the cut of an open scan
-/// a tap sees what the point itself sees.
+/// The kernel's offsets in the tangent plane of a point of the fine surface, brought to the surface by rays, so that
+/// every tap of a closed object finds a place: on this side from a point as far below as the offset is long, at most
+/// half way through; on the other side from the point itself to the offset on the far side of flat layers `layers_mm`
+/// thick. On a plate both are at their offset; where the object ends or bends before, they are on the side that it has
+/// there. `tooth_goes_on`: below the cut of an open scan a tap sees what the point itself sees.
 std::vector<Tap> CastTaps(const Crown& crown, const TapKernel& kernel, const glm::dvec3& position,
-                          const glm::dvec3& normal, bool tooth_goes_on);
+                          const glm::dvec3& normal, double layers_mm, bool tooth_goes_on);
 
 }  // namespace crownfit

@@ -68,8 +68,8 @@ std::vector<LampPoint> PointsOf(const LightShape& shape, const glm::dvec3& towar
 
 CrownRenderer::CrownRenderer(std::shared_ptr<const Crown> crown)
     : crown_(std::move(crown)),
-      entering_(
-          Program::Capturing({"viewer/material.glsl", "viewer/vertices.glsl", "viewer/entering.vert"}, "entering")),
+      entering_(Program::Capturing(
+          {"viewer/material.glsl", "viewer/vertices.glsl", "viewer/table.glsl", "viewer/entering.vert"}, "entering")),
       returned_(Program::Capturing(
           {"viewer/material.glsl", "viewer/vertices.glsl", "viewer/table.glsl", "viewer/returned.vert"}, "entering")),
       exitance_(Program::Capturing(
@@ -91,15 +91,11 @@ CrownRenderer::CrownRenderer(std::shared_ptr<const Crown> crown)
 void CrownRenderer::UploadGeometry() {
   const TriangleMesh& mesh = crown_->fine;
   std::vector<glm::vec4> columns, frames, positions, normals;
-  std::vector<glm::ivec4> opposites;
   std::vector<int> vertices;
   for (size_t v = 0; v < mesh.vertices.size(); ++v) {
     const Column& c = crown_->columns[v];
     columns.emplace_back(c.front.fixed_mm, c.front.scaled_mm, c.back.fixed_mm, c.back.scaled_mm);
     columns.emplace_back(c.total_mm, c.outer_absorption.x, c.outer_absorption.y, c.outer_absorption.z);
-    columns.push_back(Vec4(c.opposite.weights));
-    const bool exists = c.opposite.triangle >= 0;
-    opposites.push_back(exists ? glm::ivec4(mesh.triangles[c.opposite.triangle], 1) : glm::ivec4(0));
     frames.push_back(Vec4(mesh.vertices[v]));
     frames.push_back(Vec4(crown_->fine_vertex_normals[v]));
   }
@@ -123,7 +119,6 @@ void CrownRenderer::UploadGeometry() {
       vertices.push_back(v);
     }
   columns_.Upload(columns);
-  opposites_.Upload(opposites);
   frames_.Upload(frames);
   corner_positions_.Upload(positions);
   corner_normals_.Upload(normals);
@@ -183,9 +178,10 @@ void CrownRenderer::SetLight(const Capture& capture, size_t photograph, const Ve
     light_scale_.push_back(static_cast<float>(light.intensity_scale));
   }
   std::vector<glm::vec4> shares, backing, visibility;
+  std::vector<int> share_light;
   for (const LightShare& s : cast.vertex_shares) {
     shares.push_back(Vec4(s.irradiance, s.cos_incidence));
-    shares.emplace_back(s.outer_path.fixed_mm, s.outer_path.scaled_mm, number[s.light], 0.0);
+    share_light.push_back(number[s.light]);
   }
   for (const BackingShare& b : cast.backing) backing.push_back(Vec4(b.reflectance));
   const size_t lamps = lamps_.size();
@@ -197,6 +193,7 @@ void CrownRenderer::SetLight(const Capture& capture, size_t photograph, const Ve
       visibility.push_back(four);
     }
   shares_.Upload(shares);
+  share_light_.Upload(share_light);
   first_share_.Upload(cast.first_share);
   backing_.Upload(backing);
   visibility_.Upload(visibility);
@@ -255,22 +252,14 @@ void CrownRenderer::SetMaterial(const Capture& capture, const Material& material
   std::vector<DiffuserTable<double>> tables;
   for (int c = 0; c < kChannels; ++c) {
     optics_[c] = OpticsFromSlots(capture, SlotValues(capture, material, state, c));
-    tables.emplace_back(optics_[c].diffuser(), crown_->kernel.outer_radius_mm);
+    tables.emplace_back(optics_[c].stack(), crown_->kernel.outer_radius_mm);
   }
   diffuse_fresnel_ = MomentsOf(optics_[0].surface()).diffuse_outside;
   std::vector<glm::vec4> table;
-  for (size_t i = 0; i < tables[0].nodes().size(); ++i) {
-    const auto add = [&](const auto& value) {
-      table.push_back(Vec4({value(tables[0].nodes()[i]), value(tables[1].nodes()[i]), value(tables[2].nodes()[i])}));
-    };
-    using Shares = RingShares<double>;
-    for (int r = 0; r < rings_; ++r) add([r](const Shares& s) { return s.reflected[r]; });
-    for (int r = 0; r < rings_; ++r) add([r](const Shares& s) { return s.transmitted[r]; });
-    add([](const Shares& s) { return s.total_reflected; });
-    add([](const Shares& s) { return s.total_transmitted; });
-  }
+  for (size_t i = 0; i < tables[0].values().size(); ++i)
+    table.push_back(Vec4({tables[0].values()[i], tables[1].values()[i], tables[2].values()[i]}));
   table_.Upload(table);
-  nodes_ = static_cast<int>(tables[0].nodes().size());
+  outer_nodes_ = tables[0].outer_nodes();
   UploadGloss();
   has_material_ = vertices_are_stale_ = true;
 }
@@ -294,11 +283,12 @@ void CrownRenderer::SetMaterialOf(Program& program) const {
   program.Set("diffuse_fresnel", diffuse_fresnel_);
   program.Set("light_scale", light_scale_);
   program.Set("rings", rings_);
-  program.Set("nodes", nodes_);
+  program.Set("outer_nodes", outer_nodes_);
+  program.Set("inner_nodes", DiffuserTable<double>::kInnerNodes);
   program.Set("table", table_);
   program.Set("columns", columns_);
-  program.Set("opposites", opposites_);
   program.Set("shares", shares_);
+  program.Set("share_light", share_light_);
   program.Set("first_share", first_share_);
 }
 
@@ -307,21 +297,26 @@ void CrownRenderer::RunVertexPasses() {
   entering_.Use();
   SetMaterialOf(entering_);
   entering_.CaptureInto(entering_direct_, count);
+  const auto leave = [&](const Buffer& entering) {
+    exitance_.Use();
+    SetMaterialOf(exitance_);
+    exitance_.Set("entering", entering);
+    exitance_.Set("taps", taps_);
+    exitance_.Set("tap_weights", tap_weights_);
+    exitance_.Set("first_tap", first_tap_);
+    exitance_.Set("share_of_ring", share_of_ring_);
+    exitance_.CaptureInto(leaving_, count);
+  };
+  leave(entering_direct_);
   if (has_backing_) {
     returned_.Use();
     SetMaterialOf(returned_);
     returned_.Set("direct", entering_direct_);
+    returned_.Set("leaving", leaving_);
     returned_.Set("backing", backing_);
     returned_.CaptureInto(entering_all_, count);
+    leave(entering_all_);
   }
-  exitance_.Use();
-  SetMaterialOf(exitance_);
-  exitance_.Set("entering", has_backing_ ? entering_all_ : entering_direct_);
-  exitance_.Set("taps", taps_);
-  exitance_.Set("tap_weights", tap_weights_);
-  exitance_.Set("first_tap", first_tap_);
-  exitance_.Set("share_of_ring", share_of_ring_);
-  exitance_.CaptureInto(leaving_, count);
   vertices_are_stale_ = false;
 }
 

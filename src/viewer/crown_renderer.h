@@ -1,6 +1,7 @@
 #pragma once
 // The crown on the graphics processor: the shader model's formulas on what was cast at the vertices, in four passes.
-//   light or material changed:  entering light -> (what a tile returns) -> light that leaves, per vertex
+//   light or material changed:  entering light -> light that leaves (-> entering with what a tile returns of it ->
+//                               light that leaves), per vertex
 //   camera moved:               first order per vertex -> pixels with the surface's reflection
 // Differs from ShaderPrediction in one thing: a dome's highlight comes from a table over the view's cosine. Highlights
 // of environment maps, and lamps in a film of water, are not drawn yet and are refused.
@@ -49,15 +50,15 @@ class CrownRenderer {
   std::shared_ptr<const Crown> crown_;
   std::vector<float> share_of_ring_;
   Program entering_, returned_, exitance_, first_order_, draw_dry_, draw_wet_;
-  Buffer columns_, opposites_, frames_, taps_, tap_weights_, first_tap_;
-  Buffer shares_, first_share_, backing_, visibility_, lamp_points_, gloss_table_, table_;
+  Buffer columns_, frames_, taps_, tap_weights_, first_tap_;
+  Buffer shares_, share_light_, first_share_, backing_, visibility_, lamp_points_, gloss_table_, table_;
   Buffer entering_direct_, entering_all_, leaving_, scattered_;
   GLuint corners_ = 0;  ///< vertex array
   Buffer corner_positions_, corner_normals_, corner_vertices_, indices_;
   std::vector<LightShape> lamps_;  ///< in the object's frame
   std::vector<float> light_scale_;
   std::vector<int> first_point_;  ///< per lamp + 1
-  int rings_ = 0, nodes_ = 0;
+  int rings_ = 0, outer_nodes_ = 0;
   bool has_backing_ = false, has_material_ = false, vertices_are_stale_ = true;
   std::array<ShaderOptics<double>, kChannels> optics_;
   double diffuse_fresnel_ = 0;

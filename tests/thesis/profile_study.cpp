@@ -6,7 +6,7 @@
 #include <cstdlib>
 #include <numbers>
 
-#include "optics/diffuser.h"
+#include "optics/layered_diffusion.h"
 #include "walk/slab_walk.h"
 
 namespace {
@@ -37,7 +37,7 @@ int main(int argc, char** argv) {
   std::vector<double> radii;
   for (int i = 0; i <= 28; ++i) radii.push_back(i == 0 ? 0.0 : 0.05 * std::pow(160.0, (i - 1) / 27.0));
   std::printf(
-      "thickness_mm,inner_mm,outer_mm,path,path_stddev,transmitted,transmitted_stddev,images,images_transmitted,"
+      "thickness_mm,inner_mm,outer_mm,path,path_stddev,transmitted,transmitted_stddev,model,model_transmitted,"
       "dipole,normalised\n");
   for (const double thickness : {0.5, 1.0, 2.0, kHalfSpace_mm}) {
     Slab slab;
@@ -46,8 +46,11 @@ int main(int argc, char** argv) {
     const SlabAnswer walked = SolveByWalks(slab, options, [](double) {});
     const double share = 1 - walked.specular;  // the models' light is counted below the surface
 
-    const DiffuserOptics<double> optics{kReducedScattering, kAbsorption, kG, {kIor}};
-    const RingShares<double> images = DiffuserShares(optics, thickness, {radii.begin() + 1, radii.end()});
+    DiffusingStack<double> stack;
+    stack.inner = {kReducedScattering, kAbsorption, kG, kIor};
+    stack.boundary = {kIor};
+    const DiffuserTable<double> table(stack, {radii.begin() + 1, radii.end()});
+    const auto place = table.At(0.0, thickness);
     const double extinction = kReducedScattering + kAbsorption,
                  diffusion = Term::DiffusionCoefficient(kReducedScattering, kAbsorption, kG),
                  transport = std::sqrt(Term::TransportSquared(kAbsorption, diffusion)),
@@ -58,12 +61,14 @@ int main(int argc, char** argv) {
     const double albedo = walked.value.reflectance_collimated / share;
     const auto within = [&](double r) { return albedo * Term::NormalisedDiffusionWithin(albedo, 1 / extinction, r); };
     for (size_t i = 0; i + 1 < radii.size(); ++i) {
-      const double a = radii[i], b = radii[i + 1], area = std::numbers::pi * (b * b - a * a);
+      const double a = radii[i], b = radii[i + 1], area = std::numbers::pi * (b * b - a * a),
+                   window = area * std::exp(std::numbers::egamma);  // of the table's ring with these edges
+      const int ring = static_cast<int>(i);
       std::printf("%g,%.6g,%.6g,%.6g,%.6g,%.6g,%.6g,%.6g,%.6g,%.6g,%.6g\n", thickness, a, b,
                   walked.radial_reflectance_per_mm2[i] / share, walked.radial_reflectance_stddev[i] / share,
                   walked.radial_transmittance_per_mm2[i] / share, walked.radial_transmittance_stddev[i] / share,
-                  images.reflected[i] / area, images.transmitted[i] / area, RingMean(dipole, a, b),
-                  (within(b) - within(a)) / area);
+                  table.Reflected(place, ring) / window, table.Transmitted(place, ring) / window,
+                  RingMean(dipole, a, b), (within(b) - within(a)) / area);
     }
   }
 }

@@ -164,9 +164,9 @@ def profiles(options):
         some = [row for row in rows if row["thickness_mm"] == thickness]
         column = lambda key: np.array([row[key] for row in some])
         r = np.sqrt(0.5 * (column("inner_mm") ** 2 + column("outer_mm") ** 2))
-        for key, style, label in (("images", "C0-", "shader: extended source, images"), ("dipole", "C1--", "dipole (Jensen 2001)"),
-                                  ("normalised", "C2:", "normalised (Christensen, Burley 2015)"), ("images_transmitted", "C0-", None)):
-            if thickness < 50 or key != "images_transmitted":
+        for key, style, label in (("model", "C0-", "shader"), ("dipole", "C1--", "dipole (Jensen 2001)"),
+                                  ("normalised", "C2:", "normalised (Christensen, Burley 2015)"), ("model_transmitted", "C0-", None)):
+            if thickness < 50 or key != "model_transmitted":
                 axis.loglog(r, column(key), style, label=label, lw=1.2)
         for key, label, mark in (("path", "path", "o"), ("transmitted", "path, transmitted", "s")):
             seen = column(key) > 3 * np.maximum(column(key + "_stddev"), 1e-12)
@@ -178,7 +178,7 @@ def profiles(options):
         axis.tick_params(labelsize=7)
         axis.set_xlim(0.05, 8), axis.set_ylim(3e-6, 4)
         area = np.pi * (column("outer_mm") ** 2 - column("inner_mm") ** 2)
-        print(f"profiles     {axis.get_title():10} light within 8 mm: " + ", ".join(f"{key} {float((column(key) * area).sum()):.4f}" for key in ("path", "images", "dipole", "normalised")), flush=True)
+        print(f"profiles     {axis.get_title():10} light within 8 mm: " + ", ".join(f"{key} {float((column(key) * area).sum()):.4f}" for key in ("path", "model", "dipole", "normalised")), flush=True)
     axes[0].set_ylabel("light leaving (1/mm$^2$)", fontsize=8)
     axes[0].legend(fontsize=6.5, loc="lower left")
     figure.savefig(options.folder / "thesis_profiles.png", dpi=100)
