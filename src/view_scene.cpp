@@ -1,0 +1,280 @@
+#include "view_scene.h"
+
+#include <algorithm>
+
+#include "base/error.h"
+#include "report/figures.h"
+#include "viewer/view_pose.h"
+
+namespace crownfit {
+namespace {
+
+/// While lamps are dragged: a ninth of the shadow rays, a sixteenth of those that look for scenery.
+constexpr int kCoarseStrata = 2, kCoarseGatherStrata = 2;
+const char* const kRefining = "refining the light";
+constexpr glm::vec3 kNotCompared{0.20f, 0.20f, 0.21f};
+
+CastOptions LightOptions(bool fine, int threads) {
+  CastOptions options;
+  options.threads = threads;
+  if (fine) return options;
+  options.strata = kCoarseStrata;
+  options.gather_strata = kCoarseGatherStrata;
+  return options;
+}
+
+/// Exposure by which a prediction fits its photograph best.
+double FittingExposure(const Photograph& photo, const Image& prediction, const std::vector<uint8_t>& mask) {
+  double top = 0, bottom = 0;
+  for (size_t k = 0; k < prediction.values.size(); ++k) {
+    if (!mask[k / 3]) continue;
+    const double weight = 1.0 / photo.variance.values[k], p = prediction.values[k];
+    top += weight * p * photo.linear.values[k];
+    bottom += weight * p * p;
+  }
+  return bottom > 0 ? top / bottom : 1.0;
+}
+
+SceneDifference Compare(const PhotographSpec& spec, const Photograph& photo, Image prediction,
+                        const std::vector<uint8_t>& mask, bool exposure_is_known) {
+  SceneDifference d;
+  d.exposure = exposure_is_known ? spec.exposure_scale : FittingExposure(photo, prediction, mask);
+  for (float& v : prediction.values) v *= static_cast<float>(d.exposure);
+  d.colours = ComparePictures(photo.linear, prediction, mask, spec.linear_rgb_from_sensor_rgb);
+  d.map = DifferenceColours(d.colours, kNotCompared);
+  return d;
+}
+
+}  // namespace
+
+ViewScene::ViewScene(Capture capture, const Material& material, CrownInput input, std::shared_ptr<const Crown> crown,
+                     int threads)
+    : capture_(std::move(capture)), material_(material), input_(std::move(input)), threads_(threads) {
+  built_mm_ = ThicknessesOf(capture_, material_);
+  TakeCrown(std::move(crown));
+}
+
+glm::dvec3 ViewScene::middle() const {
+  const auto [low, high] = Bounds(crown_->fine);
+  return 0.5 * (low + high);
+}
+
+double ViewScene::outer_thickness_scale() const {
+  return SlotValues(capture_, material_, CastState{crown_, cast_mm_, {}}, 0)[2];
+}
+
+const Photograph* ViewScene::picture(size_t photograph) const {
+  return picture_ && picture_of_ == photograph ? picture_.get() : nullptr;
+}
+
+std::string ViewScene::picture_error(size_t photograph) const {
+  const auto found = picture_errors_.find(photograph);
+  return found == picture_errors_.end() ? "" : found->second;
+}
+
+const SceneDifference* ViewScene::difference(size_t photograph) const {
+  return difference_ && picture_of_ == photograph ? &*difference_ : nullptr;
+}
+
+double ViewScene::exposure(size_t photograph) const {
+  const SceneDifference* found = difference(photograph);
+  return found ? found->exposure : capture_.photographs[photograph].exposure_scale;
+}
+
+double ViewScene::brightness(size_t photograph) const {
+  const auto found = brightness_.find(photograph);
+  return found == brightness_.end() ? 1.0 : found->second;
+}
+
+std::string ViewScene::TakeError() {
+  std::string error;
+  error.swap(error_);
+  return error;
+}
+
+void ViewScene::SetMaterial(const Material& material) {
+  material_ = material;
+  renderer_->SetMaterial(capture_, material_, cast_mm_);
+  ++version_;
+}
+
+void ViewScene::TakeCrown(std::shared_ptr<const Crown> crown) {
+  crown_ = std::move(crown);
+  cast_mm_ = CastThicknesses(capture_, *crown_, built_mm_);
+  renderer_ = std::make_unique<CrownRenderer>(crown_);
+  thickness_view_ = std::make_unique<ThicknessView>(crown_);
+  light_.reset();
+  mask_.reset();
+  SetMaterial(material_);
+}
+
+/// Of the layers below which an offset begins; other thicknesses only scale lengths.
+std::vector<double> ViewScene::ThicknessToBuild() const {
+  std::vector<double> wanted = ThicknessesOf(capture_, material_);
+  for (size_t i = 0; i < wanted.size(); ++i)
+    if (i + 1 == wanted.size() || capture_.layers[i + 1].surface) wanted[i] = built_mm_[i];
+  return wanted;
+}
+
+bool ViewScene::Update(const SceneWish& wish) {
+  bool changed = false;
+  try {
+    changed = work_.Poll();
+  } catch (const InputError& e) {
+    error_ = e.what();
+    changed = true;
+  }
+  try {
+    if (StartWhatIsMissing(wish)) changed = true;
+  } catch (const InputError& e) {
+    error_ = e.what();
+    changed = true;
+  }
+  return changed;
+}
+
+bool ViewScene::StartWhatIsMissing(const SceneWish& wish) {
+  const LightKey key{wish.photograph, wish.light_turn};
+  const bool needs_light = light_ != key && refused_light_ != key;
+  const bool may_start = !work_.IsBusy() || (work_.what() == kRefining && needs_light);
+  if (!may_start) return false;
+  const bool is_stale = ThicknessToBuild() != built_mm_ && ThicknessToBuild() != refused_mm_;
+  const bool lacks_picture =
+      !picture(wish.photograph) && !picture_errors_.contains(wish.photograph) && wish.photograph_is_shown;
+  const bool is_compared = compared_version_ == version_ && compared_terms_ == wish.terms;
+  if (is_stale && wish.material_rests) {
+    StartRebuild(wish);
+  } else if (needs_light) {
+    StartLight(wish, /*fine=*/false);
+  } else if (lacks_picture) {
+    StartReading(wish.photograph);
+  } else if (light_ == key && !light_is_fine_ && !wish.is_turning) {
+    StartLight(wish, /*fine=*/true);
+  } else if (wish.difference_is_shown && picture(wish.photograph) && light_ == key && !is_compared &&
+             wish.material_rests) {
+    if (mask_ && mask_of_ == wish.photograph) {
+      StartComparison(wish);
+    } else {
+      StartMask(wish.photograph);
+    }
+  } else {
+    return false;
+  }
+  return true;
+}
+
+void ViewScene::StartRebuild(const SceneWish& wish) {
+  const std::vector<double> wanted = ThicknessToBuild();
+  refused_mm_ = wanted;  // until it is there
+  const LightKey key{wish.photograph, wish.light_turn};
+  work_.Start("building the layers", [this, wanted, key, middle = middle()]() -> Background::Finish {
+    auto crown = BuildCrown(capture_, input_.source, wanted, threads_);
+    auto turned = WithLampsTurned(capture_, key.photograph, middle, key.turn);
+    auto cast = CastVertices(turned, *crown, input_.scenery, key.photograph, LightOptions(false, threads_));
+    return [this, wanted, key, crown = std::move(crown), turned = std::move(turned), cast = std::move(cast)] {
+      built_mm_ = wanted;
+      refused_mm_.clear();
+      TakeCrown(crown);
+      TakeLight(turned, key, cast, false);
+    };
+  });
+}
+
+void ViewScene::StartLight(const SceneWish& wish, bool fine) {
+  const LightKey key{wish.photograph, wish.light_turn};
+  if (!fine) refused_light_ = key;  // until it is there
+  work_.Start(fine ? kRefining : "casting light",
+              [this, key, fine, crown = crown_, middle = middle()]() -> Background::Finish {
+                auto turned = WithLampsTurned(capture_, key.photograph, middle, key.turn);
+                auto cast = CastVertices(turned, *crown, input_.scenery, key.photograph, LightOptions(fine, threads_));
+                return [this, key, fine, turned = std::move(turned), cast = std::move(cast)] {
+                  TakeLight(turned, key, cast, fine);
+                };
+              });
+}
+
+void ViewScene::TakeLight(const Capture& turned, const LightKey& key, const VertexCast& cast, bool fine) {
+  light_.reset();  // what the renderer refuses must not be shown as what it still holds
+  ++version_;
+  renderer_->SetLight(turned, key.photograph, cast);
+  light_ = key;
+  refused_light_.reset();
+  light_is_fine_ = fine;
+  if (brightness_.contains(key.photograph)) return;
+  const Image picture = DrawPhotograph(key.photograph, {});
+  std::vector<uint8_t> is_lit(picture.values.size() / 3);
+  for (size_t p = 0; p < is_lit.size(); ++p)
+    is_lit[p] = picture.values[3 * p] + picture.values[3 * p + 1] + picture.values[3 * p + 2] > 0;
+  const PhotographSpec& photo = capture_.photographs[key.photograph];
+  brightness_[key.photograph] =
+      ComparisonScale(picture, is_lit, photo.linear_rgb_from_sensor_rgb) / photo.exposure_scale;
+}
+
+Image ViewScene::DrawPhotograph(size_t photograph, const ShownTerms& terms) {
+  const PhotographSpec& photo = capture_.photographs[photograph];
+  const Canvas canvas(photo.camera.width, photo.camera.height);
+  renderer_->Draw(photo, terms, canvas, Quality::kStill);
+  return canvas.Read();
+}
+
+void ViewScene::StartReading(size_t photograph) {
+  picture_errors_[photograph] = "";  // until it is there
+  work_.Start("reading the photograph", [this, photograph]() -> Background::Finish {
+    const PhotographSpec& spec = capture_.photographs[photograph];
+    std::shared_ptr<const Photograph> read;
+    std::string error;
+    try {
+      read = std::make_shared<const Photograph>(ReadPhotograph(spec.files));
+      if (read->linear.width != spec.camera.width || read->linear.height != spec.camera.height)
+        error = spec.files.image.string() + ": is not of its camera's size";
+    } catch (const InputError& e) {
+      error = e.what();
+    }
+    return [this, photograph, read, error] {
+      picture_errors_.erase(photograph);
+      if (!error.empty()) picture_errors_[photograph] = error;
+      picture_ = error.empty() ? read : nullptr;
+      picture_of_ = photograph;
+      difference_.reset();
+      compared_version_ = -1;
+    };
+  });
+}
+
+/// The pixels that a fit's figures compare: whole on the object, inside the photograph's mask, not saturated.
+void ViewScene::StartMask(size_t photograph) {
+  work_.Start("finding the pixels to compare",
+              [this, photograph, crown = crown_, picture = picture_]() -> Background::Finish {
+                CastOptions options;
+                options.strata = options.gather_strata = 1;
+                options.threads = threads_;
+                const PhotographCast cast = CastPhotograph(capture_, *crown, input_.scenery, photograph, options);
+                auto mask = std::make_shared<std::vector<uint8_t>>(picture->usable.size(), 0);
+                for (const PixelCast& pixel : cast.pixels) {
+                  const size_t i = static_cast<size_t>(pixel.y) * picture->linear.width + pixel.x;
+                  (*mask)[i] = !pixel.at_silhouette && picture->usable[i];
+                }
+                return [this, photograph, mask] {
+                  mask_ = mask;
+                  mask_of_ = photograph;
+                };
+              });
+}
+
+void ViewScene::StartComparison(const SceneWish& wish) {
+  const PhotographSpec& spec = capture_.photographs[wish.photograph];
+  const int version = version_;
+  work_.Start("comparing",
+              [this, spec, version, wish, picture = picture_, mask = mask_,
+               prediction = DrawPhotograph(wish.photograph, wish.terms)]() -> Background::Finish {
+                auto found =
+                    Compare(spec, *picture, prediction, *mask, !spec.exposure_is_free || spec.exposure_scale != 1.0);
+                return [this, version, wish, found = std::move(found)] {
+                  difference_ = found;
+                  compared_version_ = version;
+                  compared_terms_ = wish.terms;
+                };
+              });
+}
+
+}  // namespace crownfit
