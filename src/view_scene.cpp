@@ -23,6 +23,13 @@ CastOptions LightOptions(bool fine, int threads) {
   return options;
 }
 
+std::vector<uint8_t> LitPixels(const Image& picture) {
+  std::vector<uint8_t> is_lit(picture.values.size() / 3);
+  for (size_t p = 0; p < is_lit.size(); ++p)
+    is_lit[p] = picture.values[3 * p] + picture.values[3 * p + 1] + picture.values[3 * p + 2] > 0;
+  return is_lit;
+}
+
 /// Exposure by which a prediction fits its photograph best.
 double FittingExposure(const Photograph& photo, const Image& prediction, const std::vector<uint8_t>& mask) {
   double top = 0, bottom = 0;
@@ -202,12 +209,9 @@ void ViewScene::TakeLight(const Capture& turned, const LightKey& key, const Vert
   light_is_fine_ = fine;
   if (brightness_.contains(key.photograph)) return;
   const Image picture = DrawPhotograph(key.photograph, {});
-  std::vector<uint8_t> is_lit(picture.values.size() / 3);
-  for (size_t p = 0; p < is_lit.size(); ++p)
-    is_lit[p] = picture.values[3 * p] + picture.values[3 * p + 1] + picture.values[3 * p + 2] > 0;
   const PhotographSpec& photo = capture_.photographs[key.photograph];
   brightness_[key.photograph] =
-      ComparisonScale(picture, is_lit, photo.linear_rgb_from_sensor_rgb) / photo.exposure_scale;
+      ComparisonScale(picture, LitPixels(picture), photo.linear_rgb_from_sensor_rgb) / photo.exposure_scale;
 }
 
 Image ViewScene::DrawPhotograph(size_t photograph, const ShownTerms& terms) {
@@ -237,8 +241,18 @@ void ViewScene::StartReading(size_t photograph) {
       picture_of_ = photograph;
       difference_.reset();
       compared_version_ = -1;
+      ShowAsBrightAsPhotograph();
     };
   });
+}
+
+/// As the difference is computed: by the photograph where the crown is.
+void ViewScene::ShowAsBrightAsPhotograph() {
+  if (!picture_ || !HasLightOf(picture_of_)) return;
+  std::vector<uint8_t> mask = LitPixels(DrawPhotograph(picture_of_, {}));
+  for (size_t i = 0; i < mask.size(); ++i) mask[i] = mask[i] && picture_->usable[i];
+  brightness_[picture_of_] =
+      ComparisonScale(picture_->linear, mask, capture_.photographs[picture_of_].linear_rgb_from_sensor_rgb);
 }
 
 /// The pixels that a fit's figures compare: whole on the object, inside the photograph's mask, not saturated.

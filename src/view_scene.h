@@ -79,6 +79,7 @@ class ViewScene {
   void StartComparison(const SceneWish& wish);
   void TakeLight(const Capture& turned, const LightKey& key, const VertexCast& cast, bool fine);
   void TakeCrown(std::shared_ptr<const Crown> crown);
+  void ShowAsBrightAsPhotograph();
   Image DrawPhotograph(size_t photograph, const ShownTerms& terms);
 
   Capture capture_;

@@ -58,8 +58,10 @@ void DrawChoices(PanelState& state, PanelAnswer& answer, Layout& layout) {
     ImGui::EndCombo();
   }
   ImGui::SetNextItemWidth(width);
-  ImGui::SliderFloat("exposure", &state.exposure_stops, -4, 4, "%+.1f stops");
+  ImGui::SliderFloat("##exposure", &state.exposure_stops, -4, 4, "");
   Note(layout, "exposure");
+  ImGui::SameLine(0, ImGui::GetStyle().ItemInnerSpacing.x);
+  ImGui::Text("%+.1f stops", state.exposure_stops);
   ImGui::Checkbox("true colour", &state.true_colour);
   Note(layout, "true_colour");
   ImGui::SameLine();

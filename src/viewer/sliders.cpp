@@ -10,6 +10,7 @@ namespace crownfit {
 namespace {
 
 constexpr double kReach = 20.0;  // a slider of a logarithmic parameter goes so far up and down from the fitted value
+constexpr float kChannel_em = 1.6f, kSlider_em = 11, kValue_em = 4.6f;  // columns, in heights of the font
 const ImVec4 kDim{0.62f, 0.62f, 0.65f, 1}, kWarning{0.95f, 0.70f, 0.30f, 1};
 constexpr ImU32 kIntervalColour = IM_COL32(120, 200, 120, 230), kFittedColour = IM_COL32(235, 235, 235, 255);
 
@@ -72,9 +73,9 @@ bool TypeNumber(SliderNumber& number, const ParameterRow& row) {
 void DrawNumber(SliderNumber& number, const ParameterRow& row, PanelAnswer& answer) {
   const SliderScale scale = ScaleOf(number, row);
   float place = scale.Place(number.value);
-  ImGui::SetNextItemWidth(12 * ImGui::GetFontSize());
-  // The text stands for the value, which is not the slider's place; so nothing may be typed into the slider itself.
-  if (ImGui::SliderFloat("##place", &place, 0, 1, Text("%.4g", number.value).c_str(), ImGuiSliderFlags_NoInput)) {
+  ImGui::SetNextItemWidth(kSlider_em * ImGui::GetFontSize());
+  // The slider's place is not the value; so nothing may be typed into the slider itself.
+  if (ImGui::SliderFloat("##place", &place, 0, 1, "", ImGuiSliderFlags_NoInput)) {
     number.value = scale.Value(place);
     answer.material_moved = true;
   }
@@ -91,7 +92,6 @@ void DrawStatus(const SliderParameter& parameter) {
 }
 
 bool EndButton(const char* label, bool is_possible) {
-  ImGui::SameLine();
   ImGui::BeginDisabled(!is_possible);
   const bool pressed = ImGui::SmallButton(label);
   ImGui::EndDisabled();
@@ -105,7 +105,9 @@ std::optional<End> EndButtons(bool has_interval, bool has_moved) {
   ImGui::SameLine(ImGui::GetContentRegionMax().x - width - style.ItemSpacing.x);
   std::optional<End> end;
   if (EndButton("low", has_interval)) end = End::kLow;
+  ImGui::SameLine();
   if (EndButton("best", has_moved)) end = End::kBest;
+  ImGui::SameLine();
   if (EndButton("high", has_interval)) end = End::kHigh;
   return end;
 }
@@ -134,18 +136,21 @@ void DrawParameter(const std::string& group, SliderParameter& parameter, const P
   for (size_t c = 0; c < parameter.numbers.size(); ++c) {
     SliderNumber& number = parameter.numbers[c];
     ImGui::PushID(static_cast<int>(c));
+    ImGui::AlignTextToFramePadding();
     ImGui::TextColored(kDim, "%s", parameter.numbers.size() > 1 ? state.channels[c].c_str() : "");
-    ImGui::SameLine(2.2f * ImGui::GetFontSize());
+    ImGui::SameLine(kChannel_em * ImGui::GetFontSize());
     DrawNumber(number, row, answer);
     Note(layout, group + "." + row.key + (parameter.numbers.size() > 1 ? "." + state.channels[c] : ""));
+    ImGui::SameLine();
+    ImGui::TextUnformatted(Text("%.4g", number.value).c_str());
     if (number.interval95) {
-      ImGui::SameLine();
+      ImGui::SameLine((kChannel_em + kSlider_em + kValue_em) * ImGui::GetFontSize());
       ImGui::TextColored(kDim, "%s", Text("%.3g to %.3g", (*number.interval95)[0], (*number.interval95)[1]).c_str());
     }
     ImGui::PopID();
   }
   if (!parameter.idle.empty()) {
-    ImGui::SameLine();
+    ImGui::SameLine((kChannel_em + kSlider_em + kValue_em) * ImGui::GetFontSize());
     ImGui::TextDisabled("%s", parameter.idle.c_str());
   }
   ImGui::EndDisabled();

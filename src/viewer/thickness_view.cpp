@@ -23,7 +23,7 @@ ThicknessView::ThicknessView(std::shared_ptr<const Crown> crown)
   for (const glm::ivec3& t : crown_->fine.triangles) indices.insert(indices.end(), {t.x, t.y, t.z});
   std::sort(sorted.begin(), sorted.end());
   // Not the greatest: at a sharp edge, where the inner layer ends, a ray inward can run along the whole crown.
-  most_mm_ = 0.5 * std::ceil(2 * std::max(0.1, 1.1 * sorted[sorted.size() * 95 / 100]));
+  most_mm_ = 0.5 * std::ceil(2 * std::max(0.1, 1.25 * sorted[sorted.size() * 8 / 10]));
   positions_.Upload(positions);
   thickness_.Upload(thickness);
   indices_.Upload(indices);

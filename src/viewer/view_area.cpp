@@ -46,7 +46,7 @@ void DrawDifferenceLegend(ImDrawList* draw, const PanelState& state, ImVec2 foot
 void DrawThicknessLegend(ImDrawList* draw, const PanelState& state, ImVec2 foot) {
   const float em = ImGui::GetFontSize(), width = 15 * em, bar = 0.8f * em;
   const ImVec2 corner{foot.x + em, foot.y - 1.6f * em - bar};
-  draw->AddRectFilled({foot.x - 6, corner.y - 1.7f * em}, {corner.x + width + 2.2f * em, foot.y}, kPaper, 3);
+  draw->AddRectFilled({foot.x - 6, corner.y - 1.7f * em}, {corner.x + width + 5 * em, foot.y}, kPaper, 3);
   draw->AddText({corner.x, corner.y - 1.4f * em}, kInk, ("thickness of " + state.thickness_of + " in mm").c_str());
   const auto& colours = kThicknessColours;
   for (size_t i = 0; i + 1 < colours.size(); ++i) {
@@ -57,9 +57,9 @@ void DrawThicknessLegend(ImDrawList* draw, const PanelState& state, ImVec2 foot)
   }
   for (int tick = 0; tick <= 5; ++tick) {
     char text[20];
-    std::snprintf(text, sizeof text, "%.3g", 0.2 * tick * state.most_thickness_mm);
+    std::snprintf(text, sizeof text, tick < 5 ? "%.3g" : "%.3g or more", 0.2 * tick * state.most_thickness_mm);
     const float x = corner.x + width * static_cast<float>(tick) / 5;
-    draw->AddText({x - 0.5f * ImGui::CalcTextSize(text).x, corner.y + bar + 1}, kInk, text);
+    draw->AddText({x - (tick < 5 ? 0.5f * ImGui::CalcTextSize(text).x : 0.5f * em), corner.y + bar + 1}, kInk, text);
   }
 }
 
