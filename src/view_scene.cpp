@@ -1,6 +1,8 @@
 #include "view_scene.h"
 
 #include <algorithm>
+#include <chrono>
+#include <iterator>
 
 #include "base/error.h"
 #include "report/figures.h"
@@ -9,17 +11,23 @@
 namespace crownfit {
 namespace {
 
-/// While lamps are dragged: a ninth of the shadow rays, a sixteenth of those that look for scenery.
-constexpr int kCoarseStrata = 2, kCoarseGatherStrata = 2;
+using Clock = std::chrono::steady_clock;
+
+/// Directions of lamps, and of those that look for scenery, while lamps are dragged: as many as the time allows.
+struct CoarseStrata {
+  int lamps, gather;
+};
+constexpr CoarseStrata kCoarse[] = {{3, 4}, {2, 2}, {1, 2}};
+constexpr size_t kCoarsest = std::size(kCoarse) - 1;
+constexpr double kSlowCast_s = 0.08, kQuickCast_s = 0.03;
 const char* const kRefining = "refining the light";
 constexpr glm::vec3 kNotCompared{0.20f, 0.20f, 0.21f};
 
-CastOptions LightOptions(bool fine, int threads) {
+CastOptions CoarseOptions(size_t coarseness, int threads) {
   CastOptions options;
   options.threads = threads;
-  if (fine) return options;
-  options.strata = kCoarseStrata;
-  options.gather_strata = kCoarseGatherStrata;
+  options.strata = kCoarse[coarseness].lamps;
+  options.gather_strata = kCoarse[coarseness].gather;
   return options;
 }
 
@@ -174,10 +182,11 @@ void ViewScene::StartRebuild(const SceneWish& wish) {
   const std::vector<double> wanted = ThicknessToBuild();
   refused_mm_ = wanted;  // until it is there
   const LightKey key{wish.photograph, wish.light_turn};
-  work_.Start("building the layers", [this, wanted, key, middle = middle()]() -> Background::Finish {
+  const CastOptions coarse = CoarseOptions(coarseness_, threads_);
+  work_.Start("building the layers", [this, wanted, key, coarse, middle = middle()]() -> Background::Finish {
     auto crown = BuildCrown(capture_, input_.source, wanted, threads_);
     auto turned = WithLampsTurned(capture_, key.photograph, middle, key.turn);
-    auto cast = CastVertices(turned, *crown, input_.scenery, key.photograph, LightOptions(false, threads_));
+    auto cast = CastVertices(turned, *crown, input_.scenery, key.photograph, coarse);
     return [this, wanted, key, crown = std::move(crown), turned = std::move(turned), cast = std::move(cast)] {
       built_mm_ = wanted;
       refused_mm_.clear();
@@ -190,14 +199,24 @@ void ViewScene::StartRebuild(const SceneWish& wish) {
 void ViewScene::StartLight(const SceneWish& wish, bool fine) {
   const LightKey key{wish.photograph, wish.light_turn};
   if (!fine) refused_light_ = key;  // until it is there
+  CastOptions options = CoarseOptions(coarseness_, threads_);
+  if (fine) options = {.threads = threads_};
   work_.Start(fine ? kRefining : "casting light",
-              [this, key, fine, crown = crown_, middle = middle()]() -> Background::Finish {
+              [this, key, fine, options, crown = crown_, middle = middle()]() -> Background::Finish {
+                const auto begin = Clock::now();
                 auto turned = WithLampsTurned(capture_, key.photograph, middle, key.turn);
-                auto cast = CastVertices(turned, *crown, input_.scenery, key.photograph, LightOptions(fine, threads_));
-                return [this, key, fine, turned = std::move(turned), cast = std::move(cast)] {
+                auto cast = CastVertices(turned, *crown, input_.scenery, key.photograph, options);
+                const double seconds = std::chrono::duration<double>(Clock::now() - begin).count();
+                return [this, key, fine, seconds, turned = std::move(turned), cast = std::move(cast)] {
+                  if (!fine) KeepTime(seconds);
                   TakeLight(turned, key, cast, fine);
                 };
               });
+}
+
+void ViewScene::KeepTime(double coarse_cast_s) {
+  if (coarse_cast_s > kSlowCast_s && coarseness_ < kCoarsest) ++coarseness_;
+  if (coarse_cast_s < kQuickCast_s && coarseness_ > 0) --coarseness_;
 }
 
 void ViewScene::TakeLight(const Capture& turned, const LightKey& key, const VertexCast& cast, bool fine) {

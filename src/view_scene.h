@@ -77,6 +77,7 @@ class ViewScene {
   void StartReading(size_t photograph);
   void StartMask(size_t photograph);
   void StartComparison(const SceneWish& wish);
+  void KeepTime(double coarse_cast_s);
   void TakeLight(const Capture& turned, const LightKey& key, const VertexCast& cast, bool fine);
   void TakeCrown(std::shared_ptr<const Crown> crown);
   void ShowAsBrightAsPhotograph();
@@ -94,6 +95,7 @@ class ViewScene {
 
   std::optional<LightKey> light_, refused_light_;
   bool light_is_fine_ = false;
+  size_t coarseness_ = 1;  ///< of light while lamps are dragged
   std::vector<double> refused_mm_;
   std::map<size_t, double> brightness_;
   std::shared_ptr<const Photograph> picture_;

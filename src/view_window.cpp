@@ -22,9 +22,11 @@ using Clock = std::chrono::steady_clock;
 
 constexpr double kPixelsPerTurn = 900;  // of a drag that turns once around
 constexpr double kWheelFactor = 1.15;
-constexpr double kRest_s = 0.15;      // after a movement the crown is drawn with all highlights
-constexpr double kSlowDraw_s = 0.05;  // a slower driver draws moving pictures at half the resolution
-constexpr int kSettlingFrames = 3;    // that ImGui takes until widgets look as they should
+constexpr double kRest_s = 0.15;  // after a movement the crown is drawn with all highlights
+constexpr double kSlowDraw_s = 0.06,
+                 kQuickDraw_s = 0.02;  // slower drivers draw moving pictures coarser, quicker ones finer
+constexpr int kCoarsest = 4;
+constexpr int kSettlingFrames = 3;  // that ImGui takes until widgets look as they should
 
 double SecondsSince(Clock::time_point begin) { return std::chrono::duration<double>(Clock::now() - begin).count(); }
 
@@ -45,8 +47,9 @@ bool SameBut(const Drawn& a, const Drawn& b) {
 std::string DifferenceText(const ColourDifference& d) {
   char text[200];
   std::snprintf(text, sizeof text,
-                "CIEDE2000, 8 x 8 blocks: median %.2f, 95 %% %.2f\n%.0f %% not seen, %.0f %% acceptable", d.median,
-                d.p95, 100 * d.share_below_pt, 100 * d.share_below_at);
+                "CIEDE2000, 8 x 8 blocks: median %.2f, 95 %% %.2f\n%.0f %% not "
+                "seen, %.0f %% acceptable",
+                d.median, d.p95, 100 * d.share_below_pt, 100 * d.share_below_at);
   return text;
 }
 
@@ -93,7 +96,8 @@ class CrownWindow {
   std::unique_ptr<Canvas> canvas_;
   glm::ivec2 canvas_size_{0};
   Drawn drawn_;
-  bool draws_slowly_ = false, material_is_held_ = false, turns_lamps_ = false, closes_ = false;
+  int coarseness_ = 1;  ///< window pixels per pixel of a moving picture
+  bool material_is_held_ = false, turns_lamps_ = false, closes_ = false;
   PanelAnswer asked_;  ///< what is saved once everything has come to rest
   Clock::time_point moved_at_ = Clock::now();
   int settling_ = kSettlingFrames, frames_ = 0;
@@ -173,7 +177,8 @@ void CrownWindow::TellState() {
     state_.no_difference = "no photograph";
   } else if (!IsAtHome(pose_, photo())) {
     state_.no_difference =
-        "Shown while the camera and the lamps stand as for the photograph. R: back. Zooming and moving the picture "
+        "Shown while the camera and the lamps stand as for the photograph. R: "
+        "back. Zooming and moving the picture "
         "keep it.";
   } else {
     state_.no_difference = difference ? "" : "comparing ...";
@@ -212,14 +217,16 @@ void CrownWindow::DrawCrownOn(const Canvas& canvas, glm::ivec2 size, Quality qua
   }
 }
 
-/// Draws when the canvas does not show it yet: quickly while anything moves, in full when it has come to rest.
+/// Draws when the canvas does not show it yet: quickly while anything moves, in
+/// full when it has come to rest.
 void CrownWindow::DrawCrown(const Pane& pane, bool is_moving) {
   if (is_moving) moved_at_ = Clock::now();
   Drawn wanted{pose_, pane.size, state_.terms, scene_.version(), state_.mode == ViewMode::kThickness, false};
+  wanted.pose.light_turn = glm::dmat3(1.0);  // turned lamps show when their light is cast, as another version
   const bool rests = !is_moving && (SecondsSince(moved_at_) >= kRest_s || asked_.saves_picture || asked_.saves_window);
   wanted.is_still = rests || wanted.is_thickness;
   if (SameBut(wanted, drawn_) && (drawn_.is_still || !wanted.is_still)) return;
-  const int coarser = wanted.is_still || !draws_slowly_ ? 1 : 2;
+  const int coarser = wanted.is_still || wanted.is_thickness ? 1 : coarseness_;
   const glm::ivec2 size = glm::max(pane.size / coarser, glm::ivec2(1));
   if (!canvas_ || canvas_size_ != size) canvas_ = std::make_unique<Canvas>(size.x, size.y);
   canvas_size_ = size;
@@ -228,7 +235,8 @@ void CrownWindow::DrawCrown(const Pane& pane, bool is_moving) {
   DrawCrownOn(*canvas_, size, wanted.is_still ? Quality::kStill : Quality::kMoving);
   if (wanted.is_still) return;
   glFinish();
-  if (SecondsSince(begin) > kSlowDraw_s) draws_slowly_ = true;
+  if (SecondsSince(begin) > kSlowDraw_s) coarseness_ = std::min(coarseness_ + 1, kCoarsest);
+  if (SecondsSince(begin) < kQuickDraw_s) coarseness_ = std::max(coarseness_ - 1, 1);
 }
 
 void CrownWindow::DrawPanes(const std::vector<Pane>& panes) {

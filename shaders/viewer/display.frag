@@ -26,7 +26,9 @@ void main() {
   bool outside = any(lessThan(in_picture, vec2(0.0))) || any(greaterThan(in_picture, vec2(1.0)));
   vec3 shown;
   if (source == 0) {
-    shown = Encoded(viewer_scale * (rgb_from_sensor * texture(canvas, in_canvas).rgb));
+    vec4 drawn = texture(canvas, in_canvas);
+    shown = vec3(0.0);
+    if (drawn.a > 0.0) shown = Encoded(viewer_scale * (rgb_from_sensor * drawn.rgb));  // powers are dear in software
   } else if (source == 3) {
     shown = texture(canvas, in_canvas).rgb;
   } else if (outside) {
