@@ -78,8 +78,8 @@ double ViewScene::outer_thickness_scale() const {
   return SlotValues(capture_, material_, CastState{crown_, cast_mm_, {}}, 0)[2];
 }
 
-const Photograph* ViewScene::picture(size_t photograph) const {
-  return picture_ && picture_of_ == photograph ? picture_.get() : nullptr;
+std::shared_ptr<const Photograph> ViewScene::picture(size_t photograph) const {
+  return picture_of_ == photograph ? picture_ : nullptr;
 }
 
 std::string ViewScene::picture_error(size_t photograph) const {
@@ -303,7 +303,9 @@ void ViewScene::StartComparison(const SceneWish& wish) {
                 auto found =
                     Compare(spec, *picture, prediction, *mask, !spec.exposure_is_free || spec.exposure_scale != 1.0);
                 return [this, version, wish, found = std::move(found)] {
+                  const int number = difference_ ? difference_->number + 1 : 0;
                   difference_ = found;
+                  difference_->number = number;
                   compared_version_ = version;
                   compared_terms_ = wish.terms;
                 };

@@ -31,6 +31,7 @@ struct SceneDifference {
   ColourDifference colours;
   Image map;  ///< in the legend's colours
   double exposure = 1;
+  int number = 0;  ///< of the comparison
 };
 
 class ViewScene {
@@ -52,7 +53,7 @@ class ViewScene {
 
   bool HasLightOf(size_t photograph) const { return light_ && light_->photograph == photograph; }
   /// The photograph, when it is read; or why it can't be.
-  const Photograph* picture(size_t photograph) const;
+  std::shared_ptr<const Photograph> picture(size_t photograph) const;
   std::string picture_error(size_t photograph) const;
   const SceneDifference* difference(size_t photograph) const;
   double exposure(size_t photograph) const;

@@ -28,6 +28,8 @@ constexpr double kSlowDraw_s = 0.06,
 constexpr int kCoarsest = 4;
 constexpr int kSettlingFrames = 3;  // that ImGui takes until widgets look as they should
 
+constexpr float kNoMap = 0.2f;  // grey in place of a difference
+
 double SecondsSince(Clock::time_point begin) { return std::chrono::duration<double>(Clock::now() - begin).count(); }
 
 /// What a canvas shows, so that it is drawn again only when that changes.
@@ -101,9 +103,8 @@ class CrownWindow {
   PanelAnswer asked_;  ///< what is saved once everything has come to rest
   Clock::time_point moved_at_ = Clock::now();
   int settling_ = kSettlingFrames, frames_ = 0;
-  const Photograph* uploaded_picture_ = nullptr;
-  const SceneDifference* uploaded_difference_ = nullptr;
-  double uploaded_median_ = -1;
+  std::shared_ptr<const Photograph> uploaded_picture_;
+  std::optional<int> uploaded_comparison_;
 };
 
 CrownWindow::CrownWindow(Window& window, ViewScene& scene, const MaterialRecord& record, const WindowOptions& options)
@@ -240,19 +241,17 @@ void CrownWindow::DrawCrown(const Pane& pane, bool is_moving) {
 }
 
 void CrownWindow::DrawPanes(const std::vector<Pane>& panes) {
-  if (const Photograph* picture = scene_.picture(state_.photograph); picture && picture != uploaded_picture_) {
+  if (const auto picture = scene_.picture(state_.photograph); picture && picture != uploaded_picture_) {
     display_.photograph.Upload(picture->linear, /*smooth=*/true);
     uploaded_picture_ = picture;
+    uploaded_comparison_.reset();
   }
   const SceneDifference* difference = scene_.difference(state_.photograph);
-  if (!state_.no_difference.empty()) {
-    if (uploaded_difference_) display_.map.Upload(Image(1, 1, 3, 0.2f), false);
-    uploaded_difference_ = nullptr;
-  } else if (difference != uploaded_difference_ || difference->colours.mean != uploaded_median_) {
-    display_.map.Upload(difference->map, /*smooth=*/false);
-    uploaded_difference_ = difference;
-    uploaded_median_ = difference->colours.mean;
-  }
+  std::optional<int> comparison;
+  if (difference && state_.no_difference.empty()) comparison = difference->number;
+  if (comparison != uploaded_comparison_)
+    display_.map.Upload(comparison ? difference->map : Image(1, 1, 3, kNoMap), /*smooth=*/false);
+  uploaded_comparison_ = comparison;
   const Camera& camera = photo().camera;
   const double brightness = scene_.brightness(state_.photograph) * std::exp2(state_.exposure_stops);
   Display::Clear(window_.size());

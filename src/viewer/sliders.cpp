@@ -61,6 +61,7 @@ bool TypeNumber(SliderNumber& number, const ParameterRow& row) {
   if (!ImGui::BeginPopupContextItem()) return false;
   double typed = number.value;
   ImGui::SetNextItemWidth(8 * ImGui::GetFontSize());
+  if (ImGui::IsWindowAppearing()) ImGui::SetKeyboardFocusHere();
   const bool entered = ImGui::InputDouble(row.unit, &typed, 0, 0, "%.6g", ImGuiInputTextFlags_EnterReturnsTrue);
   if (entered) {
     number.value = std::clamp(typed, row.low, row.high);
