@@ -1,5 +1,7 @@
 #include "mesh_capture.h"
 
+#include <cmath>
+
 #include "base/error.h"
 #include "exchange/material_file.h"
 #include "geometry/mesh_file.h"
@@ -35,7 +37,7 @@ Light Softbox(const char* name, const glm::dvec3& middle, const glm::dvec3& dire
   Light light;
   light.name = name;
   light.shape =
-      RectangleLight{middle + 2.5 * size_mm * direction, 0.7 * size_mm * u, 0.7 * size_mm * v, glm::dvec3(1.5)};
+      RectangleLight{middle + 2.5 * size_mm * direction, 0.4 * size_mm * u, 0.4 * size_mm * v, glm::dvec3(4.5)};
   return light;
 }
 
@@ -60,7 +62,12 @@ Capture CaptureOfMeshes(const std::vector<std::filesystem::path>& meshes, const 
         meshes[outline.layers.size()], "--mesh",
         "is one more than the " + std::to_string(outline.layers.size()) + " layers of " + material_file.string(),
         "Give at most one mesh for each layer, outermost first.");
-  const auto [low, high] = Bounds(ReadMeshFile(meshes[0]));
+  glm::dvec3 low(HUGE_VAL), high(-HUGE_VAL);
+  for (const auto& mesh : meshes) {
+    const auto bounds = Bounds(ReadMeshFile(mesh));
+    low = glm::min(low, bounds.first);
+    high = glm::max(high, bounds.second);
+  }
   const glm::dvec3 middle = 0.5 * (low + high);
   const double size_mm = glm::distance(low, high);
   Capture capture;

@@ -18,12 +18,13 @@ ThicknessView::ThicknessView(std::shared_ptr<const Crown> crown)
     const OuterLength shown = crown_->has_outer_layer() ? c.front : OuterLength{c.total_mm, 0};
     positions.emplace_back(glm::vec3(crown_->fine.vertices[v]), 0.0f);
     thickness.emplace_back(shown.fixed_mm, shown.scaled_mm, 0.0, 0.0);
-    sorted.push_back(shown.total_mm());
+    if (shown.total_mm() > 0) sorted.push_back(shown.total_mm());
   }
   for (const glm::ivec3& t : crown_->fine.triangles) indices.insert(indices.end(), {t.x, t.y, t.z});
+  sorted.push_back(0.1);
   std::sort(sorted.begin(), sorted.end());
   // Not the greatest: at a sharp edge, where the inner layer ends, a ray inward can run along the whole crown.
-  most_mm_ = 0.5 * std::ceil(2 * std::max(0.1, 1.25 * sorted[sorted.size() * 8 / 10]));
+  most_mm_ = 0.5 * std::ceil(2.5 * sorted[sorted.size() * 8 / 10]);
   positions_.Upload(positions);
   thickness_.Upload(thickness);
   indices_.Upload(indices);
