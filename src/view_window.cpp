@@ -1,16 +1,15 @@
 #include "view_window.h"
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 #include <cstdio>
 #include <functional>
 
 #include "base/error.h"
+#include "crown_canvas.h"
 #include "material_sliders.h"
 #include "photo/image_io.h"
 #include "report/figures.h"
-#include "view_scene.h"
 #include "viewer/view_area.h"
 #include "viewer/view_pose.h"
 #include "viewer/window.h"
@@ -18,33 +17,11 @@
 namespace crownfit {
 namespace {
 
-using Clock = std::chrono::steady_clock;
-
 constexpr double kPixelsPerTurn = 900;  // of a drag that turns once around
 constexpr double kWheelFactor = 1.15;
-constexpr double kRest_s = 0.15;  // after a movement the crown is drawn with all highlights
-constexpr double kSlowDraw_s = 0.06,
-                 kQuickDraw_s = 0.02;  // slower drivers draw moving pictures coarser, quicker ones finer
-constexpr int kCoarsest = 4;
 constexpr int kSettlingFrames = 3;  // that ImGui takes until widgets look as they should
 
 constexpr float kNoMap = 0.2f;  // grey in place of a difference
-
-double SecondsSince(Clock::time_point begin) { return std::chrono::duration<double>(Clock::now() - begin).count(); }
-
-/// What a canvas shows, so that it is drawn again only when that changes.
-struct Drawn {
-  ViewPose pose;
-  glm::ivec2 pane{0};
-  ShownTerms terms;
-  int version = -1;
-  bool is_thickness = false, is_still = false;
-};
-
-bool SameBut(const Drawn& a, const Drawn& b) {
-  return a.pose == b.pose && a.pane == b.pane && a.terms == b.terms && a.version == b.version &&
-         a.is_thickness == b.is_thickness;
-}
 
 std::string DifferenceText(const ColourDifference& d) {
   char text[200];
@@ -73,18 +50,19 @@ class CrownWindow {
   const PhotographSpec& photo() const { return scene_.capture().photographs[state_.photograph]; }
   SceneWish Wish() const;
   double TimeToWait() const;
-  bool OwesStill() const { return !drawn_.is_still && drawn_.version >= 0; }
+  bool ShowsCrown() const { return state_.mode != ViewMode::kPhotograph && state_.mode != ViewMode::kDifference; }
+  bool OwesStill() const { return ShowsCrown() && canvas_.OwesStill(); }
+  bool HasToSave() const { return asked_.saves_picture || asked_.saves_window; }
+  CrownView View(const std::vector<Pane>& panes) const;
   void DrawFrame();
   void TellState();
   void Apply(const ViewInput& input, const PanelAnswer& answer);
-  void DrawCrown(const Pane& pane, bool is_moving);
-  void DrawCrownOn(const Canvas& canvas, glm::ivec2 size, Quality quality);
   void DrawPanes(const std::vector<Pane>& panes);
   void SavePicture(const std::vector<Pane>& panes);
   void SaveWindow();
   void SaveMaterial();
   void Say(const std::string& text, bool is_error = false);
-  void Attempt(const std::function<void()>& what);
+  bool Attempt(const std::function<void()>& what);
   void PrintLayout(const Layout& layout);
 
   Window& window_;
@@ -95,20 +73,16 @@ class CrownWindow {
   PanelState state_;
   ViewPose pose_;
   size_t posed_photograph_ = 0;
-  std::unique_ptr<Canvas> canvas_;
-  glm::ivec2 canvas_size_{0};
-  Drawn drawn_;
-  int coarseness_ = 1;  ///< window pixels per pixel of a moving picture
-  bool material_is_held_ = false, turns_lamps_ = false, closes_ = false;
+  CrownCanvas canvas_;
+  bool material_is_held_ = false, turns_lamps_ = false, refused_ = false, closes_ = false;
   PanelAnswer asked_;  ///< what is saved once everything has come to rest
-  Clock::time_point moved_at_ = Clock::now();
   int settling_ = kSettlingFrames, frames_ = 0;
   std::shared_ptr<const Photograph> uploaded_picture_;
   std::optional<int> uploaded_comparison_;
 };
 
 CrownWindow::CrownWindow(Window& window, ViewScene& scene, const MaterialRecord& record, const WindowOptions& options)
-    : window_(window), scene_(scene), record_(record), options_(options) {
+    : window_(window), scene_(scene), record_(record), options_(options), canvas_(scene) {
   const Capture& capture = scene.capture();
   state_.photograph = posed_photograph_ = options.photograph;
   for (const auto& p : capture.photographs) state_.photographs.push_back(p.name);
@@ -138,7 +112,7 @@ double CrownWindow::TimeToWait() const {
   constexpr double kForever_s = 3600;
   if (settling_ > 0) return 0;
   if (scene_.IsBusy()) return 0.01;
-  return OwesStill() || asked_.saves_picture || asked_.saves_window ? kRest_s : kForever_s;
+  return OwesStill() || HasToSave() ? CrownCanvas::kRest_s : kForever_s;
 }
 
 bool CrownWindow::Step() {
@@ -148,7 +122,7 @@ bool CrownWindow::Step() {
   } else if (settling_ > 0) {
     --settling_;
   }
-  const bool is_due = !scene_.IsBusy() && (OwesStill() || asked_.saves_picture || asked_.saves_window);
+  const bool is_due = !scene_.IsBusy() && (OwesStill() || HasToSave());
   if (touched || changed || settling_ > 0 || is_due) DrawFrame();
   return !closes_ && !window_.IsClosed();
 }
@@ -159,11 +133,13 @@ void CrownWindow::Say(const std::string& text, bool is_error) {
 }
 
 /// A mistake of the user's is told in the panel; the window stays.
-void CrownWindow::Attempt(const std::function<void()>& what) {
+bool CrownWindow::Attempt(const std::function<void()>& what) {
   try {
     what();
+    return true;
   } catch (const InputError& e) {
     Say(e.what(), true);
+    return false;
   }
 }
 
@@ -206,38 +182,8 @@ void CrownWindow::Apply(const ViewInput& input, const PanelAnswer& answer) {
   if (answer.saves_material) SaveMaterial();
 }
 
-void CrownWindow::DrawCrownOn(const Canvas& canvas, glm::ivec2 size, Quality quality) {
-  PhotographSpec posed = photo();
-  posed.camera = PaneCamera(pose_, photo().camera, size);
-  posed.camera_from_object = pose_.camera_from_object;
-  canvas.Clear();
-  if (state_.mode == ViewMode::kThickness) {
-    scene_.thickness_view().Draw(posed, canvas, scene_.outer_thickness_scale());
-  } else if (scene_.HasLightOf(state_.photograph)) {
-    scene_.renderer().Draw(posed, state_.terms, canvas, quality);
-  }
-}
-
-/// Draws when the canvas does not show it yet: quickly while anything moves, in
-/// full when it has come to rest.
-void CrownWindow::DrawCrown(const Pane& pane, bool is_moving) {
-  if (is_moving) moved_at_ = Clock::now();
-  Drawn wanted{pose_, pane.size, state_.terms, scene_.version(), state_.mode == ViewMode::kThickness, false};
-  wanted.pose.light_turn = glm::dmat3(1.0);  // turned lamps show when their light is cast, as another version
-  const bool rests = !is_moving && (SecondsSince(moved_at_) >= kRest_s || asked_.saves_picture || asked_.saves_window);
-  wanted.is_still = rests || wanted.is_thickness;
-  if (SameBut(wanted, drawn_) && (drawn_.is_still || !wanted.is_still)) return;
-  const int coarser = wanted.is_still || wanted.is_thickness ? 1 : coarseness_;
-  const glm::ivec2 size = glm::max(pane.size / coarser, glm::ivec2(1));
-  if (!canvas_ || canvas_size_ != size) canvas_ = std::make_unique<Canvas>(size.x, size.y);
-  canvas_size_ = size;
-  drawn_ = wanted;  // also when the renderer refuses: it would again
-  const auto begin = Clock::now();
-  DrawCrownOn(*canvas_, size, wanted.is_still ? Quality::kStill : Quality::kMoving);
-  if (wanted.is_still) return;
-  glFinish();
-  if (SecondsSince(begin) > kSlowDraw_s) coarseness_ = std::min(coarseness_ + 1, kCoarsest);
-  if (SecondsSince(begin) < kQuickDraw_s) coarseness_ = std::max(coarseness_ - 1, 1);
+CrownView CrownWindow::View(const std::vector<Pane>& panes) const {
+  return {state_.photograph, pose_, panes.front().size, state_.terms, state_.mode == ViewMode::kThickness};
 }
 
 void CrownWindow::DrawPanes(const std::vector<Pane>& panes) {
@@ -263,7 +209,7 @@ void CrownWindow::DrawPanes(const std::vector<Pane>& panes) {
     settings.viewer_scale = brightness * scene_.exposure(state_.photograph);
     settings.photograph_scale = brightness;
     if (state_.true_colour) settings.rgb_from_sensor = photo().linear_rgb_from_sensor_rgb;
-    display_.Draw(pane, window_.size(), canvas_->texture(), settings);
+    display_.Draw(pane, window_.size(), canvas_.texture(), settings);
   }
 }
 
@@ -273,10 +219,7 @@ void CrownWindow::SavePicture(const std::vector<Pane>& panes) {
   const auto png = FreeName(options_.save_to, "view_" + photo().name, ".png");
   const auto exr = std::filesystem::path(png).replace_extension(".exr");
   WriteImageFile(png, window_.Read(corner, end - corner));
-  const glm::ivec2 size = panes.front().size;
-  const Canvas canvas(size.x, size.y);
-  DrawCrownOn(canvas, size, Quality::kStill);
-  Image linear = canvas.Read();
+  Image linear = canvas_.InFull(View(panes));
   if (state_.mode != ViewMode::kThickness)
     for (float& v : linear.values) v *= static_cast<float>(scene_.exposure(state_.photograph));
   WriteImageFile(exr, linear);
@@ -328,12 +271,13 @@ void CrownWindow::DrawFrame() {
   ApplyKeys(window_.TakeKeys(), state_, answer);
   DrawHelp(state_);
   const bool saves_picture = asked_.saves_picture && may_save, saves_window = asked_.saves_window && may_save;
-  Attempt([&] {
+  const bool accepted = Attempt([&] {
     Apply(input, answer);
     panes = PanesOf(state_, {0, 0}, view_px);
     const bool is_moving = state_.drag != Drag::kNone || input.wheel != 0 || material_is_held_;
-    DrawCrown(panes.front(), is_moving);
+    if (ShowsCrown() && canvas_.Draw(View(panes), is_moving, HasToSave()) && refused_) Say("");
   });
+  refused_ = !accepted || (refused_ && !state_.message.empty());
   Attempt([&] { DrawPanes(panes); });
   if (saves_picture) Attempt([&] { SavePicture(panes); });
   window_.DrawWidgets();
