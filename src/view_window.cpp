@@ -178,7 +178,10 @@ void CrownWindow::Apply(const ViewInput& input, const PanelAnswer& answer) {
   if (answer.material_moved) scene_.SetMaterial(MaterialOf(state_.material, record_.material));
   material_is_held_ = (material_is_held_ || answer.material_moved) && !answer.material_released;
   if (answer.saves_picture) asked_.saves_picture = true;
-  if (answer.saves_window) asked_.saves_window = true;
+  if (answer.saves_window) {
+    asked_.saves_window = true;
+    Say("");
+  }
   if (answer.saves_material) SaveMaterial();
 }
 

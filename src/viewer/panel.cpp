@@ -109,7 +109,7 @@ void Note(Layout& layout, const std::string& name) {
   layout.push_back(item);
 }
 
-float PanelWidth() { return 27 * ImGui::GetFontSize(); }
+float PanelWidth() { return 28 * ImGui::GetFontSize(); }
 
 PanelAnswer DrawPanel(PanelState& state, const Rectangle& area, Layout& layout) {
   PanelAnswer answer;

@@ -10,7 +10,7 @@ namespace crownfit {
 namespace {
 
 constexpr double kReach = 20.0;  // a slider of a logarithmic parameter goes so far up and down from the fitted value
-constexpr float kChannel_em = 1.6f, kSlider_em = 11, kValue_em = 4.6f;  // columns, in heights of the font
+constexpr float kChannel_em = 1.6f, kSlider_em = 10.5f, kValue_em = 5.6f;  // columns, in heights of the font
 const ImVec4 kDim{0.62f, 0.62f, 0.65f, 1}, kWarning{0.95f, 0.70f, 0.30f, 1};
 constexpr ImU32 kIntervalColour = IM_COL32(120, 200, 120, 230), kFittedColour = IM_COL32(235, 235, 235, 255);
 

@@ -3,7 +3,6 @@
 a slider, a dragged lamp, a turned crown, the views, what it saves, how it closes. Exit code 77: Xvfb or xdotool is absent."""
 import json
 import os
-import shutil
 import struct
 import subprocess
 import sys
@@ -13,13 +12,10 @@ import zlib
 from pathlib import Path
 
 program, capture = sys.argv[1], Path(sys.argv[2])
-for tool, package in (("Xvfb", "xvfb"), ("xvfb-run", "xvfb"), ("xauth", "xauth"), ("xdotool", "xdotool")):
-    if not shutil.which(tool):
-        print(f"NOT RUN: {tool} is absent (package {package})")
-        sys.exit(77)
-if "CROWNFIT_ON_VIRTUAL_SCREEN" not in os.environ:
-    os.environ["CROWNFIT_ON_VIRTUAL_SCREEN"] = "1"
-    sys.exit(subprocess.run(["xvfb-run", "-a", "-s", "-screen 0 850x1250x24", sys.executable, *sys.argv]).returncode)
+sys.path.insert(0, str(Path(__file__).resolve().parent.parent / "support"))
+from virtual_hand import Viewer, go_to_virtual_screen, hand  # noqa: E402
+
+go_to_virtual_screen(850, 1250)
 
 
 def pixels_of(file):
@@ -82,60 +78,24 @@ class Picture:
         return sum(counts[:first]) / sum(counts)
 
 
-def hand(*arguments):
-    subprocess.run(["xdotool", *map(str, arguments)], check=True, timeout=20)
-
-
-class Viewer:
-    def __init__(self, *arguments):
-        self.process = subprocess.Popen([program, *map(str, arguments)], stdout=subprocess.PIPE, text=True, bufsize=1)
-        self.layout = {}
-        for line in self.process.stdout:
-            name, *numbers = line.split()
-            if name == "end":
-                break
-            self.layout[name] = [float(n) for n in numbers]
-        assert self.layout, "the window printed no layout"
-
-    def line(self):
-        return self.process.stdout.readline().strip()
-
-    def save(self):
-        """Once everything has come to rest; as the window does."""
-        hand("key", "s")
-        png, exr = Path(self.line()), Path(self.line())
-        assert exr.stat().st_size > 1000
-        return Picture(png)
-
-    def middle(self, name):
-        x, y, width, height = self.layout[name]
-        return x + width / 2, y + height / 2
-
-    def drag(self, begin, by, button=1):
-        hand("mousemove", *begin)
-        time.sleep(0.3)
-        hand("mousedown", button)
-        time.sleep(0.3)
-        for step in range(1, 6):
-            hand("mousemove", begin[0] + by[0] * step / 5, begin[1] + by[1] * step / 5)
-            time.sleep(0.12)
-        time.sleep(0.3)
-        hand("mouseup", button)
-        time.sleep(0.3)
+def save(viewer):
+    png, exr = viewer.save_picture()
+    assert exr.stat().st_size > 1000
+    return Picture(png)
 
 
 began = time.time()
 with tempfile.TemporaryDirectory() as folder:
     folder = Path(folder)
-    viewer = Viewer("view", capture / "truth.json", "--capture", capture, "--photograph", "front", "--size", "850x1250", "--save-to", folder, "--print-layout")
+    viewer = Viewer(program, capture / "truth.json", "--capture", capture, "--photograph", "front", "--size", "850x1250", "--save-to", folder)
     time.sleep(0.5)
-    fitted = viewer.save()
+    fitted = save(viewer)
     assert fitted.mean(0) > fitted.mean(2) > 5, "the tooth is not there, or not yellowish"
 
     # More absorption of blue in the dentine: less blue; red stays.
     slider = "dentine.absorption_per_mm.B"
     viewer.drag(viewer.middle(slider), (viewer.layout[slider][2] * 0.25, 0))
-    yellow = viewer.save()
+    yellow = save(viewer)
     print(f"blue {fitted.mean(2):.2f} -> {yellow.mean(2):.2f}, red {fitted.mean(0):.2f} -> {yellow.mean(0):.2f}")
     assert yellow.mean(2) < 0.9 * fitted.mean(2) and abs(yellow.mean(0) / fitted.mean(0) - 1) < 0.02
 
@@ -151,21 +111,21 @@ with tempfile.TemporaryDirectory() as folder:
     # Reset: the same picture again, to the last bit.
     hand("mousemove", *viewer.middle("all.best"), "click", "1")
     time.sleep(0.5)
-    assert viewer.save().difference(fitted) == 0, "reset does not lead back"
+    assert save(viewer).difference(fitted) == 0, "reset does not lead back"
 
     # The lamps follow the right button to the right; R leads back.
     viewer.drag(viewer.middle("crown"), (180, 0), button=3)
-    turned = viewer.save()
+    turned = save(viewer)
     print(f"brightness lies at {fitted.centroid():.3f}, lamps dragged to the right: {turned.centroid():.3f}")
     assert turned.centroid() > fitted.centroid() + 0.02
     hand("key", "r")
     time.sleep(0.5)
-    assert viewer.save().difference(fitted) == 0, "R does not lead back from turned lamps"
+    assert save(viewer).difference(fitted) == 0, "R does not lead back from turned lamps"
 
     # The difference at the values that the photograph was made with, by the legend's colours: its noise alone, 1 %.
     hand("key", "v")
     hand("key", "v")
-    difference = viewer.save()
+    difference = save(viewer)
     acceptable = difference.share(2, [(33, 102, 171), (145, 196, 222), (252, 219, 158), (240, 138, 97), (179, 23, 43)])
     print(f"difference: {100 * acceptable:.1f} % of the pixels below 1.8")
     assert acceptable > 0.95, acceptable
@@ -174,16 +134,15 @@ with tempfile.TemporaryDirectory() as folder:
     last = difference
     for view in ("side by side", "wipe", "thickness map", "viewer"):
         hand("key", "v")
-        now = viewer.save()
+        now = save(viewer)
         assert now.difference(last) > 1, view
         last = now
     assert last.difference(fitted) == 0
 
     # The crown turns with the left button and has another outline.
     viewer.drag(viewer.middle("crown"), (150, 0))
-    assert viewer.save().difference(fitted) > 2, "the crown does not turn"
-    hand("key", "q")
-    code = viewer.process.wait(20)
+    assert save(viewer).difference(fitted) > 2, "the crown does not turn"
+    code = viewer.close()
     assert code == 0, code
 assert not subprocess.run([program, "view", capture / "truth.json"], capture_output=True).returncode == 0
 alone = {k: v for k, v in os.environ.items() if k != "DISPLAY"}
