@@ -5,7 +5,6 @@
 #include <iterator>
 
 #include "base/error.h"
-#include "report/figures.h"
 #include "viewer/view_pose.h"
 
 namespace crownfit {
@@ -21,7 +20,6 @@ constexpr CoarseStrata kCoarse[] = {{3, 4}, {2, 2}, {1, 2}};
 constexpr size_t kCoarsest = std::size(kCoarse) - 1;
 constexpr double kSlowCast_s = 0.08, kQuickCast_s = 0.03;
 const char* const kRefining = "refining the light";
-constexpr glm::vec3 kNotCompared{0.20f, 0.20f, 0.21f};
 
 CastOptions CoarseOptions(size_t coarseness, int threads) {
   CastOptions options;
@@ -36,28 +34,6 @@ std::vector<uint8_t> LitPixels(const Image& picture) {
   for (size_t p = 0; p < is_lit.size(); ++p)
     is_lit[p] = picture.values[3 * p] + picture.values[3 * p + 1] + picture.values[3 * p + 2] > 0;
   return is_lit;
-}
-
-/// Exposure by which a prediction fits its photograph best.
-double FittingExposure(const Photograph& photo, const Image& prediction, const std::vector<uint8_t>& mask) {
-  double top = 0, bottom = 0;
-  for (size_t k = 0; k < prediction.values.size(); ++k) {
-    if (!mask[k / 3]) continue;
-    const double weight = 1.0 / photo.variance.values[k], p = prediction.values[k];
-    top += weight * p * photo.linear.values[k];
-    bottom += weight * p * p;
-  }
-  return bottom > 0 ? top / bottom : 1.0;
-}
-
-SceneDifference Compare(const PhotographSpec& spec, const Photograph& photo, Image prediction,
-                        const std::vector<uint8_t>& mask, bool exposure_is_known) {
-  SceneDifference d;
-  d.exposure = exposure_is_known ? spec.exposure_scale : FittingExposure(photo, prediction, mask);
-  for (float& v : prediction.values) v *= static_cast<float>(d.exposure);
-  d.colours = ComparePictures(photo.linear, prediction, mask, spec.linear_rgb_from_sensor_rgb);
-  d.map = DifferenceColours(d.colours, kNotCompared);
-  return d;
 }
 
 }  // namespace
@@ -274,19 +250,11 @@ void ViewScene::ShowAsBrightAsPhotograph() {
       ComparisonScale(picture_->linear, mask, capture_.photographs[picture_of_].linear_rgb_from_sensor_rgb);
 }
 
-/// The pixels that a fit's figures compare: whole on the object, inside the photograph's mask, not saturated.
 void ViewScene::StartMask(size_t photograph) {
   work_.Start("finding the pixels to compare",
               [this, photograph, crown = crown_, picture = picture_]() -> Background::Finish {
-                CastOptions options;
-                options.strata = options.gather_strata = 1;
-                options.threads = threads_;
-                const PhotographCast cast = CastPhotograph(capture_, *crown, input_.scenery, photograph, options);
-                auto mask = std::make_shared<std::vector<uint8_t>>(picture->usable.size(), 0);
-                for (const PixelCast& pixel : cast.pixels) {
-                  const size_t i = static_cast<size_t>(pixel.y) * picture->linear.width + pixel.x;
-                  (*mask)[i] = !pixel.at_silhouette && picture->usable[i];
-                }
+                auto mask = std::make_shared<const std::vector<uint8_t>>(
+                    PixelsToCompare(input_, capture_, *crown, *picture, photograph, threads_));
                 return [this, photograph, mask] {
                   mask_ = mask;
                   mask_of_ = photograph;
@@ -295,19 +263,16 @@ void ViewScene::StartMask(size_t photograph) {
 }
 
 void ViewScene::StartComparison(const SceneWish& wish) {
-  const PhotographSpec& spec = capture_.photographs[wish.photograph];
-  const int version = version_;
+  compared_version_ = version_;  // also when the renderer refuses: it would again
+  compared_terms_ = wish.terms;
   work_.Start("comparing",
-              [this, spec, version, wish, picture = picture_, mask = mask_,
+              [this, spec = capture_.photographs[wish.photograph], picture = picture_, mask = mask_,
                prediction = DrawPhotograph(wish.photograph, wish.terms)]() -> Background::Finish {
-                auto found =
-                    Compare(spec, *picture, prediction, *mask, !spec.exposure_is_free || spec.exposure_scale != 1.0);
-                return [this, version, wish, found = std::move(found)] {
+                auto found = Compare(spec, *picture, prediction, *mask);
+                return [this, found = std::move(found)] {
                   const int number = difference_ ? difference_->number + 1 : 0;
                   difference_ = found;
                   difference_->number = number;
-                  compared_version_ = version;
-                  compared_terms_ = wish.terms;
                 };
               });
 }

@@ -8,8 +8,7 @@
 #include <string>
 
 #include "base/background.h"
-#include "fit_steps.h"
-#include "report/colour_difference.h"
+#include "scene_difference.h"
 #include "viewer/crown_renderer.h"
 #include "viewer/thickness_view.h"
 
@@ -24,14 +23,6 @@ struct SceneWish {
   bool difference_is_shown = false;  ///< and camera and lamps stand as they stood
   bool material_rests = true;        ///< no slider is held
   ShownTerms terms;
-};
-
-/// A comparison of one photograph with what the viewer draws.
-struct SceneDifference {
-  ColourDifference colours;
-  Image map;  ///< in the legend's colours
-  double exposure = 1;
-  int number = 0;  ///< of the comparison
 };
 
 class ViewScene {

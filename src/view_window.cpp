@@ -8,8 +8,8 @@
 #include "base/error.h"
 #include "crown_canvas.h"
 #include "material_sliders.h"
-#include "photo/image_io.h"
 #include "report/figures.h"
+#include "saved_files.h"
 #include "viewer/view_area.h"
 #include "viewer/view_pose.h"
 #include "viewer/window.h"
@@ -32,14 +32,6 @@ std::string DifferenceText(const ColourDifference& d) {
   return text;
 }
 
-/// `stem`, or `stem_2` and so on, so that no file is overwritten.
-std::filesystem::path FreeName(const std::filesystem::path& folder, const std::string& stem, const char* extension) {
-  for (int i = 1;; ++i) {
-    const auto name = folder / (stem + (i > 1 ? "_" + std::to_string(i) : "") + extension);
-    if (std::error_code ignored; !std::filesystem::exists(name, ignored)) return name;
-  }
-}
-
 class CrownWindow {
  public:
   CrownWindow(Window& window, ViewScene& scene, const MaterialRecord& record, const WindowOptions& options);
@@ -60,7 +52,6 @@ class CrownWindow {
   void DrawPanes(const std::vector<Pane>& panes);
   void SavePicture(const std::vector<Pane>& panes);
   void SaveWindow();
-  void SaveMaterial();
   void Say(const std::string& text, bool is_error = false);
   bool Attempt(const std::function<void()>& what);
   void PrintLayout(const Layout& layout);
@@ -182,7 +173,9 @@ void CrownWindow::Apply(const ViewInput& input, const PanelAnswer& answer) {
     asked_.saves_window = true;
     Say("");
   }
-  if (answer.saves_material) SaveMaterial();
+  if (answer.saves_material)
+    Say(SaveMaterial(options_.save_to, scene_.capture(), MaterialOf(state_.material, record_.material),
+                     record_.linear_scales, options_.material_file));
 }
 
 CrownView CrownWindow::View(const std::vector<Pane>& panes) const {
@@ -219,34 +212,15 @@ void CrownWindow::DrawPanes(const std::vector<Pane>& panes) {
 void CrownWindow::SavePicture(const std::vector<Pane>& panes) {
   asked_.saves_picture = false;
   const glm::ivec2 corner = panes.front().corner, end = panes.back().corner + panes.back().size;
-  const auto png = FreeName(options_.save_to, "view_" + photo().name, ".png");
-  const auto exr = std::filesystem::path(png).replace_extension(".exr");
-  WriteImageFile(png, window_.Read(corner, end - corner));
   Image linear = canvas_.InFull(View(panes));
   if (state_.mode != ViewMode::kThickness)
     for (float& v : linear.values) v *= static_cast<float>(scene_.exposure(state_.photograph));
-  WriteImageFile(exr, linear);
-  Say("Saved " + std::filesystem::absolute(png).string() + " and .exr (linear)");
-  std::printf("%s\n%s\n", png.c_str(), exr.c_str());
-  std::fflush(stdout);
+  Say(SavePictures(options_.save_to, photo().name, window_.Read(corner, end - corner), linear));
 }
 
 void CrownWindow::SaveWindow() {
   asked_.saves_window = false;
-  const auto png = FreeName(options_.save_to, "view_" + photo().name + "_window", ".png");
-  WriteImageFile(png, window_.Read({0, 0}, window_.size()));
-  Say("Saved " + std::filesystem::absolute(png).string());
-  std::printf("%s\n", png.c_str());
-  std::fflush(stdout);
-}
-
-void CrownWindow::SaveMaterial() {
-  const auto file = FreeName(options_.save_to, "view_material", ".json");
-  WriteHandSetMaterial(file, scene_.capture(), MaterialOf(state_.material, record_.material), record_.linear_scales,
-                       options_.material_file.string());
-  Say("Saved " + std::filesystem::absolute(file).string());
-  std::printf("%s\n", file.c_str());
-  std::fflush(stdout);
+  Say(SaveWindowPicture(options_.save_to, photo().name, window_.Read({0, 0}, window_.size())));
 }
 
 /// After the frames that ImGui takes to settle.
