@@ -20,15 +20,13 @@ namespace {
 constexpr double kPixelsPerTurn = 900;  // of a drag that turns once around
 constexpr double kWheelFactor = 1.15;
 constexpr int kSettlingFrames = 3;  // that ImGui takes until widgets look as they should
-
-constexpr float kNoMap = 0.2f;  // grey in place of a difference
+constexpr float kNoMap = 0.2f;      // grey in place of a difference
 
 std::string DifferenceText(const ColourDifference& d) {
   char text[200];
   std::snprintf(text, sizeof text,
-                "CIEDE2000, 8 x 8 blocks: median %.2f, 95 %% %.2f\n%.0f %% not "
-                "seen, %.0f %% acceptable",
-                d.median, d.p95, 100 * d.share_below_pt, 100 * d.share_below_at);
+                "CIEDE2000, 8 x 8 blocks: median %.2f, 95 %% %.2f\n%.0f %% not seen, %.0f %% acceptable", d.median,
+                d.p95, 100 * d.share_below_pt, 100 * d.share_below_at);
   return text;
 }
 
@@ -52,6 +50,7 @@ class CrownWindow {
   void DrawPanes(const std::vector<Pane>& panes);
   void SavePicture(const std::vector<Pane>& panes);
   void SaveWindow();
+  void SaveSliders();
   void Say(const std::string& text, bool is_error = false);
   bool Attempt(const std::function<void()>& what);
   void PrintLayout(const Layout& layout);
@@ -145,13 +144,12 @@ void CrownWindow::TellState() {
     state_.no_difference = "no photograph";
   } else if (!IsAtHome(pose_, photo())) {
     state_.no_difference =
-        "Shown while the camera and the lamps stand as for the photograph. R: "
-        "back. Zooming and moving the picture "
-        "keep it.";
+        "Shown while the camera and the lamps stand as for the photograph. R: back. "
+        "Zooming and moving the picture keep it.";
   } else {
     state_.no_difference = difference ? "" : "comparing ...";
   }
-  state_.difference = state_.no_difference.empty() ? DifferenceText(difference->colours) : "";
+  state_.difference = difference && state_.no_difference.empty() ? DifferenceText(difference->colours) : "";
 }
 
 void CrownWindow::Apply(const ViewInput& input, const PanelAnswer& answer) {
@@ -173,9 +171,6 @@ void CrownWindow::Apply(const ViewInput& input, const PanelAnswer& answer) {
     asked_.saves_window = true;
     Say("");
   }
-  if (answer.saves_material)
-    Say(SaveMaterial(options_.save_to, scene_.capture(), MaterialOf(state_.material, record_.material),
-                     record_.linear_scales, options_.material_file));
 }
 
 CrownView CrownWindow::View(const std::vector<Pane>& panes) const {
@@ -183,15 +178,14 @@ CrownView CrownWindow::View(const std::vector<Pane>& panes) const {
 }
 
 void CrownWindow::DrawPanes(const std::vector<Pane>& panes) {
-  if (const auto picture = scene_.picture(state_.photograph); picture && picture != uploaded_picture_) {
-    display_.photograph.Upload(picture->linear, /*smooth=*/true);
-    uploaded_picture_ = picture;
-    uploaded_comparison_.reset();
+  if (const auto picture = scene_.picture(state_.photograph); picture != uploaded_picture_) {
+    uploaded_picture_ = picture;  // also when the driver refuses
+    display_.photograph.Upload(picture ? picture->linear : Image(1, 1, 3), /*smooth=*/true);
   }
   const SceneDifference* difference = scene_.difference(state_.photograph);
   std::optional<int> comparison;
   if (difference && state_.no_difference.empty()) comparison = difference->number;
-  if (comparison != uploaded_comparison_)
+  if (comparison != uploaded_comparison_ || !comparison)
     display_.map.Upload(comparison ? difference->map : Image(1, 1, 3, kNoMap), /*smooth=*/false);
   uploaded_comparison_ = comparison;
   const Camera& camera = photo().camera;
@@ -221,6 +215,11 @@ void CrownWindow::SavePicture(const std::vector<Pane>& panes) {
 void CrownWindow::SaveWindow() {
   asked_.saves_window = false;
   Say(SaveWindowPicture(options_.save_to, photo().name, window_.Read({0, 0}, window_.size())));
+}
+
+void CrownWindow::SaveSliders() {
+  Say(SaveMaterial(options_.save_to, scene_.capture(), MaterialOf(state_.material, record_.material),
+                   record_.linear_scales, options_.material_file));
 }
 
 /// After the frames that ImGui takes to settle.
@@ -256,6 +255,7 @@ void CrownWindow::DrawFrame() {
   });
   refused_ = !accepted || (refused_ && !state_.message.empty());
   Attempt([&] { DrawPanes(panes); });
+  if (answer.saves_material) Attempt([&] { SaveSliders(); });
   if (saves_picture) Attempt([&] { SavePicture(panes); });
   window_.DrawWidgets();
   if (saves_window) Attempt([&] { SaveWindow(); });
