@@ -14,6 +14,27 @@ void AddCommonOptions(CLI::App* app, CommandLine& line) {
           {"auto", ProgressMode::kAuto}, {"none", ProgressMode::kNone}, {"json", ProgressMode::kJson}}));
 }
 
+void AddView(CLI::App& app, CommandLine& line) {
+  auto* view = app.add_subcommand("view",
+                                  "The crown in the light, drawn by the graphics processor as the fit's model "
+                                  "sees it: a window, or --screenshot or --benchmark without one.");
+  view->add_option("MATERIAL", line.material, "material.json or truth.json.")->required();
+  view->add_option("--capture", line.capture, "Crown, cameras and lamps: folder with capture.json, or that file.");
+  view->add_option("--mesh", line.meshes,
+                   "In place of a capture: surface of a layer in mm (PLY, STL, OBJ); repeat it, "
+                   "outermost first. Lit by two softboxes and a weak dome.")
+      ->allow_extra_args(false);
+  view->add_option("--photograph", line.photograph, "Whose camera and lamps (default: the first).");
+  view->add_option("--screenshot", line.screenshot, "Write one picture: .exr (linear) or .png. Needs no display.");
+  view->add_option("--size", line.size, "WxH: of the picture, in place of the camera's own; or of the window.");
+  view->add_option("--benchmark", line.benchmark_frames, "Draw so many frames and print how long they take.")
+      ->check(CLI::Range(1, 1000000));
+  view->add_option("--save-to", line.save_to, "Folder for what the window saves (default: where you are).");
+  view->add_flag("--print-layout", line.print_layout,
+                 "For tests: print where the window's widgets stand, `name x y w h`, and `end`.");
+  AddCommonOptions(view, line);
+}
+
 }  // namespace
 
 CommandLine ParseCommandLine(int argc, char** argv) {
@@ -25,7 +46,7 @@ CommandLine ParseCommandLine(int argc, char** argv) {
       "  crownfit check CAPTURE                 is the capture complete and consistent?\n"
       "  crownfit fit CAPTURE -o RESULT         scattering, absorption, thickness, roughness, with error bars\n"
       "  crownfit render CAPTURE --material M   the photographs a material predicts\n"
-      "  crownfit view M --capture CAPTURE      the crown in the light, by the graphics processor\n"
+      "  crownfit view M --capture CAPTURE      the crown in a window: turn it, light it, change the material\n"
       "  crownfit synthesize RECIPE -o CAPTURE  path-traced photographs with a known answer\n"
       "  crownfit slab SLAB.json                reflectance and transmittance of a flat layered sample\n"
       "  crownfit compare A B                   CIEDE2000 between two pictures\n\n"
@@ -83,16 +104,7 @@ CommandLine ParseCommandLine(int argc, char** argv) {
   render->add_option("--seed", line.fit.seed, "Seed of the noise (default 1).");
   AddCommonOptions(render, line);
 
-  auto* view = app.add_subcommand("view", "Draws the crown on the graphics processor, as the fit's model sees it.");
-  view->add_option("MATERIAL", line.material, "material.json or truth.json.")->required();
-  view->add_option("--capture", line.capture, "Crown, cameras and lamps: folder with capture.json, or that file.")
-      ->required();
-  view->add_option("--photograph", line.photograph, "Whose camera and lamps (default: the first).");
-  view->add_option("--screenshot", line.screenshot, "Write one picture: .exr (linear) or .png. Needs no display.");
-  view->add_option("--size", line.size, "WxH: of the picture, in place of the camera's own.");
-  view->add_option("--benchmark", line.benchmark_frames, "Draw so many frames and print how long they take.")
-      ->check(CLI::Range(1, 1000000));
-  AddCommonOptions(view, line);
+  AddView(app, line);
 
   auto* synthesize = app.add_subcommand(
       "synthesize", "Path-traces a capture with a known answer: photographs, calibration, meshes, truth.json.");
@@ -127,11 +139,6 @@ CommandLine ParseCommandLine(int argc, char** argv) {
   }
   line.command = app.get_subcommands().front()->get_name();
   line.fit.use_priors = !no_priors;
-  if (view->parsed() && !line.screenshot && line.benchmark_frames == 0) {
-    std::cerr << "crownfit: view of this version opens no window; give --screenshot FILE or --benchmark N.\n";
-    line.exit_code = 2;
-    return line;
-  }
   if (slab->parsed() && slab->count("--model") == 0) line.fit.model = "layered";
   const auto complain = [&](const std::string& message) {
     std::cerr << "crownfit: " << message << "\n";

@@ -19,11 +19,14 @@ struct CommandLine {
   bool json = false;
   bool half_float = false, fine = false;
   std::optional<std::filesystem::path> screenshot;
-  std::string size;            ///< view: WxH
-  int benchmark_frames = 0;    ///< view
-  double noise = 0;            ///< render: relative noise to add
-  int paths = 256;             ///< render --model path: per pixel
-  uint64_t photons = 1000000;  ///< slab --model path
+  std::string size;                           ///< view: WxH
+  int benchmark_frames = 0;                   ///< view
+  std::vector<std::filesystem::path> meshes;  ///< view: outermost first
+  std::filesystem::path save_to = ".";        ///< view
+  bool print_layout = false;                  ///< view
+  double noise = 0;                           ///< render: relative noise to add
+  int paths = 256;                            ///< render --model path: per pixel
+  uint64_t photons = 1000000;                 ///< slab --model path
   ProgressMode progress = ProgressMode::kAuto;
   FitOptions fit;
   std::optional<int> exit_code;  ///< set when parsing already answered (--help, --version, a wrong option)

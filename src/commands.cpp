@@ -9,6 +9,7 @@
 #include "exchange/material_file.h"
 #include "fit_crown.h"
 #include "fit_steps.h"
+#include "mesh_capture.h"
 #include "optics/adding_doubling.h"
 #include "photo/image_io.h"
 #include "render_photographs.h"
@@ -17,6 +18,7 @@
 #include "report/sections.h"
 #include "synthetic/synthesize.h"
 #include "view_crown.h"
+#include "view_window.h"
 #include "walk/slab_walk.h"
 
 namespace crownfit {
@@ -214,24 +216,38 @@ int RunCompare(const CommandLine& line) {
   return 0;
 }
 
+namespace {
+
+std::optional<std::pair<int, int>> SizeOf(const std::string& text) {
+  if (text.empty()) return std::nullopt;
+  int width = 0, height = 0;
+  char rest = 0;
+  if (std::sscanf(text.c_str(), "%dx%d%c", &width, &height, &rest) != 2 || width < 1 || height < 1 || width > 16384 ||
+      height > 16384)
+    throw InputError("", "--size", "'" + text + "' is not a size", "Write WxH, such as 1920x1080.");
+  return std::pair{width, height};
+}
+
+}  // namespace
+
 int RunView(const CommandLine& line) {
+  if (line.capture.empty() == line.meshes.empty())
+    throw InputError("", "view", line.capture.empty() ? "no crown is given" : "--capture and --mesh are both given",
+                     "Give either --capture CAPTURE or --mesh FILE (repeated, outermost layer first).");
   Progress progress(line.progress);
-  const Capture capture = ReadCapture(line.capture);
-  const Material material = ReadMaterialFile(line.material, capture);
-  ViewOptions options;
-  options.photograph = NamedPhotograph(capture, line.photograph).value_or(0);
-  options.screenshot = line.screenshot;
-  options.benchmark_frames = line.benchmark_frames;
-  options.threads = line.fit.threads;
-  if (!line.size.empty()) {
-    int width = 0, height = 0;
-    char rest = 0;
-    if (std::sscanf(line.size.c_str(), "%dx%d%c", &width, &height, &rest) != 2 || width < 1 || height < 1 ||
-        width > 16384 || height > 16384)
-      throw InputError("", "--size", "'" + line.size + "' is not a size", "Write WxH, such as 1920x1080.");
-    options.size = {width, height};
+  const Capture capture = line.meshes.empty() ? ReadCapture(line.capture) : CaptureOfMeshes(line.meshes, line.material);
+  const MaterialRecord record = ReadMaterialRecord(line.material, capture);
+  const size_t photograph = NamedPhotograph(capture, line.photograph).value_or(0);
+  const auto size = SizeOf(line.size);
+  if (!line.screenshot && line.benchmark_frames == 0) {
+    ViewInWindow(
+        capture, record,
+        {line.material, photograph, size, line.save_to, line.print_layout, line.meshes.empty(), line.fit.threads},
+        progress);
+    return 0;
   }
-  const std::string said = ViewCrown(capture, material, options, progress);
+  const ViewOptions options{photograph, size, line.screenshot, line.benchmark_frames, line.fit.threads};
+  const std::string said = ViewCrown(capture, record.material, options, progress);
   std::fputs(said.c_str(), stdout);
   if (line.screenshot) std::printf("%s\n", line.screenshot->c_str());
   return 0;

@@ -71,11 +71,9 @@ CastState CastAll(const CrownInput& input, const std::vector<double>& thickness_
                   Progress& progress, std::optional<size_t> only) {
   const Capture& capture = input.capture;
   CastState state;
-  state.thickness_mm = thickness_mm;
   progress.Show("building the layers", 0.0);
   state.crown = BuildCrown(capture, input.source, thickness_mm, options.threads, options.kernel);
-  // A free thickness of the last layer scales what the mesh has.
-  if (!capture.layers.back()[Quantity::kThickness].fixed) state.thickness_mm.back() = MedianDepth(*state.crown);
+  state.thickness_mm = CastThicknesses(capture, *state.crown, thickness_mm);
   for (size_t i = 0; i < capture.photographs.size(); ++i) {
     state.photographs.emplace_back();
     if (only && *only != i) continue;
@@ -91,6 +89,11 @@ std::vector<double> ThicknessesOf(const Capture& capture, const Material& materi
   for (size_t i = 0; i < capture.layers.size(); ++i)
     thickness.push_back(material.layers[i][ThicknessQuantity(capture, i)][0]);
   return thickness;
+}
+
+std::vector<double> CastThicknesses(const Capture& capture, const Crown& crown, std::vector<double> built_mm) {
+  if (!capture.layers.back()[Quantity::kThickness].fixed) built_mm.back() = MedianDepth(crown);
+  return built_mm;
 }
 
 bool GeometryIsStale(const FreeParameters& free, const Eigen::VectorXd& cast_at, const Eigen::VectorXd& x,

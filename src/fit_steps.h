@@ -29,6 +29,10 @@ CastState CastAll(const CrownInput& input, const std::vector<double>& thickness_
 /// Thickness per layer, as BuildCrown wants it.
 std::vector<double> ThicknessesOf(const Capture& capture, const Material& material);
 
+/// What lengths of a crown built with these thicknesses were cast at: a free thickness of the last layer scales what
+/// its mesh has.
+std::vector<double> CastThicknesses(const Capture& capture, const Crown& crown, std::vector<double> built_mm);
+
 /// True when a fitted thickness is so far from the cast one that lengths should be cast again: by more than 0.1 % and
 /// more than a tenth of its standard deviation.
 bool GeometryIsStale(const FreeParameters& free, const Eigen::VectorXd& cast_at, const Eigen::VectorXd& x,

@@ -95,8 +95,8 @@ std::string ViewCrown(const Capture& capture, const Material& material, const Vi
   progress.Show("reading", 0.0);
   const CrownInput input = ReadInput(capture, options.threads, /*with_images=*/false);
   progress.Show("building the layers", 0.2);
-  const std::vector<double> thickness = ThicknessesOf(capture, material);
-  const auto crown = BuildCrown(capture, input.source, thickness, options.threads);
+  const auto crown = BuildCrown(capture, input.source, ThicknessesOf(capture, material), options.threads);
+  const std::vector<double> thickness = CastThicknesses(capture, *crown, ThicknessesOf(capture, material));
   progress.Show("casting light", 0.7);
   CastOptions cast_options;
   cast_options.threads = options.threads;

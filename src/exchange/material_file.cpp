@@ -1,14 +1,57 @@
 #include "exchange/material_file.h"
 
+#include <algorithm>
+
 #include "base/error.h"
+#include "base/files.h"
 #include "base/json_file.h"
 
 namespace crownfit {
 namespace {
 
+const char* const kFormat = "crownfit-material/1";
+
+JsonObject RootOf(const JsonFile& file) {
+  return file.RootOfFormat(kFormat, {"model", "status", "reasons", "caveats", "channels", "layers", "surface", "viewer",
+                                     "image_error", "identifiability", "linear_scales", "provenance"});
+}
+
+std::vector<std::string> LayerKeys() {
+  std::vector<std::string> keys = ParameterKeys(Owner::kLayer);
+  keys.emplace_back("name");
+  return keys;
+}
+
+/// An end that is not known is null.
+std::optional<std::array<double, 2>> ReadInterval(const JsonNode& node) {
+  const auto ends = node.Items();
+  if (ends.size() != 2) node.Fail("expected the two ends of an interval");
+  if (!ends[0].IsNumber() || !ends[1].IsNumber()) return std::nullopt;
+  return std::array{ends[0].Number(), ends[1].Number()};
+}
+
+ParameterRecord ReadRecord(const JsonObject& object) {
+  ParameterRecord record;
+  if (const auto status = object.Find("status")) record.status = status->String();
+  if (const auto node = object.Find("interval95")) {
+    const auto items = node->Items();
+    if (std::none_of(items.begin(), items.end(), [](const JsonNode& item) { return item.IsArray(); })) {
+      record.interval95.push_back(ReadInterval(*node));
+    } else {
+      for (const auto& item : items) record.interval95.push_back(ReadInterval(item));
+      if (items.size() != kChannels) node->Fail("expected one interval, or one per channel");
+    }
+  }
+  return record;
+}
+
 /// A bare value, a list with one per channel, or an object that holds either as "value".
-ChannelValues ReadValues(JsonNode node) {
-  if (node.IsObject()) node = JsonObject(node, {"value", "stddev", "interval95", "status"}).Require("value");
+ChannelValues ReadValues(JsonNode node, ParameterRecord& record) {
+  if (node.IsObject()) {
+    const JsonObject object(node, {"value", "stddev", "interval95", "status"});
+    record = ReadRecord(object);
+    node = object.Require("value");
+  }
   ChannelValues values;
   if (node.IsNumber()) {
     values.fill(node.Number());
@@ -19,36 +62,117 @@ ChannelValues ReadValues(JsonNode node) {
   return values;
 }
 
-void ReadOwner(const JsonObject& object, Owner owner, Material::Layer& out) {
+void ReadOwner(const JsonObject& object, Owner owner, Material::Layer& out, MaterialRecord::Owner& records) {
   for (size_t i = 0; i < kParameters.size(); ++i)
     if (kParameters[i].owner == owner)
-      if (const auto node = object.Find(kParameters[i].key)) out.values[i] = ReadValues(*node);
+      if (const auto node = object.Find(kParameters[i].key)) out.values[i] = ReadValues(*node, records[i]);
+}
+
+JsonValue FixedValue(const ChannelValues& values, const ParameterRow& row) {
+  const JsonValue value = row.per_channel ? JsonValue(std::vector<double>(values.begin(), values.end())) : values[0];
+  return JsonValue::Object{{"value", value}, {"status", "fixed"}};
 }
 
 }  // namespace
 
-Material ReadMaterialFile(const std::filesystem::path& path, const Capture& capture) {
+bool IsOfLayer(const Capture& capture, size_t layer, const ParameterRow& row) {
+  const LayerSpec& spec = capture.layers[layer];
+  const bool is_last = layer + 1 == capture.layers.size();
+  if (row.owner != Owner::kLayer) return false;
+  if (row.quantity == Quantity::kThickness)
+    return is_last ? spec[Quantity::kThickness].stated : ThicknessQuantity(capture, layer) == Quantity::kThickness;
+  return row.quantity != Quantity::kThicknessScale || spec[Quantity::kThicknessScale].stated ||
+         (!is_last && ThicknessQuantity(capture, layer) == Quantity::kThicknessScale);
+}
+
+MaterialRecord ReadMaterialRecord(const std::filesystem::path& path, const Capture& capture) {
   const JsonFile file(path);
-  const JsonObject root = file.RootOfFormat(
-      "crownfit-material/1", {"model", "status", "reasons", "caveats", "channels", "layers", "surface", "viewer",
-                              "image_error", "identifiability", "linear_scales", "provenance"});
-  Material material = StatedMaterial(capture);
-  std::vector<std::string> keys = ParameterKeys(Owner::kLayer);
-  keys.emplace_back("name");
+  const JsonObject root = RootOf(file);
+  MaterialRecord record;
+  record.material = StatedMaterial(capture);
   const JsonNode layers = root.Require("layers");
-  for (auto& layer : material.layers) {
+  for (auto& layer : record.material.layers) {
+    record.layers.emplace_back();
     bool found = false;
     for (const auto& item : layers.Items()) {
-      const JsonObject object(item, keys);
+      const JsonObject object(item, LayerKeys());
       if (object.Require("name").String() != layer.name) continue;
-      ReadOwner(object, Owner::kLayer, layer);
+      ReadOwner(object, Owner::kLayer, layer, record.layers.back());
       found = true;
     }
     if (!found) layers.Fail("holds no layer called '" + layer.name + "', which the capture has");
   }
   if (const auto surface = root.Find("surface"))
-    ReadOwner(JsonObject(*surface, ParameterKeys(Owner::kSurface)), Owner::kSurface, material.surface);
-  return material;
+    ReadOwner(JsonObject(*surface, ParameterKeys(Owner::kSurface)), Owner::kSurface, record.material.surface,
+              record.surface);
+  if (const auto scales = root.Find("linear_scales"))
+    for (const auto& [name, node] : scales->Members()) record.linear_scales[name] = node.Positive();
+  return record;
+}
+
+Material ReadMaterialFile(const std::filesystem::path& file, const Capture& capture) {
+  return ReadMaterialRecord(file, capture).material;
+}
+
+Capture WithLinearScales(Capture capture, const std::map<std::string, double>& linear_scales) {
+  const auto apply = [&](const std::string& name, double& scale) {
+    if (const auto found = linear_scales.find(name); found != linear_scales.end()) scale = found->second;
+  };
+  for (PhotographSpec& photo : capture.photographs) apply("exposure_scale " + photo.name, photo.exposure_scale);
+  for (Light& light : capture.lights) apply("intensity_scale " + light.name, light.intensity_scale);
+  return capture;
+}
+
+MaterialOutline ReadMaterialOutline(const std::filesystem::path& path) {
+  const JsonFile file(path);
+  const JsonObject root = RootOf(file);
+  MaterialOutline outline;
+  const JsonNode layers = root.Require("layers");
+  for (const auto& item : layers.Items())
+    outline.layers.push_back(JsonObject(item, LayerKeys()).Require("name").String());
+  if (outline.layers.empty()) layers.Fail("holds no layer", "State at least one.");
+  if (const auto channels = root.Find("channels")) {
+    const auto items = channels->Items();
+    if (items.size() != kChannels) channels->Fail("expected three channels");
+    outline.channel_names.emplace();
+    outline.wavelengths_nm.emplace();
+    for (size_t c = 0; c < items.size(); ++c) {
+      const JsonObject channel(items[c], {"name", "wavelength_nm"});
+      (*outline.channel_names)[c] = channel.Require("name").String();
+      (*outline.wavelengths_nm)[c] = channel.Require("wavelength_nm").Positive();
+    }
+  }
+  return outline;
+}
+
+void WriteHandSetMaterial(const std::filesystem::path& file, const Capture& capture, const Material& material,
+                          const std::map<std::string, double>& linear_scales, const std::string& made_from) {
+  JsonValue::Array channels, layers;
+  for (int c = 0; c < kChannels; ++c)
+    channels.push_back(
+        JsonValue::Object{{"name", capture.channel_names[c]}, {"wavelength_nm", capture.wavelengths_nm[c]}});
+  for (size_t l = 0; l < material.layers.size(); ++l) {
+    JsonValue::Object layer{{"name", material.layers[l].name}};
+    for (const ParameterRow& row : kParameters)
+      if (IsOfLayer(capture, l, row)) layer.emplace_back(row.key, FixedValue(material.layers[l][row.quantity], row));
+    layers.push_back(layer);
+  }
+  JsonValue::Object surface, scales;
+  for (const ParameterRow& row : kParameters)
+    if (IsOfSurface(capture, row)) surface.emplace_back(row.key, FixedValue(material.surface[row.quantity], row));
+  for (const auto& [name, value] : linear_scales) scales.emplace_back(name, value);
+  WriteTextFile(
+      file,
+      ToJsonText(JsonValue::Object{
+          {"format", kFormat},
+          {"status", "not_usable"},
+          {"reasons", std::vector<std::string>{"the values were set by hand in the viewer; no fit "
+                                               "stands behind them"}},
+          {"channels", channels},
+          {"layers", layers},
+          {"surface", surface},
+          {"linear_scales", scales},
+          {"provenance", JsonValue::Object{{"note", "set by hand in crownfit view"}, {"made_from", made_from}}}}));
 }
 
 }  // namespace crownfit

@@ -1,7 +1,12 @@
 #pragma once
 // Material files of other runs.
 
+#include <array>
 #include <filesystem>
+#include <map>
+#include <optional>
+#include <string>
+#include <vector>
 
 #include "optics/material.h"
 
@@ -10,5 +15,42 @@ namespace crownfit {
 /// Reads the values of material.json or truth.json ("crownfit-material/1") for the layers of a capture, by name; what
 /// the file does not state keeps the capture's value. Throws InputError when a layer is missing.
 Material ReadMaterialFile(const std::filesystem::path& file, const Capture& capture);
+
+/// What the file says about a parameter beside its value.
+struct ParameterRecord {
+  std::string status;  ///< empty: a bare value
+  /// One, or one per channel; empty: the file gives none. Nothing where an end is not known.
+  std::vector<std::optional<std::array<double, 2>>> interval95;
+};
+
+struct MaterialRecord {
+  using Owner = std::array<ParameterRecord, kParameters.size()>;
+  Material material;
+  std::vector<Owner> layers;
+  Owner surface;
+  std::map<std::string, double> linear_scales;  ///< such as "exposure_scale front", "intensity_scale left"
+};
+
+/// The same with everything a fit says of its values.
+MaterialRecord ReadMaterialRecord(const std::filesystem::path& file, const Capture& capture);
+
+/// The rows that are part of a layer's material: its thickness where the next layer follows from it, a scale where one
+/// is stated or a mesh or a field has the thickness.
+bool IsOfLayer(const Capture& capture, size_t layer, const ParameterRow& row);
+
+/// The capture with the exposures and the lamps' intensities that a fit has found.
+Capture WithLinearScales(Capture capture, const std::map<std::string, double>& linear_scales);
+
+/// What a material file says without a capture beside it.
+struct MaterialOutline {
+  std::vector<std::string> layers;  ///< names, outermost first
+  std::optional<std::array<std::string, kChannels>> channel_names;
+  std::optional<std::array<double, kChannels>> wavelengths_nm;
+};
+MaterialOutline ReadMaterialOutline(const std::filesystem::path& file);
+
+/// Writes values that were set by hand: no intervals, every status "fixed", the file's own "not_usable".
+void WriteHandSetMaterial(const std::filesystem::path& file, const Capture& capture, const Material& material,
+                          const std::map<std::string, double>& linear_scales, const std::string& made_from);
 
 }  // namespace crownfit

@@ -10,25 +10,12 @@
 namespace crownfit {
 namespace {
 
-struct Step {
-  double below;
-  glm::vec3 colour;
-  const char* label;
-};
-
-/// Sequential in lightness, so that it reads in grey too. Borders: perceptible, acceptable, and multiples of the
-/// latter.
-const Step kSteps[] = {{kPerceptible, {0.13f, 0.40f, 0.67f}, "below 0.8: not seen"},
-                       {kAcceptable, {0.57f, 0.77f, 0.87f}, "0.8 to 1.8: acceptable"},
-                       {2 * kAcceptable, {0.99f, 0.86f, 0.62f}, "1.8 to 3.6"},
-                       {4 * kAcceptable, {0.94f, 0.54f, 0.38f}, "3.6 to 7.2"},
-                       {HUGE_VAL, {0.70f, 0.09f, 0.17f}, "above 7.2"}};
 constexpr float kPaper = 1.0f;
 
 glm::vec3 ColourOf(double difference) {
-  for (const Step& step : kSteps)
+  for (const DifferenceStep& step : kDifferenceSteps)
     if (difference <= step.below) return step.colour;
-  return kSteps[4].colour;
+  return kDifferenceSteps.back().colour;
 }
 
 void Put(Image& image, int x, int y, const glm::vec3& colour) {
@@ -55,7 +42,7 @@ Box MaskBox(const Image& map) {
 }
 
 void DrawLegend(Image& image, int x, int y, int line) {
-  for (const Step& step : kSteps) {
+  for (const DifferenceStep& step : kDifferenceSteps) {
     for (int v = 0; v < line - 6; ++v)
       for (int u = 0; u < 2 * line; ++u) Put(image, x + u, y + v, step.colour);
     DrawText(image, x + 2 * line + 8, y + line - 8, line - 6, step.label, 0.0f);
@@ -73,6 +60,14 @@ Image DisplayPicture(const Image& linear, double scale, const glm::dmat3& rgb_fr
     for (int c = 0; c < 3; ++c) picture.values[i + c] = static_cast<float>(SrgbFromLinear(rgb[c]));
   }
   return picture;
+}
+
+Image DifferenceColours(const ColourDifference& difference, const glm::vec3& elsewhere) {
+  const Image& map = difference.map;
+  Image colours(map.width, map.height, 3);
+  for (int y = 0; y < map.height; ++y)
+    for (int x = 0; x < map.width; ++x) Put(colours, x, y, map.at(x, y, 0) < 0 ? elsewhere : ColourOf(map.at(x, y, 0)));
+  return colours;
 }
 
 Image DifferenceFigure(const ColourDifference& difference) {

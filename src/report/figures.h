@@ -1,6 +1,8 @@
 #pragma once
 // Pictures for people.
 
+#include <array>
+#include <cmath>
 #include <glm/glm.hpp>
 #include <string>
 #include <vector>
@@ -8,6 +10,25 @@
 #include "report/colour_difference.h"
 
 namespace crownfit {
+
+/// A colour of difference maps.
+struct DifferenceStep {
+  double below;
+  glm::vec3 colour;
+  const char* label;
+};
+
+/// Sequential in lightness, so that it reads in grey too. Borders: perceptible, acceptable, and multiples of the
+/// latter.
+inline const std::array<DifferenceStep, 5> kDifferenceSteps{
+    {{kPerceptible, {0.13f, 0.40f, 0.67f}, "below 0.8: not seen"},
+     {kAcceptable, {0.57f, 0.77f, 0.87f}, "0.8 to 1.8: acceptable"},
+     {2 * kAcceptable, {0.99f, 0.86f, 0.62f}, "1.8 to 3.6"},
+     {4 * kAcceptable, {0.94f, 0.54f, 0.38f}, "3.6 to 7.2"},
+     {HUGE_VAL, {0.70f, 0.09f, 0.17f}, "above 7.2"}}};
+
+/// A CIEDE2000 map in the colours of its legend; `elsewhere` where nothing was compared.
+Image DifferenceColours(const ColourDifference& difference, const glm::vec3& elsewhere);
 
 /// Photograph, prediction and CIEDE2000 map side by side, at one brightness scale, cropped to the mask, with a legend
 /// in steps of 0.8 (perceptible) and 1.8 (acceptable). Linear input, sRGB output in [0, 1].

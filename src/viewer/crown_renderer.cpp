@@ -6,6 +6,7 @@
 
 #include "base/error.h"
 #include "geometry/light_samples.h"
+#include "viewer/projection.h"
 
 namespace crownfit {
 namespace {
@@ -76,9 +77,9 @@ CrownRenderer::CrownRenderer(std::shared_ptr<const Crown> crown)
           {"viewer/material.glsl", "viewer/vertices.glsl", "viewer/table.glsl", "viewer/exitance.vert"}, "exitance")),
       first_order_(Program::Capturing({"viewer/material.glsl", "viewer/vertices.glsl", "viewer/first_order.vert"},
                                       "first_order")),
-      draw_dry_(Program::Of({"viewer/material.glsl", "viewer/vertices.glsl", "viewer/crown.vert"},
+      draw_dry_(Program::Of({"viewer/material.glsl", "viewer/vertices.glsl", "viewer/camera.glsl", "viewer/crown.vert"},
                             {"viewer/material.glsl", "viewer/crown.frag"})),
-      draw_wet_(Program::Of({"viewer/material.glsl", "viewer/vertices.glsl", "viewer/crown.vert"},
+      draw_wet_(Program::Of({"viewer/material.glsl", "viewer/vertices.glsl", "viewer/camera.glsl", "viewer/crown.vert"},
                             {"viewer/material.glsl", "viewer/wet.glsl", "viewer/crown.frag"})),
       rings_(crown_->kernel.rings()) {
   for (int count : TapsPerRing(crown_->kernel)) share_of_ring_.push_back(1.0f / static_cast<float>(count));
@@ -329,16 +330,13 @@ void CrownRenderer::Draw(const PhotographSpec& photo, const ShownTerms& terms, c
                      "Choose a photograph with crossed polarisers, or use `crownfit render`.");
   glBindVertexArray(corners_);
   if (vertices_are_stale_) RunVertexPasses();
-  const RigidTransform& pose = photo.camera_from_object;
-  const glm::vec3 camera(pose.Inverse().translation_mm);
+  const glm::vec3 camera(photo.camera_from_object.Inverse().translation_mm);
   first_order_.Use();
   SetMaterialOf(first_order_);
   first_order_.Set("frames", frames_);
   first_order_.Set("camera_position", camera);
   first_order_.CaptureInto(scattered_, crown_->fine.vertices.size());
 
-  const auto [low, high] = Bounds(crown_->fine);
-  const double distance = pose.Point(0.5 * (low + high)).z, reach = 0.5 * glm::distance(low, high);
   canvas.Clear();
   glEnable(GL_DEPTH_TEST);
   glEnable(GL_CULL_FACE);  // the crown is closed: what looks away is never seen
@@ -348,15 +346,8 @@ void CrownRenderer::Draw(const PhotographSpec& photo, const ShownTerms& terms, c
   draw.Set("exitance", leaving_);
   draw.Set("first_order", scattered_);
   draw.Set("visibility", visibility_);
-  draw.Set("camera_rotation", glm::mat3(pose.rotation));
-  draw.Set("camera_translation", glm::vec3(pose.translation_mm));
+  SetCamera(draw, photo, crown_->fine);
   draw.Set("camera_position", camera);
-  const Camera& c = photo.camera;
-  draw.Set("focal_centre_x", glm::vec3(c.fx, c.cx, c.width));
-  draw.Set("focal_centre_y", glm::vec3(c.fy, c.cy, c.height));
-  const std::vector<float> distortion(c.distortion.begin(), c.distortion.end());
-  draw.Set("distortion", distortion);
-  draw.Set("depth_range", glm::vec2(std::max(0.1, distance - 1.5 * reach), distance + 1.5 * reach));
   draw.Set("specular_factor", SpecularFactor(photo.polarisation));
   draw.SetBlock("LampPoints", lamp_points_);
   draw.Set("lamps", static_cast<int>(lamps_.size()));

@@ -15,6 +15,7 @@ namespace crownfit {
 
 struct ShownTerms {
   bool diffuse = true, first_order = true, gloss = true;
+  bool operator==(const ShownTerms&) const = default;
 };
 
 /// kMoving takes a quarter of the lamps' points for highlights; kStill all, as the CPU does.

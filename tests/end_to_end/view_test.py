@@ -41,4 +41,11 @@ with tempfile.TemporaryDirectory() as folder:
     refused = run("view", folder / "wet.json", "--capture", capture, "--photograph", "front", "--screenshot", folder / "x.png", expect=2).stderr
     assert "mirrored by a film" in refused, refused
     run("view", folder / "wet.json", "--capture", capture, "--photograph", "back", "--screenshot", folder / "wet.png")
-    assert "--screenshot" in run("view", material, "--capture", capture, expect=2).stderr
+    # A mesh alone: two layers of the material on one mesh, lit by the default lamps; one layer too many.
+    mesh = capture / "mesh/incisor.ply"
+    run("view", material, "--mesh", mesh, "--screenshot", folder / "mesh.png", "--size", "200x200")
+    assert (folder / "mesh.png").stat().st_size > 2000
+    assert "--mesh" in run("view", material, "--mesh", mesh, "--mesh", mesh, "--mesh", mesh, "--screenshot", folder / "x.png", expect=2).stderr
+    for wrong in ([], ["--mesh", mesh, "--capture", capture]):
+        said = run("view", material, *wrong, "--screenshot", folder / "x.png", expect=2).stderr
+        assert "--capture" in said and "--mesh" in said, said

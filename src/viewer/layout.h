@@ -1,0 +1,19 @@
+#pragma once
+// Where widgets stand, by name, so that a test can find them.
+
+#include <string>
+#include <vector>
+
+namespace crownfit {
+
+struct LayoutItem {
+  std::string name;  ///< without blanks
+  float x, y, width, height;
+};
+
+using Layout = std::vector<LayoutItem>;
+
+/// Notes the rectangle of the widget that ImGui drew last.
+void Note(Layout& layout, const std::string& name);
+
+}  // namespace crownfit

@@ -1,0 +1,15 @@
+#pragma once
+// The sliders of the material.
+
+#include "viewer/panel.h"
+
+namespace crownfit {
+
+/// All groups; the answer says what moved.
+void DrawSliders(PanelState& state, PanelAnswer& answer, Layout& layout);
+
+/// Which end of the 95 % interval a number goes to.
+enum class End { kLow, kBest, kHigh };
+void GoTo(End end, SliderParameter& parameter);
+
+}  // namespace crownfit

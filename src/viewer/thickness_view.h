@@ -1,0 +1,38 @@
+#pragma once
+// How thick the outer layer is (or, of a crown of one material, the whole), in false colours.
+
+#include <array>
+
+#include "geometry/crown.h"
+#include "viewer/gl.h"
+
+namespace crownfit {
+
+/// Matplotlib's viridis at six places: its lightness grows evenly, so it reads in grey too.
+inline constexpr std::array<std::array<float, 3>, 6> kThicknessColours{{{0.267f, 0.005f, 0.329f},
+                                                                        {0.254f, 0.265f, 0.530f},
+                                                                        {0.164f, 0.471f, 0.558f},
+                                                                        {0.135f, 0.659f, 0.518f},
+                                                                        {0.478f, 0.821f, 0.318f},
+                                                                        {0.993f, 0.906f, 0.144f}}};
+
+class ThicknessView {
+ public:
+  explicit ThicknessView(std::shared_ptr<const Crown> crown);
+  ~ThicknessView();
+  ThicknessView(const ThicknessView&) = delete;
+  ThicknessView& operator=(const ThicknessView&) = delete;
+
+  double most_mm() const { return most_mm_; }  ///< what the last colour stands for
+  /// `scale`: of the outer layer's thickness, over what the crown was built with.
+  void Draw(const PhotographSpec& photo, const Canvas& canvas, double scale);
+
+ private:
+  std::shared_ptr<const Crown> crown_;
+  Program program_;
+  Buffer positions_, thickness_, indices_;
+  GLuint vertices_ = 0;
+  double most_mm_ = 1;
+};
+
+}  // namespace crownfit
