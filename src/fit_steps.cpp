@@ -37,7 +37,7 @@ double NeckVariance(const PixelCast& pixel, double value) {
 
 double MedianDepth(const Crown& crown) {
   std::vector<double> depth;
-  for (const Column& c : crown.columns) depth.push_back(c.total_mm);
+  for (const Column& c : crown.columns) depth.push_back(c.straight.total_mm);
   std::nth_element(depth.begin(), depth.begin() + static_cast<long>(depth.size() / 2), depth.end());
   return depth[depth.size() / 2];
 }

@@ -264,7 +264,7 @@ TEST(Crowns, ARootStandsOutOfTheEnamelAndIsTheOuterSurfaceThere) {
       ASSERT_EQ(c.front.total_mm(), 0.0);
     } else if (p.z > 1.95) {
       ++on_enamel;
-      ASSERT_NEAR(c.front_mm, 1.5, 0.05);  // down to the root's top at z = 0.5
+      ASSERT_NEAR(c.straight.front.total_mm(), 1.5, 0.05);  // down to the root's top at z = 0.5
       ASSERT_LT(c.front.total_mm(), 1.5);
     }
   }

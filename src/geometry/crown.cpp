@@ -33,20 +33,12 @@ std::optional<double> DistanceInto(const TriangleMesh& surface, const RayCaster&
   return hit->distance_mm < max_mm ? std::optional(hit->distance_mm) : std::nullopt;
 }
 
-/// From side to side of the object along one inward direction.
-struct Chord {
-  OuterLength front, back;
-  double total_mm = 0;
-  SurfacePoint exit;
-};
-
 Chord CastChord(const Crown& crown, const glm::dvec3& position, const glm::dvec3& normal, const glm::dvec3& inward) {
   const glm::dvec3 start = position - kStart_mm * normal;
   Chord chord;
   const auto out = crown.fine_caster.Nearest(start, inward);
-  if (!out) return chord;  // a corner so sharp that the direction misses the object: no depth
+  if (!out) return chord;
   chord.total_mm = out->distance_mm + kStart_mm;
-  chord.exit = out->point;
   if (!crown.has_outer_layer()) return chord;
   chord.front.fixed_mm = chord.back.fixed_mm = 0.5 * chord.total_mm;
   const auto in = DistanceInto(crown.surfaces[1], crown.casters[1], start, inward, out->distance_mm);
@@ -71,8 +63,7 @@ Column CastColumn(const Crown& crown, const glm::dvec3& position, const glm::dve
   if (straight.total_mm == 0)  // a ray can slip through where triangles of a symmetric mesh meet exactly opposite
     straight = CastChord(crown, position, normal, glm::normalize(1e-3 * u + 7e-4 * v - normal));
   Column column;
-  column.front_mm = straight.front.total_mm();
-  column.opposite = straight.exit;
+  column.straight = straight;
   const auto add = [&](double weight, const Chord& chord) {
     column.front.Add(weight, chord.front);
     column.back.Add(weight, chord.back);
@@ -249,7 +240,8 @@ std::shared_ptr<const Crown> BuildCrown(const Capture& capture, const CrownSourc
   for (size_t i = 0; i < crown->surfaces.size(); ++i) {
     if (i + 1 == crown->surfaces.size()) {
       double sum = 0;
-      for (const Column& c : crown->columns) sum += c.total_mm - c.front.total_mm() - c.back.total_mm();
+      for (const Column& c : crown->columns)
+        sum += c.straight.total_mm - c.straight.front.total_mm() - c.straight.back.total_mm();
       crown->thickness_mm.push_back(sum / static_cast<double>(crown->columns.size()));
     } else {
       const bool is_even = !source.meshes[i + 1] && !source.thickness[i];

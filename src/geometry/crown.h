@@ -26,6 +26,13 @@ struct OuterLength {
   }
 };
 
+/// From side to side of the object along a straight way inward.
+struct Chord {
+  OuterLength front;    ///< in the outer layer on this side (half of it all where the inner layer is missed)
+  OuterLength back;     ///< in the outer layer beyond the inner one
+  double total_mm = 0;  ///< 0: a corner so sharp that the way misses the object
+};
+
 /// What the shader model needs to know of the object below one vertex of the outer surface: the flat layers in which
 /// light that enters here goes about as far as in the object. Their thickness is the mean of chord times its cosine
 /// over cosines, the thickness itself where layers are flat; half the mean chord of cosine-distributed rays, and its
@@ -33,11 +40,10 @@ struct OuterLength {
 /// however it is scattered (Blanco and Fournier 2003). Chords that leave far to the side count as the straight one:
 /// light that is scattered does not go there.
 struct Column {
-  OuterLength front;                 ///< outer layer on this side (half the chord where a chord misses the inner layer)
+  OuterLength front;                 ///< outer layer on this side
   OuterLength back;                  ///< outer layer beyond the inner one
   double total_mm = 0;               ///< from side to side
-  double front_mm = 0;               ///< outer layer's thickness along the inward normal, to look at
-  SurfacePoint opposite;             ///< where the inward normal leaves the object
+  Chord straight;                    ///< along the inward normal, to look at
   glm::dvec3 outer_absorption{1.0};  ///< factor of the outer layer's texture
 };
 

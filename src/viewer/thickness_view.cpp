@@ -15,7 +15,7 @@ ThicknessView::ThicknessView(std::shared_ptr<const Crown> crown)
   std::vector<double> sorted;
   for (size_t v = 0; v < crown_->columns.size(); ++v) {
     const Column& c = crown_->columns[v];
-    const OuterLength shown = crown_->has_outer_layer() ? c.front : OuterLength{c.total_mm, 0};
+    const OuterLength shown = crown_->has_outer_layer() ? c.straight.front : OuterLength{c.straight.total_mm, 0};
     positions.emplace_back(glm::vec3(crown_->fine.vertices[v]), 0.0f);
     thickness.emplace_back(shown.fixed_mm, shown.scaled_mm, 0.0, 0.0);
     if (shown.total_mm() > 0) sorted.push_back(shown.total_mm());
