@@ -19,7 +19,7 @@ struct CoarseStrata {
 constexpr CoarseStrata kCoarse[] = {{3, 4}, {2, 2}, {1, 2}};
 constexpr size_t kCoarsest = std::size(kCoarse) - 1;
 constexpr double kSlowCast_s = 0.08, kQuickCast_s = 0.03;
-const char* const kRefining = "refining the light";
+const char *const kCasting = "casting light", *const kRefining = "refining the light";
 
 CastOptions CoarseOptions(size_t coarseness, int threads) {
   CastOptions options;
@@ -76,6 +76,8 @@ double ViewScene::brightness(size_t photograph) const {
   const auto found = brightness_.find(photograph);
   return found == brightness_.end() ? 1.0 : found->second;
 }
+
+bool ViewScene::IsCastingLight() const { return work_.IsBusy() && work_.what() == kCasting; }
 
 std::string ViewScene::TakeError() {
   std::string error;
@@ -177,7 +179,7 @@ void ViewScene::StartLight(const SceneWish& wish, bool fine) {
   if (!fine) refused_light_ = key;  // until it is there
   CastOptions options = CoarseOptions(coarseness_, threads_);
   if (fine) options = {.threads = threads_};
-  work_.Start(fine ? kRefining : "casting light",
+  work_.Start(fine ? kRefining : kCasting,
               [this, key, fine, options, crown = crown_, middle = middle()]() -> Background::Finish {
                 const auto begin = Clock::now();
                 auto turned = WithLampsTurned(capture_, key.photograph, middle, key.turn);

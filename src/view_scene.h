@@ -52,6 +52,7 @@ class ViewScene {
   double brightness(size_t photograph) const;
 
   bool IsBusy() const { return work_.IsBusy(); }
+  bool IsCastingLight() const;  ///< coarsely, for lamps that turn
   const std::string& busy_with() const { return work_.what(); }
   std::string TakeError();
   int version() const { return version_; }  ///< of what is drawn: crown, light and material

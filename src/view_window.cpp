@@ -112,6 +112,7 @@ bool CrownWindow::Step() {
   } else if (settling_ > 0) {
     --settling_;
   }
+  if (turns_lamps_ && !changed && scene_.IsCastingLight()) return true;  // the next frame takes all of the drag so far
   const bool is_due = !scene_.IsBusy() && (OwesStill() || HasToSave());
   if (touched || changed || settling_ > 0 || is_due) DrawFrame();
   return !closes_ && !window_.IsClosed();
