@@ -30,9 +30,26 @@ void AddView(CLI::App& app, CommandLine& line) {
   view->add_option("--benchmark", line.benchmark_frames, "Draw so many frames and print how long they take.")
       ->check(CLI::Range(1, 1000000));
   view->add_option("--save-to", line.save_to, "Folder for what the window saves (default: where you are).");
+  view->add_flag("--physical", line.physical,
+                 "Show the physical parameters where the material has effective ones (`crownfit match`).");
   view->add_flag("--print-layout", line.print_layout,
                  "For tests: print where the window's widgets stand, `name x y w h`, and `end`.");
   AddCommonOptions(view, line);
+}
+
+void AddMatch(CLI::App& app, CommandLine& line) {
+  auto* match = app.add_subcommand(
+      "match",
+      "Find parameters with which the viewer looks as the path model does with a material's own, under "
+      "light made for it; written as the material's block \"viewer\".");
+  match->add_option("MATERIAL", line.material, "material.json or truth.json.")->required();
+  match->add_option("--capture", line.capture, "The crown: folder with capture.json, or that file.")->required();
+  match->add_option("-o,--output", line.output, "Where the material with its new block goes.")->required();
+  match->add_option("--paths", line.paths, "Paths a pixel of the pictures to match (default 256).")
+      ->check(CLI::Range(8, 1000000));
+  match->add_option("--pixels", line.pixels, "Their width and height (default 64).")->check(CLI::Range(16, 1024));
+  match->add_option("--seed", line.fit.seed, "Seed of the walks (default 1).");
+  AddCommonOptions(match, line);
 }
 
 }  // namespace
@@ -47,6 +64,7 @@ CommandLine ParseCommandLine(int argc, char** argv) {
       "  crownfit fit CAPTURE -o RESULT         scattering, absorption, thickness, roughness, with error bars\n"
       "  crownfit render CAPTURE --material M   the photographs a material predicts\n"
       "  crownfit view M --capture CAPTURE      the crown in a window: turn it, light it, change the material\n"
+      "  crownfit match M --capture C -o M2     effective parameters that make the viewer look like path tracing\n"
       "  crownfit synthesize RECIPE -o CAPTURE  path-traced photographs with a known answer\n"
       "  crownfit slab SLAB.json                reflectance and transmittance of a flat layered sample\n"
       "  crownfit compare A B                   CIEDE2000 between two pictures\n\n"
@@ -105,6 +123,7 @@ CommandLine ParseCommandLine(int argc, char** argv) {
   AddCommonOptions(render, line);
 
   AddView(app, line);
+  AddMatch(app, line);
 
   auto* synthesize = app.add_subcommand(
       "synthesize", "Path-traces a capture with a known answer: photographs, calibration, meshes, truth.json.");

@@ -24,6 +24,8 @@ struct CommandLine {
   std::vector<std::filesystem::path> meshes;  ///< view: outermost first
   std::filesystem::path save_to = ".";        ///< view
   bool print_layout = false;                  ///< view
+  bool physical = false;                      ///< view: not the block "viewer"
+  int pixels = 64;                            ///< match: of a picture's side
   double noise = 0;                           ///< render: relative noise to add
   int paths = 256;                            ///< render --model path: per pixel
   uint64_t photons = 1000000;                 ///< slab --model path

@@ -4,11 +4,13 @@
 #include <cstdio>
 
 #include "base/error.h"
+#include "base/files.h"
 #include "base/json_file.h"
 #include "base/random.h"
 #include "exchange/material_file.h"
 #include "fit_crown.h"
 #include "fit_steps.h"
+#include "match_view.h"
 #include "mesh_capture.h"
 #include "optics/adding_doubling.h"
 #include "photo/image_io.h"
@@ -236,7 +238,8 @@ int RunView(const CommandLine& line) {
                      "Give either --capture CAPTURE or --mesh FILE (repeated, outermost layer first).");
   Progress progress(line.progress);
   const Capture capture = line.meshes.empty() ? ReadCapture(line.capture) : CaptureOfMeshes(line.meshes, line.material);
-  const MaterialRecord record = ReadMaterialRecord(line.material, capture);
+  MaterialRecord record = ReadMaterialRecord(line.material, capture);
+  if (record.effective && !line.physical) record.material = *record.effective;
   const size_t photograph = NamedPhotograph(capture, line.photograph).value_or(0);
   const auto size = SizeOf(line.size);
   if (!line.screenshot && line.benchmark_frames == 0) {
@@ -250,6 +253,18 @@ int RunView(const CommandLine& line) {
   const std::string said = ViewCrown(capture, record.material, options, progress);
   std::fputs(said.c_str(), stdout);
   if (line.screenshot) std::printf("%s\n", line.screenshot->c_str());
+  return 0;
+}
+
+int RunMatch(const CommandLine& line) {
+  Progress progress(line.progress);
+  const Capture capture = ReadCapture(line.capture);
+  const Material material = ReadMaterialFile(line.material, capture);
+  const MatchOptions options{line.paths, line.pixels, line.fit.seed, line.fit.threads};
+  const ViewMatch match = MatchView(capture, material, options, progress);
+  progress.Clear();
+  WriteTextFile(line.output, MaterialJsonWithMatch(line.material, match, options));
+  std::printf("%s\n%s\n", MatchSummary(match, material).c_str(), line.output.c_str());
   return 0;
 }
 

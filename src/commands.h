@@ -12,5 +12,6 @@ int RunSynthesize(const CommandLine& line);
 int RunRender(const CommandLine& line);
 int RunCompare(const CommandLine& line);
 int RunView(const CommandLine& line);
+int RunMatch(const CommandLine& line);
 
 }  // namespace crownfit

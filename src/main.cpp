@@ -13,7 +13,7 @@ int main(int argc, char** argv) {
   const std::map<std::string, std::function<int(const crownfit::CommandLine&)>> commands{
       {"check", crownfit::RunCheck},   {"compare", crownfit::RunCompare}, {"fit", crownfit::RunFit},
       {"render", crownfit::RunRender}, {"slab", crownfit::RunSlab},       {"synthesize", crownfit::RunSynthesize},
-      {"view", crownfit::RunView},
+      {"view", crownfit::RunView},     {"match", crownfit::RunMatch},
   };
   try {
     const crownfit::CommandLine line = crownfit::ParseCommandLine(argc, argv);

@@ -128,15 +128,15 @@ TEST_F(SelfConsistency, AHeldOutPhotographIsNeverSeen) {
 
 TEST_F(SelfConsistency, AParameterTheModelCannotSeeIsNotIdentifiedAndNotZeroVariance) {
   FitOptions options;
-  options.overrides.free = {"enamel.g"};  // the reduced outer layer has no g
+  options.overrides.free = {"enamel.isotropic_fraction"};  // the model knows g and reduced scattering alone
   const CrownFit fit = Fit(Make({.pixels = 24}), options);
   for (const auto& p : fit.uncertainty.parameters) {
-    if (p.name != "enamel.g") continue;
+    if (p.name != "enamel.isotropic_fraction") continue;
     EXPECT_EQ(p.status, Status::kNotIdentified);
     EXPECT_GT(p.stddev[0], 1.0);
     return;
   }
-  FAIL() << "enamel.g is not in the result";
+  FAIL() << "enamel.isotropic_fraction is not in the result";
 }
 
 TEST_F(SelfConsistency, OneEvenlyLitPhotographDoesNotIdentifyTwoLayers) {

@@ -68,6 +68,20 @@ void ReadOwner(const JsonObject& object, Owner owner, Material::Layer& out, Mate
       if (const auto node = object.Find(kParameters[i].key)) out.values[i] = ReadValues(*node, records[i]);
 }
 
+/// The material with what the block "viewer" states in its place.
+Material ReadViewer(const JsonNode& node, Material material) {
+  const JsonObject viewer(node, {"note", "layers", "roughness", "matched"});
+  MaterialRecord::Owner ignored;
+  for (const auto& item : viewer.Require("layers").Items()) {
+    const JsonObject object(item, LayerKeys());
+    const std::string name = object.Require("name").String();
+    for (auto& layer : material.layers)
+      if (layer.name == name) ReadOwner(object, Owner::kLayer, layer, ignored);
+  }
+  if (const auto roughness = viewer.Find("roughness")) material.surface[Quantity::kRoughness].fill(roughness->Number());
+  return material;
+}
+
 JsonValue FixedValue(const ChannelValues& values, const ParameterRow& row) {
   const JsonValue value = row.per_channel ? JsonValue(std::vector<double>(values.begin(), values.end())) : values[0];
   return JsonValue::Object{{"value", value}, {"status", "fixed"}};
@@ -105,6 +119,7 @@ MaterialRecord ReadMaterialRecord(const std::filesystem::path& path, const Captu
   if (const auto surface = root.Find("surface"))
     ReadOwner(JsonObject(*surface, ParameterKeys(Owner::kSurface)), Owner::kSurface, record.material.surface,
               record.surface);
+  if (const auto viewer = root.Find("viewer")) record.effective = ReadViewer(*viewer, record.material);
   if (const auto scales = root.Find("linear_scales"))
     for (const auto& [name, node] : scales->Members()) record.linear_scales[name] = node.Positive();
   return record;

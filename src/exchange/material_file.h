@@ -29,6 +29,7 @@ struct MaterialRecord {
   std::vector<Owner> layers;
   Owner surface;
   std::map<std::string, double> linear_scales;  ///< such as "exposure_scale front", "intensity_scale left"
+  std::optional<Material> effective;  ///< by the block "viewer": what the real-time shader is to be given to look right
 };
 
 /// The same with everything a fit says of its values.

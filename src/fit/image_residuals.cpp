@@ -12,7 +12,7 @@
 namespace crownfit {
 namespace {
 
-using Jet = ceres::Jet<double, kShaderSlots>;
+constexpr int kFewSlots = 6;  // that most fits move: derivatives by as many are twice as quick as by all
 
 /// Huber's loss as a residual: its square is rho(r^2), so plain least squares minimises the robust sum.
 double Robust(double r, double width) {
@@ -145,6 +145,25 @@ LinearScales ImageResiduals::SolveScales(const Eigen::MatrixXd& parts) const {
 
 void ImageResiduals::PredictWithDerivatives(const Eigen::VectorXd& x, const LinearScales& scales,
                                             Evaluation& out) const {
+  std::vector<int> moved;  // slots that an entry of x moves
+  const auto slots = SlotsOf(capture_);
+  for (int s = 0; s < kShaderSlots; ++s) {
+    bool moves = false;
+    for (const FreeEntry& e : free_.entries)
+      moves |= slots[s] && slots[s]->layer == e.layer && slots[s]->quantity == e.quantity;
+    if (moves) moved.push_back(s);
+  }
+  if (moved.size() <= kFewSlots) {
+    PredictWithDerivativesBy<kFewSlots>(moved, x, scales, out);
+  } else {
+    PredictWithDerivativesBy<kShaderSlots>(moved, x, scales, out);
+  }
+}
+
+template <int kJetSize>
+void ImageResiduals::PredictWithDerivativesBy(const std::vector<int>& moved, const Eigen::VectorXd& x,
+                                              const LinearScales& scales, Evaluation& out) const {
+  using Jet = ceres::Jet<double, kJetSize>;
   const Material material = MaterialAt(free_, x);
   const auto slots = SlotsOf(capture_);
   const auto slopes = SlotSlopes(capture_, state_);
@@ -157,11 +176,14 @@ void ImageResiduals::PredictWithDerivatives(const Eigen::VectorXd& x, const Line
     for (int c = 0; c < kChannels; ++c) {
       const auto values = SlotValues(capture_, material, state_, c);
       std::array<Jet, kShaderSlots> jets;
-      Eigen::Matrix<double, kShaderSlots, Eigen::Dynamic> slot_by_x(kShaderSlots, free_.count());
+      std::transform(values.begin(), values.end(), jets.begin(), [](double v) { return Jet(v); });
+      Eigen::Matrix<double, kJetSize, Eigen::Dynamic> slot_by_x(kJetSize, free_.count());
       slot_by_x.setZero();
-      for (int s = 0; s < kShaderSlots; ++s) {
-        jets[s] = Jet(values[s], s);
-        if (slots[s]) slot_by_x.row(s) = slopes[s] * ValueGradient(free_, x, slots[s]->layer, slots[s]->quantity, c);
+      for (size_t i = 0; i < moved.size(); ++i) {
+        const int s = moved[i];
+        jets[s] = Jet(values[s], static_cast<int>(i));
+        slot_by_x.row(static_cast<int>(i)) =
+            slopes[s] * ValueGradient(free_, x, slots[s]->layer, slots[s]->quantity, c);
       }
       const auto optics = OpticsFromSlots(capture_, jets);
       const DiffuserTable<Jet> table(optics.stack(), state_.crown->kernel.outer_radius_mm);

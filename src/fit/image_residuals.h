@@ -50,6 +50,9 @@ class ImageResiduals {
  private:
   void Predict(const Material& material, const std::vector<double>& light_scale, Eigen::VectorXd& prediction) const;
   void PredictWithDerivatives(const Eigen::VectorXd& x, const LinearScales& scales, Evaluation& out) const;
+  template <int kJetSize>
+  void PredictWithDerivativesBy(const std::vector<int>& moved_slots, const Eigen::VectorXd& x,
+                                const LinearScales& scales, Evaluation& out) const;
   Eigen::MatrixXd PredictPerScale(const Material& material) const;
   LinearScales SolveScales(const Eigen::MatrixXd& parts) const;
 

@@ -5,9 +5,12 @@
 // domain layer by layer as impedances, which stay finite at any thickness, absorption and frequency.
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <numbers>
 #include <optional>
+#include <type_traits>
+#include <variant>
 #include <vector>
 
 #include "optics/fresnel_moments.h"
@@ -172,10 +175,14 @@ class DiffuserTable {
   DiffuserTable(const DiffusingStack<T>& stack, const std::vector<double>& outer_radius_mm);
 
   /// Nodes and weights around two thicknesses; kept so that several rings share the work.
-  struct Place {
+  template <class Weight>
+  struct Nodes {
     int first, rows;  ///< node; outer thicknesses
-    T weight[16];
+    std::array<Weight, 16> weight;
   };
+  /// Where thickness has no derivative, as in most fits, weights are plain numbers: a third of the work.
+  using Place =
+      std::conditional_t<std::is_same_v<T, double>, std::variant<Nodes<double>>, std::variant<Nodes<double>, Nodes<T>>>;
   Place At(const T& outer_mm, const T& inner_mm) const;
 
   /// Share that leaves within a ring. Light that the outer layer scatters once on its way back is not in ring 0.
@@ -207,13 +214,19 @@ class DiffuserTable {
     return Terms<double>::TableThickness(static_cast<double>(node % kInnerNodes));
   }
   T& Value(size_t node, int column) { return values_[node * columns() + column]; }
-  T Sum(const Place& p, int column) const {
-    T sum(0.0);
-    for (int r = 0; r < p.rows; ++r)
-      for (int k = 0; k < 4; ++k)
-        sum += p.weight[4 * r + k] * values_[static_cast<size_t>(p.first + r * kInnerNodes + k) * columns() + column];
-    return sum;
+  T Sum(const Place& place, int column) const {
+    const auto sum = [&](const auto& p) {
+      T total(0.0);
+      for (int r = 0; r < p.rows; ++r)
+        for (int k = 0; k < 4; ++k)
+          total +=
+              p.weight[4 * r + k] * values_[static_cast<size_t>(p.first + r * kInnerNodes + k) * columns() + column];
+      return total;
+    };
+    return std::visit(sum, place);
   }
+  template <class Weight>
+  Nodes<Weight> NodesAround(const Weight& outer_mm, const Weight& inner_mm) const;
 
   int rings_, outer_nodes_;
   std::vector<T> values_;
@@ -311,28 +324,46 @@ void DiffuserTable<T>::AddOuterWay(const DiffusingStack<T>& stack, const std::ve
 
 template <class T>
 auto DiffuserTable<T>::At(const T& outer_mm, const T& inner_mm) const -> Place {
-  // Beyond the ends the values go on straight: weights of nodes outside go to the two at the end.
-  struct Four {
-    int first;
-    T weight[4];
-  };
-  const auto around = [](const T& place, int nodes) {
-    const T u = Terms<T>::clamp(place, T(0.0), T(nodes - 1.0));
-    int node = 0;
-    while (node + 2 < nodes && u >= node + 1.0) ++node;
-    const T f = u - static_cast<double>(node), before = Terms<T>::CubicWeight(-1, f), at = Terms<T>::CubicWeight(0, f),
-            next = Terms<T>::CubicWeight(1, f), after = Terms<T>::CubicWeight(2, f);
-    if (node == 0) return Four{0, {at + 2.0 * before, next - before, after, T(0.0)}};
-    if (node + 2 == nodes) return Four{node - 2, {T(0.0), before, at - after, next + 2.0 * after}};
-    return Four{node - 1, {before, at, next, after}};
-  };
-  const Four inner = around(Terms<T>::TablePlace(inner_mm), kInnerNodes);
-  Place p{inner.first, 1, {}};
+  if constexpr (!std::is_same_v<T, double>)
+    if (HasDerivative(outer_mm) || HasDerivative(inner_mm)) return NodesAround<T>(outer_mm, inner_mm);
+  return NodesAround<double>(PlainValue(outer_mm), PlainValue(inner_mm));
+}
+
+/// The four nodes around a place between 0 and `nodes` - 1. Beyond the ends values go on straight: weights of nodes
+/// outside go to the two at the end.
+template <class Weight>
+struct FourNodes {
+  int first;
+  std::array<Weight, 4> weight;
+
+  FourNodes(const Weight& place, int nodes) {
+    using Term = Terms<Weight>;
+    const Weight u = Term::clamp(place, Weight(0.0), Weight(nodes - 1.0));
+    const int node = std::clamp(static_cast<int>(PlainValue(u)), 0, nodes - 2);
+    const Weight f = u - static_cast<double>(node), before = Term::CubicWeight(-1, f), at = Term::CubicWeight(0, f),
+                 next = Term::CubicWeight(1, f), after = Term::CubicWeight(2, f);
+    first = node - 1;
+    weight = {before, at, next, after};
+    if (node == 0) {
+      first = 0;
+      weight = {at + 2.0 * before, next - before, after, Weight(0.0)};
+    } else if (node + 2 == nodes) {
+      first = node - 2;
+      weight = {Weight(0.0), before, at - after, next + 2.0 * after};
+    }
+  }
+};
+
+template <class T>
+template <class Weight>
+auto DiffuserTable<T>::NodesAround(const Weight& outer_mm, const Weight& inner_mm) const -> Nodes<Weight> {
+  const FourNodes<Weight> inner(Terms<Weight>::TablePlace(inner_mm), kInnerNodes);
+  Nodes<Weight> p{inner.first, 1, {}};
   if (outer_nodes_ == 1) {
-    std::copy(inner.weight, inner.weight + 4, p.weight);
+    std::copy(inner.weight.begin(), inner.weight.end(), p.weight.begin());
     return p;
   }
-  const Four outer = around(0.5 * Terms<T>::TablePlace(outer_mm), kOuterNodes);
+  const FourNodes<Weight> outer(0.5 * Terms<Weight>::TablePlace(outer_mm), kOuterNodes);
   p.first += outer.first * kInnerNodes;
   p.rows = 4;
   for (int r = 0; r < 4; ++r)

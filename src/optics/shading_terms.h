@@ -32,4 +32,21 @@ struct Terms {
 
 using terms_detail::Terms;
 
+/// Of numbers that carry derivatives: whether any of this one's is not 0.
+template <class T>
+bool HasDerivative(const T& x) {
+  if constexpr (requires { x.v.isZero(0.0); })
+    return !x.v.isZero(0.0);
+  else
+    return false;
+}
+
+template <class T>
+double PlainValue(const T& x) {
+  if constexpr (requires { x.a; })
+    return x.a;
+  else
+    return x;
+}
+
 }  // namespace crownfit

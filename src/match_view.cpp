@@ -1,0 +1,175 @@
+#include "match_view.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+
+#include "base/json_file.h"
+#include "fit_steps.h"
+#include "studio_capture.h"
+#include "walk/path_photograph.h"
+
+namespace crownfit {
+namespace {
+
+constexpr double kSeen = 0.05;  // of a picture's brightness: by how much pixels may be off before they pull
+
+bool IsChosen(size_t layer, const ParameterRow& row) {
+  return layer < 2 && (row.quantity == Quantity::kReducedScattering || row.quantity == Quantity::kAbsorption);
+}
+
+/// The capture with the material's values, all fixed but those that the shader may choose to look right.
+Capture WithValues(Capture capture, const Material& material) {
+  for (const ParameterRow& row : kParameters) {
+    const auto quantity = static_cast<size_t>(row.quantity);
+    for (size_t l = 0; l < capture.layers.size(); ++l) {
+      ParameterSpec& spec = capture.layers[l].parameters[quantity];
+      const bool stated = spec.stated;
+      spec = DefaultSpec(row);
+      spec.stated = stated;
+      spec.value = material.layers[l].values[quantity];
+      spec.fixed = !IsChosen(l, row);
+      if (row.per_channel) spec.sharing = Sharing::kNone;
+    }
+    capture.surface[quantity].value = material.surface.values[quantity];
+    capture.surface[quantity].fixed = true;
+  }
+  return capture;
+}
+
+/// The walks as a photograph whose weights are the eye's: a difference counts by the picture's brightness with a power
+/// of 2/3, as lightness does, and dark pictures count as bright ones do.
+Photograph PhotographOf(const PathPhotograph& walked) {
+  Photograph photo;
+  photo.linear = photo.variance = Image(walked.width, walked.height, 3);
+  std::vector<double> greens;
+  for (const PixelEstimate& pixel : walked.pixels)
+    if (pixel.on_object) greens.push_back(pixel.mean.y);
+  std::sort(greens.begin(), greens.end());
+  const double bright = greens.empty() ? 1.0 : std::max(greens[greens.size() * 19 / 20], 1e-6);
+  for (size_t p = 0; p < walked.pixels.size(); ++p) {
+    const glm::dvec3 mean = walked.pixels[p].mean, variance = walked.pixels[p].variance();
+    const double weight_of = kSeen * bright * std::pow(std::max(mean.y / bright, 0.01), 2.0 / 3.0);
+    for (int c = 0; c < kChannels; ++c) {
+      photo.linear.values[3 * p + c] = static_cast<float>(mean[c]);
+      photo.variance.values[3 * p + c] = static_cast<float>(variance[c] + weight_of * weight_of);
+    }
+    photo.usable.push_back(walked.pixels[p].on_object);
+  }
+  return photo;
+}
+
+CrownInput Walk(const Capture& studio, const Material& material, CrownSource source, const MatchOptions& options,
+                Progress& progress) {
+  const LayeredBody body(BuildSurfaces(studio, source, ThicknessesOf(studio, material)), options.threads,
+                         source.absorption);
+  PathOptions path;
+  path.paths_per_pixel = options.paths_per_pixel;
+  path.seed = options.seed;
+  path.threads = options.threads;
+  CrownInput input{studio, {}, std::move(source), {}};
+  for (size_t i = 0; i < studio.photographs.size(); ++i)
+    input.photographs.push_back(PhotographOf(RenderByPaths(studio, body, {}, material, i, path, [&](double share) {
+      progress.Show("walking: " + studio.photographs[i].name, share);
+    })));
+  return input;
+}
+
+std::vector<ColourDifference> Differences(const CrownInput& input, const CastState& state, const Material& material,
+                                          const std::vector<FitPixels>& pixels, int threads) {
+  std::vector<ColourDifference> differences;
+  const LinearScales scales{{}, StatedLightScales(input.capture)};
+  for (const PhotographResult& r : ComparePhotographs(input, state, material, scales, pixels, threads))
+    differences.push_back(r.difference);
+  return differences;
+}
+
+}  // namespace
+
+ViewMatch MatchView(const Capture& capture, const Material& material, const MatchOptions& options, Progress& progress) {
+  CheckShaderSupports(capture);
+  progress.Show("reading", 0.0);
+  CrownSource source = ReadCrownSource(capture, options.threads);
+  const auto [low, high] = Bounds(*source.meshes[0]);
+  const Capture studio = WithValues(StudioCapture(capture, low, high, options.pixels), material);
+  const CrownInput input = Walk(studio, material, std::move(source), options, progress);
+
+  const FreeParameters free = FreeParametersOf(studio);
+  CastOptions cast_options;
+  cast_options.threads = options.threads;
+  const CastState state = CastAll(input, ThicknessesOf(studio, material), cast_options, progress);
+  const auto pixels = ChoosePixels(input, state, static_cast<size_t>(options.pixels) * options.pixels);
+  const ImageResiduals residuals(studio, state, free, pixels, {3.0, options.threads});
+  const SolveResult solved =
+      Solve(residuals, free, StartVector(free), {.use_priors = false},
+            [&](int iteration, double) { progress.Show("matching", 1.0 - std::exp(-0.15 * iteration)); });
+  ViewMatch match{MaterialAt(free, solved.x), {}};
+  const auto physical = Differences(input, state, material, pixels, options.threads),
+             effective = Differences(input, state, match.effective, pixels, options.threads);
+  for (size_t i = 0; i < studio.photographs.size(); ++i)
+    match.views.push_back({studio.photographs[i].name, studio.photographs[i].is_holdout, physical[i], effective[i]});
+  return match;
+}
+
+std::string MatchSummary(const ViewMatch& match, const Material& material) {
+  std::string text = "CIEDE2000 of the shader against the path model (median / 95 %)\n";
+  char line[200];
+  std::snprintf(line, sizeof line, "%-28s %16s %16s\n", "light", "physical", "effective");
+  text += line;
+  for (const auto& v : match.views) {
+    std::snprintf(line, sizeof line, "%-28s %8.2f /%6.1f %8.2f /%6.1f%s\n", v.name.c_str(), v.physical.median,
+                  v.physical.p95, v.effective.median, v.effective.p95, v.is_holdout ? "  held out" : "");
+    text += line;
+  }
+  text += "\neffective (physical) values\n";
+  for (size_t l = 0; l < material.layers.size(); ++l)
+    for (const ParameterRow& row : kParameters) {
+      if (row.owner != Owner::kLayer || !IsChosen(l, row)) continue;
+      const ChannelValues &e = match.effective.layers[l][row.quantity], &p = material.layers[l][row.quantity];
+      std::snprintf(line, sizeof line, "%-36s %.4g (%.4g), %.4g (%.4g), %.4g (%.4g) %s\n",
+                    (material.layers[l].name + "." + row.key).c_str(), e[0], p[0], e[1], p[1], e[2], p[2], row.unit);
+      text += line;
+    }
+  return text;
+}
+
+std::string MaterialJsonWithMatch(const std::filesystem::path& material_file, const ViewMatch& match,
+                                  const MatchOptions& options) {
+  JsonValue::Array layers, lights;
+  for (size_t l = 0; l < match.effective.layers.size(); ++l) {
+    JsonValue::Object layer{{"name", match.effective.layers[l].name}};
+    for (const ParameterRow& row : kParameters) {
+      const ChannelValues& values = match.effective.layers[l][row.quantity];
+      if (row.owner == Owner::kLayer && IsChosen(l, row))
+        layer.emplace_back(row.key, std::vector<double>(values.begin(), values.end()));
+    }
+    layers.push_back(layer);
+  }
+  for (const auto& v : match.views)
+    lights.push_back(JsonValue::Object{{"name", v.name},
+                                       {"use", v.is_holdout ? "holdout" : "match"},
+                                       {"de00_median", v.effective.median},
+                                       {"de00_p95", v.effective.p95},
+                                       {"de00_median_physical", v.physical.median},
+                                       {"de00_p95_physical", v.physical.p95}});
+  const JsonValue viewer = JsonValue::Object{
+      {"note",
+       "effective parameters: with them the real-time shader looks as the path model does with the physical ones"},
+      {"layers", layers},
+      {"matched", JsonValue::Object{{"paths_per_pixel", options.paths_per_pixel},
+                                    {"pixels", options.pixels},
+                                    {"seed", static_cast<double>(options.seed)},
+                                    {"lights", lights}}}};
+  JsonFile file(material_file);
+  auto& root = std::get<JsonValue::Object>(file.value.data);
+  const auto found =
+      std::find_if(root.begin(), root.end(), [](const auto& member) { return member.first == "viewer"; });
+  if (found != root.end()) {
+    found->second = viewer;
+  } else {
+    root.emplace_back("viewer", viewer);
+  }
+  return ToJsonText(file.value);
+}
+
+}  // namespace crownfit
