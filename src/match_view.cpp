@@ -12,7 +12,7 @@
 namespace crownfit {
 namespace {
 
-constexpr double kSeen = 0.05;  // of a picture's brightness: by how much pixels may be off before they pull
+constexpr double kSeen = 0.02;  // of a picture's brightness: by how much pixels may be off before they pull
 
 bool IsChosen(size_t layer, const ParameterRow& row) {
   return layer < 2 && (row.quantity == Quantity::kReducedScattering || row.quantity == Quantity::kAbsorption);
@@ -99,7 +99,7 @@ ViewMatch MatchView(const Capture& capture, const Material& material, const Matc
   cast_options.threads = options.threads;
   const CastState state = CastAll(input, ThicknessesOf(studio, material), cast_options, progress);
   const auto pixels = ChoosePixels(input, state, static_cast<size_t>(options.pixels) * options.pixels);
-  const ImageResiduals residuals(studio, state, free, pixels, {3.0, options.threads});
+  const ImageResiduals residuals(studio, state, free, pixels, {1.0, options.threads});
   const SolveResult solved =
       Solve(residuals, free, StartVector(free), {.use_priors = false},
             [&](int iteration, double) { progress.Show("matching", 1.0 - std::exp(-0.15 * iteration)); });

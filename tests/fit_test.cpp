@@ -133,7 +133,7 @@ TEST_F(SelfConsistency, AParameterTheModelCannotSeeIsNotIdentifiedAndNotZeroVari
   for (const auto& p : fit.uncertainty.parameters) {
     if (p.name != "enamel.isotropic_fraction") continue;
     EXPECT_EQ(p.status, Status::kNotIdentified);
-    EXPECT_GT(p.stddev[0], 1.0);
+    EXPECT_GE(p.stddev[0], 1.0);  // as wide as its range
     return;
   }
   FAIL() << "enamel.isotropic_fraction is not in the result";

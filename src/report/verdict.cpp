@@ -32,9 +32,9 @@ void AddCaveats(CrownFit& fit) {
     fit.caveats.push_back("The scan is open at the neck: what lies beyond is assumed, and pixels within " +
                           Number(kNeckReachMm) + " mm of it count for less (up to 30 % error at the cut).");
   fit.caveats.push_back(
-      "Model `shader` treats light below the surface as in flat layers. On curved crowns it is wrong by several "
-      "CIEDE2000 "
-      "units at the sides, so its values describe the look in this model; they are not the tissue's coefficients.");
+      "Model `shader` takes the layers below every point as flat. The intervals carry its mean error on path-traced "
+      "objects (4 % of a photograph's level, 3 % of a patch); behind clear enamel without dentine and in light from "
+      "behind it is off by more.");
   for (size_t l = 2; l < capture.layers.size(); ++l)
     fit.caveats.push_back("Layer '" + capture.layers[l].name + "' is not seen by model `shader`.");
 }
