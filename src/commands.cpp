@@ -239,19 +239,21 @@ int RunView(const CommandLine& line) {
   Progress progress(line.progress);
   const Capture capture = line.meshes.empty() ? ReadCapture(line.capture) : CaptureOfMeshes(line.meshes, line.material);
   MaterialRecord record = ReadMaterialRecord(line.material, capture);
+  const std::string note = line.physical ? "" : EffectiveNote(record);
   if (record.effective && !line.physical) record.material = *record.effective;
   const size_t photograph = NamedPhotograph(capture, line.photograph).value_or(0);
   const auto size = SizeOf(line.size);
   if (!line.screenshot && line.benchmark_frames == 0) {
     ViewInWindow(
         capture, record,
-        {line.material, photograph, size, line.save_to, line.print_layout, line.meshes.empty(), line.fit.threads},
+        {line.material, photograph, size, line.save_to, line.print_layout, line.meshes.empty(), line.fit.threads, note},
         progress);
     return 0;
   }
   const ViewOptions options{photograph, size, line.screenshot, line.benchmark_frames, line.fit.threads};
   const std::string said = ViewCrown(capture, record.material, options, progress);
   std::fputs(said.c_str(), stdout);
+  if (!note.empty()) std::printf("Shows %s.\n", note.c_str());
   if (line.screenshot) std::printf("%s\n", line.screenshot->c_str());
   return 0;
 }

@@ -79,6 +79,7 @@ CrownWindow::CrownWindow(Window& window, ViewScene& scene, const MaterialRecord&
   state_.channels = capture.channel_names;
   state_.material = SlidersOf(capture, record);
   state_.about = GraphicsProcessor() + " \xc2\xb7 F1: help";
+  if (!options.note.empty()) state_.about += "\n" + options.note;
   state_.thickness_of = capture.layers.size() > 1 ? capture.layers[0].name : "the whole object";
   for (const DifferenceStep& step : kDifferenceSteps) state_.difference_legend.push_back({step.label, step.colour});
   if (!options.has_photographs) state_.no_photograph = "No photograph to compare with: --mesh.";

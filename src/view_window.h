@@ -18,6 +18,7 @@ struct WindowOptions {
   bool prints_layout = false;   ///< "name x y w h" of every widget on stdout, once
   bool has_photographs = true;  ///< false: the capture was made up around a mesh
   int threads = 0;
+  std::string note;  ///< of what the parameters are, for the panel
 };
 
 /// Opens the window and stays until it is closed. Prints the files it saves. Throws InputError without a display.

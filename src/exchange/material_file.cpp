@@ -1,6 +1,8 @@
 #include "exchange/material_file.h"
 
 #include <algorithm>
+#include <cmath>
+#include <cstdio>
 
 #include "base/error.h"
 #include "base/files.h"
@@ -127,6 +129,26 @@ MaterialRecord ReadMaterialRecord(const std::filesystem::path& path, const Captu
 
 Material ReadMaterialFile(const std::filesystem::path& file, const Capture& capture) {
   return ReadMaterialRecord(file, capture).material;
+}
+
+std::string EffectiveNote(const MaterialRecord& record) {
+  if (!record.effective) return "";
+  double largest = 0;
+  std::string where;
+  for (size_t l = 0; l < record.material.layers.size(); ++l)
+    for (const ParameterRow& row : kParameters)
+      for (int c = 0; c < kChannels; ++c) {
+        const double own = record.material.layers[l][row.quantity][c],
+                     off = record.effective->layers[l][row.quantity][c] - own;
+        if (own == 0 || std::abs(off) <= largest * std::abs(own)) continue;
+        largest = std::abs(off / own);
+        where = record.material.layers[l].name + "." + row.key;
+      }
+  if (where.empty()) return "";
+  char text[200];
+  std::snprintf(text, sizeof text, "effective parameters, up to %.0f %% from the physical ones (%s; --physical)",
+                100 * largest, where.c_str());
+  return text;
 }
 
 Capture WithLinearScales(Capture capture, const std::map<std::string, double>& linear_scales) {

@@ -35,6 +35,10 @@ struct MaterialRecord {
 /// The same with everything a fit says of its values.
 MaterialRecord ReadMaterialRecord(const std::filesystem::path& file, const Capture& capture);
 
+/// What the effective parameters are and how far they are from the physical ones; empty where they are none or the
+/// same.
+std::string EffectiveNote(const MaterialRecord& record);
+
 /// The rows that are part of a layer's material: its thickness where the next layer follows from it, a scale where one
 /// is stated or a mesh or a field has the thickness.
 bool IsOfLayer(const Capture& capture, size_t layer, const ParameterRow& row);
