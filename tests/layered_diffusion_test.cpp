@@ -1,7 +1,5 @@
 // The flat layers that stand for a crown below each point: energy, limits, and what they leave out against exact slabs.
 
-#include "optics/layered_diffusion.h"
-
 #include <ceres/jet.h>
 #include <gtest/gtest.h>
 
@@ -9,6 +7,7 @@
 #include <tuple>
 
 #include "optics/adding_doubling.h"
+#include "optics/diffuser_table.h"
 
 namespace crownfit {
 namespace {

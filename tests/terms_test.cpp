@@ -10,7 +10,6 @@
 
 #include "base/random.h"
 #include "optics/fresnel_moments.h"
-#include "optics/fresnel_moments.h"
 #include "optics/shading_terms.h"
 #include "support/term_cases.h"
 

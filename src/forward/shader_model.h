@@ -9,7 +9,7 @@
 
 #include "base/parallel.h"
 #include "geometry/cast_samples.h"
-#include "optics/layered_diffusion.h"
+#include "optics/diffuser_table.h"
 #include "optics/shading_terms.h"
 
 namespace crownfit {

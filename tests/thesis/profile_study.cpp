@@ -6,7 +6,7 @@
 #include <cstdlib>
 #include <numbers>
 
-#include "optics/layered_diffusion.h"
+#include "optics/diffuser_table.h"
 #include "walk/slab_walk.h"
 
 namespace {
