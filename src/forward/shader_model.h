@@ -3,8 +3,11 @@
 // this side and through from the other. Geometry comes cast (PhotographCast); the material enters here, through the
 // shared terms, in any number type. docs/forward_model.md derives it and says what it leaves out.
 
+#include <algorithm>
+#include <iterator>
 #include <numbers>
 #include <span>
+#include <type_traits>
 #include <vector>
 
 #include "base/parallel.h"
@@ -68,6 +71,9 @@ class ShaderPrediction {
       if (const double more = MoreOuterAbsorption(v)) entering_[v] *= ThroughTexture(v, more);
     });
     const std::vector<int> taps_per_ring = TapsPerRing(crown.kernel);
+    if constexpr (!std::is_same_v<T, double>)
+      if (std::none_of(entering_.begin(), entering_.end(), HasDerivative<T>))
+        std::transform(entering_.begin(), entering_.end(), std::back_inserter(plain_entering_), PlainValue<T>);
     if (cast_.has_backing) AddLightReturnedByBacking(taps_per_ring, threads);
     ParallelFor(vertices.size(), threads, [&](size_t i) {
       const int v = vertices[i];
@@ -127,11 +133,13 @@ class ShaderPrediction {
       returned[v] = Leaving(static_cast<int>(v), taps_per_ring) * rho / (1.0 - rho * place);
     });
     for (size_t v = 0; v < returned.size(); ++v) entering_[v] += returned[v];
+    plain_entering_.clear();
   }
 
   /// Value of the vertices around; 0 where there is no place.
-  static T Interpolated(const Interpolation& at, const std::vector<T>& of_vertices) {
-    T sum(0.0);
+  template <class Number>
+  static Number Interpolated(const Interpolation& at, const std::vector<Number>& of_vertices) {
+    Number sum(0.0);
     if (at.exists())
       for (int k = 0; k < 3; ++k) sum += static_cast<double>(at.weights[k]) * of_vertices[at.vertices[k]];
     return sum;
@@ -139,24 +147,28 @@ class ShaderPrediction {
 
   /// Diffusion: entering light blurred by the profile, on this side and through from the other. Radiant exitance.
   T Leaving(int vertex, const std::vector<int>& taps_per_ring) const {
+    return plain_entering_.empty() ? Blurred(entering_, vertex, taps_per_ring)
+                                   : Blurred(plain_entering_, vertex, taps_per_ring);
+  }
+  template <class Number>
+  T Blurred(const std::vector<Number>& entering, int vertex, const std::vector<int>& taps_per_ring) const {
     const Column& column = crown_.columns[vertex];
     const auto place = PlaceOf(column), through = PlaceThrough(column);
     T sum(0.0);
     const int end = crown_.first_tap[vertex + 1];
     for (int t = crown_.first_tap[vertex]; t < end;) {
       const int ring = crown_.taps[t].ring;
-      T front(0.0), opposite(0.0), front_below_neck(0.0), opposite_below_neck(0.0);
+      Number front(0.0), opposite(0.0), front_below_neck(0.0), opposite_below_neck(0.0);
       for (; t < end && crown_.taps[t].ring == ring; ++t) {
         const Tap& tap = crown_.taps[t];
-        (tap.beyond_neck ? front_below_neck : front) += Interpolated(tap.front, entering_);
-        (tap.beyond_neck ? opposite_below_neck : opposite) += Interpolated(tap.opposite, entering_);
+        (tap.beyond_neck ? front_below_neck : front) += Interpolated(tap.front, entering);
+        (tap.beyond_neck ? opposite_below_neck : opposite) += Interpolated(tap.opposite, entering);
       }
-      if (!crown_.cut.triangles.empty()) {
-        front += optics_.neck_return * front_below_neck;
-        opposite += optics_.neck_return * opposite_below_neck;
-      }
-      sum += (table_.Reflected(place, ring) * front + table_.Transmitted(through, ring) * opposite) /
-             static_cast<double>(taps_per_ring[ring]);
+      const T reflected = table_.Reflected(place, ring), transmitted = table_.Transmitted(through, ring);
+      T leaves = reflected * front + transmitted * opposite;
+      if (!crown_.cut.triangles.empty())
+        leaves += optics_.neck_return * (reflected * front_below_neck + transmitted * opposite_below_neck);
+      sum += leaves / static_cast<double>(taps_per_ring[ring]);
     }
     if (const double more = MoreOuterAbsorption(vertex)) sum *= ThroughTexture(vertex, more);
     return sum;
@@ -218,6 +230,7 @@ class ShaderPrediction {
   WetSurface<T> surface_;
   T entry_ior_, diffuse_fresnel_;
   std::vector<T> entering_, leaving_, first_order_;
+  std::vector<double> plain_entering_;  ///< as entering_ where none of it has a derivative, else empty: less work
 };
 
 }  // namespace crownfit

@@ -2,6 +2,8 @@
 // Integrals of the Fresnel reflectance over the hemisphere, by quadrature in the rare side's cosine, where the
 // integrand has no kink. theory: Fdr_int = 1 - (1 - Fdr_ext) / n^2 is exact (etendue).
 
+#include <type_traits>
+
 #include "optics/quadrature.h"
 #include "optics/shading_terms.h"
 
@@ -21,6 +23,10 @@ struct WetSurface {
   bool may_be_wet = false;  ///< false: wetness and its derivative are taken as 0, at half the cost
 
   T Reflectance(const T& cosine) const {
+    if constexpr (!std::is_same_v<T, double>)  // derivatives of nothing: a tenth of the work
+      if (!HasDerivative(relative_ior) && !HasDerivative(wetness) && !HasDerivative(cosine))
+        return T(WetSurface<double>{PlainValue(relative_ior), PlainValue(wetness), outside_ior, may_be_wet}.Reflectance(
+            PlainValue(cosine)));
     return may_be_wet ? Terms<T>::WetReflectance(cosine, relative_ior, film_ior(), wetness)
                       : Terms<T>::FresnelReflectance(cosine, relative_ior);
   }
