@@ -12,7 +12,7 @@
 namespace crownfit {
 namespace {
 
-constexpr double kSeen = 0.02;  // of a picture's brightness: by how much pixels may be off before they pull
+constexpr double kSeen = 0.05;  // of a picture's brightness: by how much pixels may be off before they pull
 
 bool IsChosen(size_t layer, const ParameterRow& row) {
   return layer < 2 && (row.quantity == Quantity::kReducedScattering || row.quantity == Quantity::kAbsorption);
@@ -38,7 +38,8 @@ Capture WithValues(Capture capture, const Material& material) {
 }
 
 /// The walks as a photograph whose weights are the eye's: a difference counts by the picture's brightness with a power
-/// of 2/3, as lightness does, and dark pictures count as bright ones do.
+/// of 2/3, as lightness does, and dark pictures count as bright ones do. The walks' noise stays out of the weights: a
+/// small lamp's picture would count for nothing beside a dome's.
 Photograph PhotographOf(const PathPhotograph& walked) {
   Photograph photo;
   photo.linear = photo.variance = Image(walked.width, walked.height, 3);
@@ -48,11 +49,11 @@ Photograph PhotographOf(const PathPhotograph& walked) {
   std::sort(greens.begin(), greens.end());
   const double bright = greens.empty() ? 1.0 : std::max(greens[greens.size() * 19 / 20], 1e-6);
   for (size_t p = 0; p < walked.pixels.size(); ++p) {
-    const glm::dvec3 mean = walked.pixels[p].mean, variance = walked.pixels[p].variance();
+    const glm::dvec3 mean = walked.pixels[p].mean;
     const double weight_of = kSeen * bright * std::pow(std::max(mean.y / bright, 0.01), 2.0 / 3.0);
     for (int c = 0; c < kChannels; ++c) {
       photo.linear.values[3 * p + c] = static_cast<float>(mean[c]);
-      photo.variance.values[3 * p + c] = static_cast<float>(variance[c] + weight_of * weight_of);
+      photo.variance.values[3 * p + c] = static_cast<float>(weight_of * weight_of);
     }
     photo.usable.push_back(walked.pixels[p].on_object);
   }

@@ -35,6 +35,13 @@ std::vector<uint8_t> PixelsToCompare(const CrownInput& input, const Capture& cap
   return mask;
 }
 
+std::vector<uint8_t> LitPixels(const Image& picture) {
+  std::vector<uint8_t> is_lit(picture.values.size() / 3);
+  for (size_t p = 0; p < is_lit.size(); ++p)
+    is_lit[p] = picture.values[3 * p] + picture.values[3 * p + 1] + picture.values[3 * p + 2] > 0;
+  return is_lit;
+}
+
 SceneDifference Compare(const PhotographSpec& spec, const Photograph& photo, Image prediction,
                         const std::vector<uint8_t>& mask) {
   SceneDifference d;

@@ -17,6 +17,9 @@ struct SceneDifference {
 std::vector<uint8_t> PixelsToCompare(const CrownInput& input, const Capture& capture, const Crown& crown,
                                      const Photograph& photo, size_t photograph, int threads);
 
+/// Where a picture is not black.
+std::vector<uint8_t> LitPixels(const Image& picture);
+
 /// `prediction`: at exposure 1. An exposure that neither capture nor fit states is fitted to the photograph.
 SceneDifference Compare(const PhotographSpec& spec, const Photograph& photo, Image prediction,
                         const std::vector<uint8_t>& mask);

@@ -9,6 +9,7 @@
 #include "fit_steps.h"
 #include "photo/image_io.h"
 #include "report/figures.h"
+#include "scene_difference.h"
 #include "viewer/crown_renderer.h"
 
 namespace crownfit {
@@ -100,6 +101,7 @@ std::string ViewCrown(const Capture& capture, const Material& material, const Vi
   progress.Show("casting light", 0.7);
   CastOptions cast_options;
   cast_options.threads = options.threads;
+  cast_options.shade_scenery = true;
   const VertexCast light = CastVertices(capture, *crown, input.scenery, options.photograph, cast_options);
 
   CrownRenderer renderer(crown);
@@ -116,10 +118,8 @@ std::string ViewCrown(const Capture& capture, const Material& material, const Vi
     if (options.screenshot->extension() == ".exr") {
       WriteImageFile(*options.screenshot, picture);
     } else {
-      std::vector<uint8_t> lit(picture.values.size() / 3);
-      for (size_t p = 0; p < lit.size(); ++p)
-        lit[p] = picture.values[3 * p] + picture.values[3 * p + 1] + picture.values[3 * p + 2] > 0;
-      const double scale = ComparisonScale(picture, lit, photo.linear_rgb_from_sensor_rgb);
+      renderer.Draw(photo, {.scenery = false}, canvas);
+      const double scale = ComparisonScale(picture, LitPixels(canvas.Read()), photo.linear_rgb_from_sensor_rgb);
       WriteImageFile(*options.screenshot, DisplayPicture(picture, scale, photo.linear_rgb_from_sensor_rgb));
     }
   }

@@ -19,6 +19,7 @@ struct CoarseStrata {
 constexpr CoarseStrata kCoarse[] = {{3, 4}, {2, 2}, {1, 2}};
 constexpr size_t kCoarsest = std::size(kCoarse) - 1;
 constexpr double kSlowCast_s = 0.08, kQuickCast_s = 0.03;
+constexpr ShownTerms kCrownAlone{.scenery = false};
 const char *const kCasting = "casting light", *const kRefining = "refining the light";
 
 CastOptions CoarseOptions(size_t coarseness, int threads) {
@@ -26,14 +27,8 @@ CastOptions CoarseOptions(size_t coarseness, int threads) {
   options.threads = threads;
   options.strata = kCoarse[coarseness].lamps;
   options.gather_strata = kCoarse[coarseness].gather;
+  options.shade_scenery = true;
   return options;
-}
-
-std::vector<uint8_t> LitPixels(const Image& picture) {
-  std::vector<uint8_t> is_lit(picture.values.size() / 3);
-  for (size_t p = 0; p < is_lit.size(); ++p)
-    is_lit[p] = picture.values[3 * p] + picture.values[3 * p + 1] + picture.values[3 * p + 2] > 0;
-  return is_lit;
 }
 
 }  // namespace
@@ -178,7 +173,7 @@ void ViewScene::StartLight(const SceneWish& wish, bool fine) {
   const LightKey key{wish.photograph, wish.light_turn};
   if (!fine) refused_light_ = key;  // until it is there
   CastOptions options = CoarseOptions(coarseness_, threads_);
-  if (fine) options = {.threads = threads_};
+  if (fine) options = {.shade_scenery = true, .threads = threads_};
   work_.Start(fine ? kRefining : kCasting,
               [this, key, fine, options, crown = crown_, middle = middle()]() -> Background::Finish {
                 const auto begin = Clock::now();
@@ -205,7 +200,7 @@ void ViewScene::TakeLight(const Capture& turned, const LightKey& key, const Vert
   refused_light_.reset();
   light_is_fine_ = fine;
   if (brightness_.contains(key.photograph)) return;
-  const Image picture = DrawPhotograph(key.photograph, {});
+  const Image picture = DrawPhotograph(key.photograph, kCrownAlone);
   const PhotographSpec& photo = capture_.photographs[key.photograph];
   brightness_[key.photograph] =
       ComparisonScale(picture, LitPixels(picture), photo.linear_rgb_from_sensor_rgb) / photo.exposure_scale;
@@ -246,7 +241,7 @@ void ViewScene::StartReading(size_t photograph) {
 /// As the difference is computed: by the photograph where the crown is.
 void ViewScene::ShowAsBrightAsPhotograph() {
   if (!picture_ || !HasLightOf(picture_of_)) return;
-  std::vector<uint8_t> mask = LitPixels(DrawPhotograph(picture_of_, {}));
+  std::vector<uint8_t> mask = LitPixels(DrawPhotograph(picture_of_, kCrownAlone));
   for (size_t i = 0; i < mask.size(); ++i) mask[i] = mask[i] && picture_->usable[i];
   brightness_[picture_of_] =
       ComparisonScale(picture_->linear, mask, capture_.photographs[picture_of_].linear_rgb_from_sensor_rgb);

@@ -16,13 +16,14 @@ namespace {
 constexpr double kPi = std::numbers::pi;
 
 /// Mean pixel of a white tile at the origin facing +z, seen from above; the object itself is out of the way.
-double WhiteTile(const LightShape& light, int strata = 8) {
+double WhiteTile(const LightShape& light, int strata = 8, double intensity_scale = 1.0) {
   TriangleMesh object = Box({-0.1, -0.1, -60.2}, {0.1, 0.1, -60});
   KnownScene scene(object, 1, 0.5, 4, 2.0);
   scene.capture.scenery.push_back({"tile", "", glm::dvec3(1.0)});
   scene.scenery.push_back(SquareTile(glm::dvec3(0.0), {0, 0, 1}, 20));
   scene.capture.photographs[0].scenery = {0};
   scene.Light(light);
+  scene.capture.lights[0].intensity_scale = intensity_scale;
   CastOptions options;
   options.shade_scenery = true;
   options.strata = strata;
@@ -37,6 +38,10 @@ TEST(Radiometry, DirectionalLightOfIrradianceOneGivesPixelOneAndHalfAtSixtyDegre
   const double degree = kPi / 180;
   EXPECT_NEAR(WhiteTile(DirectionalLight{{0, 0, 1}, glm::dvec3(1.0), degree}), 1.0, 1e-4);
   EXPECT_NEAR(WhiteTile(DirectionalLight{{std::sin(60 * degree), 0, 0.5}, glm::dvec3(1.0), degree}), 0.5, 1e-3);
+}
+
+TEST(Radiometry, ALightOfTwiceTheIntensityMakesATileTwiceAsBright) {
+  EXPECT_NEAR(WhiteTile(DirectionalLight{{0, 0, 1}, glm::dvec3(1.0), 0.01}, 8, 2.0), 2.0, 2e-4);
 }
 
 TEST(Radiometry, PointLightAt250MillimetresOfIntensity62500GivesOne) {

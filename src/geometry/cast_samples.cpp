@@ -35,6 +35,13 @@ struct ShareSum {
   }
 };
 
+/// A light in the object's frame.
+struct PhotographLight {
+  int index;  ///< in the capture
+  LightShape shape;
+  double intensity;  ///< as the capture states it
+};
+
 /// One photograph's scene: who blocks light, who sends it back.
 class Caster {
  public:
@@ -42,14 +49,15 @@ class Caster {
          const CastOptions& options)
       : photo_(capture.photographs[photograph]),
         options_(options),
-        tile_(photo_.backing ? BackingTile(capture.backings[*photo_.backing]) : TriangleMesh()),
+        tile_(photo_.backing ? BackingTile(capture.backings[*photo_.backing], crown) : TriangleMesh()),
         caster_({}) {
     const RigidTransform object_from_camera = photo_.camera_from_object.Inverse();
     camera_ = object_from_camera.translation_mm;
     for (size_t i : photo_.lights) {
       const Light& light = capture.lights[i];
-      lights_.push_back(
-          {static_cast<int>(i), light.in_camera_frame ? Transformed(light.shape, object_from_camera) : light.shape});
+      lights_.push_back({static_cast<int>(i),
+                         light.in_camera_frame ? Transformed(light.shape, object_from_camera) : light.shape,
+                         light.intensity_scale});
     }
     std::vector<const TriangleMesh*> meshes{&crown.fine};
     reflectance_.emplace_back(0.0);
@@ -72,7 +80,7 @@ class Caster {
     const glm::dvec3 lifted = position + kLift_mm * normal;
     std::vector<LightSample> samples;
     for (size_t l = 0; l < lights_.size(); ++l) {
-      const auto& [index, shape] = lights_[l];
+      const auto& [index, shape, intensity] = lights_[l];
       samples.clear();
       SampleLight(shape, position, normal, IsAllAround(shape) ? 2 * lamp_strata : lamp_strata, samples);
       std::array<ShareSum, kBands> sums;
@@ -96,7 +104,7 @@ class Caster {
     if (photo_.polarisation == Polarisation::kCross) return;
     std::vector<LightSample> samples;
     for (size_t l = 0; l < lights_.size(); ++l) {
-      const auto& [index, shape] = lights_[l];
+      const auto& [index, shape, intensity] = lights_[l];
       samples.clear();
       if (IsAllAround(shape)) {
         SampleAllAroundForGloss(shape, normal, view, options_.gloss_roughness, options_.strata, samples);
@@ -137,7 +145,7 @@ class Caster {
       }
     }
     for (size_t l = 0; l < lights_.size(); ++l)
-      for (const ShareSum& sum : sums[l]) AddShare(lights_[l].first, sum, shares);
+      for (const ShareSum& sum : sums[l]) AddShare(lights_[l].index, sum, shares);
     return backing;
   }
 
@@ -150,9 +158,23 @@ class Caster {
     std::vector<glm::dvec3> radiance(lights_.size(), glm::dvec3(0.0));
     for (const LightShare& share : shares)
       for (size_t l = 0; l < lights_.size(); ++l)
-        if (lights_[l].first == share.light)
+        if (lights_[l].index == share.light)
           radiance[l] += reflectance_[hit.mesh] * share.irradiance / std::numbers::pi;
     return radiance;
+  }
+
+  /// Scenery and tile, in triangles small enough that their vertices show the shadows.
+  std::vector<ShadedMesh> ShadedScenery() const {
+    std::vector<ShadedMesh> all;
+    for (size_t m = 1; m < meshes_.size(); ++m) all.push_back(Shaded(m));
+    return all;
+  }
+
+  /// What a pixel shows of scenery.
+  glm::dvec3 SceneryShown(const Hit& hit, const glm::dvec3& direction) const {
+    const glm::dvec3 normal = FaceNormal(*meshes_[hit.mesh], hit.point.triangle);
+    return Shown(hit.mesh, Position(*meshes_[hit.mesh], hit.point), glm::dot(normal, direction) > 0 ? -normal : normal,
+                 options_.strata);
   }
 
   /// Adds `share` of what a mirror at `position` shows of every lamp to the camera's ray `direction`.
@@ -160,7 +182,7 @@ class Caster {
               std::vector<Mirrored>& mirrored) const {
     const glm::dvec3 towards = glm::reflect(direction, normal), lifted = position + kLift_mm * normal;
     if (photo_.polarisation == Polarisation::kCross || glm::dot(towards, normal) <= 0) return;
-    for (const auto& [index, shape] : lights_) {
+    for (const auto& [index, shape, intensity] : lights_) {
       const auto met = LightAlong(shape, lifted, towards);
       if (met && !caster_.Occluded(lifted, towards, 0.0, met->distance_mm))
         mirrored.push_back({index, glm::vec3(share * met->radiance)});
@@ -175,7 +197,43 @@ class Caster {
   size_t lights() const { return lights_.size(); }
 
  private:
-  static TriangleMesh BackingTile(const BackingSpec& b) { return SquareTile(b.point_mm, b.normal, b.size_mm); }
+  /// pi x radiance of a matte thing at exposure 1, in the lights as the capture states them: direct light only.
+  glm::dvec3 Shown(size_t mesh, const glm::dvec3& place, const glm::dvec3& normal, int lamp_strata) const {
+    std::vector<LightShare> shares;
+    Gather(place, normal, lamp_strata, shares);
+    glm::dvec3 irradiance(0.0);
+    for (const LightShare& share : shares)
+      for (const PhotographLight& light : lights_)
+        if (light.index == share.light) irradiance += light.intensity * share.irradiance;
+    return reflectance_[mesh] * irradiance;
+  }
+
+  ShadedMesh Shaded(size_t mesh) const {
+    constexpr double kTriangles = 8000, kFinest_mm = 0.4;
+    const bool is_tile = photo_.backing && mesh + 1 == meshes_.size();
+    ShadedMesh shaded;
+    shaded.mesh = Refined(*meshes_[mesh], std::max(kFinest_mm, std::sqrt(2.0 * Area(*meshes_[mesh]) / kTriangles)));
+    const std::vector<glm::dvec3>& at = shaded.mesh.vertices;
+    std::vector<glm::dvec3> normals(at.size(), glm::dvec3(0.0));
+    for (const glm::ivec3& t : shaded.mesh.triangles)
+      for (int k = 0; k < 3; ++k) normals[t[k]] += glm::cross(at[t.y] - at[t.x], at[t.z] - at[t.x]);
+    shaded.front.resize(at.size());
+    if (!is_tile) shaded.back.resize(at.size());
+    ParallelFor(at.size(), options_.threads, [&](size_t v) {
+      if (normals[v] == glm::dvec3(0.0)) return;
+      const glm::dvec3 normal = glm::normalize(normals[v]);
+      shaded.front[v] = Shown(mesh, at[v], normal, options_.strata);
+      if (!is_tile) shaded.back[v] = Shown(mesh, at[v], -normal, options_.strata);
+    });
+    return shaded;
+  }
+
+  /// Faces the object, whichever way its normal is stated.
+  static TriangleMesh BackingTile(const BackingSpec& b, const Crown& crown) {
+    const auto [low, high] = Bounds(crown.fine);
+    const bool faces_object = glm::dot(0.5 * (low + high) - b.point_mm, b.normal) >= 0;
+    return SquareTile(b.point_mm, faces_object ? b.normal : -b.normal, b.size_mm);
+  }
   static void AddShare(int light, const ShareSum& sum, std::vector<LightShare>& shares) {
     if (sum.weight > 0) shares.push_back({light, sum.irradiance, sum.cosine / sum.weight});
   }
@@ -185,7 +243,7 @@ class Caster {
   TriangleMesh tile_;
   std::optional<TileView> tile_view_;
   glm::dvec3 camera_;
-  std::vector<std::pair<int, LightShape>> lights_;
+  std::vector<PhotographLight> lights_;
   std::vector<const TriangleMesh*> meshes_;
   std::vector<glm::dvec3> reflectance_;
   RayCaster caster_;
@@ -208,8 +266,7 @@ PixelResult CastPixel(const Caster& caster, const Crown& crown, const VertexCast
   if (hit->mesh != 0) {
     if (!shade_scenery) return result;
     BackgroundPixel background{x, y, glm::dvec3(0.0)};
-    for (const auto& radiance : caster.SceneryRadiance(*hit, direction, caster.strata()))
-      background.value += std::numbers::pi * radiance;
+    background.value = caster.SceneryShown(*hit, direction);
     result.background = background;
     return result;
   }
@@ -281,7 +338,10 @@ VertexCast CastVerticesBy(const Caster& caster, const Capture& capture, const Cr
 
 VertexCast CastVertices(const Capture& capture, const Crown& crown, const std::vector<TriangleMesh>& scenery,
                         size_t photograph, const CastOptions& options) {
-  return CastVerticesBy(Caster(capture, crown, scenery, photograph, options), capture, crown, photograph, options);
+  const Caster caster(capture, crown, scenery, photograph, options);
+  VertexCast cast = CastVerticesBy(caster, capture, crown, photograph, options);
+  if (options.shade_scenery) cast.scenery = caster.ShadedScenery();
+  return cast;
 }
 
 PhotographCast CastPhotograph(const Capture& capture, const Crown& crown, const std::vector<TriangleMesh>& scenery,

@@ -15,7 +15,7 @@ struct CastOptions {
   int gather_strata = 8;                 ///< in which a vertex looks for scenery and backings
   TapKernel kernel = ConvergedKernel();  ///< for BuildCrown
   double gloss_roughness = 0.15;         ///< lobe by which domes are sampled; any later roughness stays unbiased
-  bool shade_scenery = false;  ///< also shade the pixels that show scenery or backings (to render whole pictures)
+  bool shade_scenery = false;  ///< also shade scenery and backing, as pixels or vertices show them (for whole pictures)
   int threads = 0;
 };
 
@@ -58,13 +58,20 @@ struct BackgroundPixel {
   glm::dvec3 value;  ///< pi x radiance of scenery or backing seen directly, direct light only
 };
 
+/// Scenery or a backing tile, and what its vertices show: pi x radiance at exposure 1, direct light only.
+struct ShadedMesh {
+  TriangleMesh mesh;
+  std::vector<glm::dvec3> front, back;  ///< on the side its normals point to, and on the other; a tile has no back
+};
+
 /// The light of one photograph at the vertices of the fine mesh.
 struct VertexCast {
   std::vector<int> first_share;  ///< per vertex + 1
   std::vector<LightShare> vertex_shares;
   std::vector<BackingShare> backing;  ///< per vertex
   bool has_backing = false;
-  std::vector<float> visibility;  ///< per vertex, for every light of the photograph in its order: share that arrives
+  std::vector<float> visibility;    ///< per vertex, for every light of the photograph in its order: share that arrives
+  std::vector<ShadedMesh> scenery;  ///< where it was asked for
 };
 
 /// One photograph's casts on one crown.

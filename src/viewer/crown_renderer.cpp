@@ -125,19 +125,10 @@ void CrownRenderer::UploadGeometry() {
   corner_normals_.Upload(normals);
   corner_vertices_.Upload(vertices);
   indices_.Upload(indices);
-  glGenVertexArrays(1, &corners_);
-  glBindVertexArray(corners_);
-  const auto attribute = [](GLuint index, const Buffer& buffer) {
-    glBindBuffer(GL_ARRAY_BUFFER, buffer.buffer());
-    glEnableVertexAttribArray(index);
-    glVertexAttribPointer(index, 3, GL_FLOAT, GL_FALSE, sizeof(glm::vec4), nullptr);
-  };
-  attribute(0, corner_positions_);
-  attribute(1, corner_normals_);
-  glBindBuffer(GL_ARRAY_BUFFER, corner_vertices_.buffer());
-  glEnableVertexAttribArray(2);
-  glVertexAttribIPointer(2, 1, GL_INT, sizeof(int), nullptr);
-  glBindBuffer(GL_ELEMENT_ARRAY_BUFFER, indices_.buffer());
+  corners_.SetAttribute(0, corner_positions_, 3);
+  corners_.SetAttribute(1, corner_normals_, 3);
+  corners_.SetIntegerAttribute(2, corner_vertices_);
+  corners_.SetIndices(indices_);
 }
 
 void CrownRenderer::UploadTaps() {
@@ -200,6 +191,12 @@ void CrownRenderer::SetLight(const Capture& capture, size_t photograph, const Ve
   visibility_.Upload(visibility);
   has_backing_ = cast.has_backing;
   UploadLampPoints();
+  scenery_.Set(cast.scenery);
+  bounds_ = Bounds(crown_->fine);
+  for (const ShadedMesh& thing : cast.scenery) {
+    const auto [low, high] = Bounds(thing.mesh);
+    bounds_ = {glm::min(bounds_.first, low), glm::max(bounds_.second, high)};
+  }
   vertices_are_stale_ = true;
 }
 
@@ -328,7 +325,7 @@ void CrownRenderer::Draw(const PhotographSpec& photo, const ShownTerms& terms, c
     throw InputError("", "surface.wetness",
                      "the viewer of this version does not draw lamps mirrored by a film of water",
                      "Choose a photograph with crossed polarisers, or use `crownfit render`.");
-  glBindVertexArray(corners_);
+  corners_.Bind();
   if (vertices_are_stale_) RunVertexPasses();
   const glm::vec3 camera(photo.camera_from_object.Inverse().translation_mm);
   first_order_.Use();
@@ -346,7 +343,7 @@ void CrownRenderer::Draw(const PhotographSpec& photo, const ShownTerms& terms, c
   draw.Set("exitance", leaving_);
   draw.Set("first_order", scattered_);
   draw.Set("visibility", visibility_);
-  SetCamera(draw, photo, crown_->fine);
+  SetCamera(draw, photo, bounds_);
   draw.Set("camera_position", camera);
   draw.Set("specular_factor", SpecularFactor(photo.polarisation));
   draw.SetBlock("LampPoints", lamp_points_);
@@ -363,6 +360,7 @@ void CrownRenderer::Draw(const PhotographSpec& photo, const ShownTerms& terms, c
   draw.Set("show_first", terms.first_order);
   draw.Set("show_gloss", terms.gloss);
   glDrawElements(GL_TRIANGLES, static_cast<GLsizei>(3 * crown_->fine.triangles.size()), GL_UNSIGNED_INT, nullptr);
+  if (terms.scenery) scenery_.Draw(photo, bounds_);
   glDisable(GL_DEPTH_TEST);
   glDisable(GL_CULL_FACE);
 }

@@ -10,11 +10,12 @@
 
 #include "forward/predict.h"
 #include "viewer/gl.h"
+#include "viewer/scenery_view.h"
 
 namespace crownfit {
 
 struct ShownTerms {
-  bool diffuse = true, first_order = true, gloss = true;
+  bool diffuse = true, first_order = true, gloss = true, scenery = true;
   bool operator==(const ShownTerms&) const = default;
 };
 
@@ -54,9 +55,11 @@ class CrownRenderer {
   Buffer columns_, frames_, taps_, tap_weights_, first_tap_;
   Buffer shares_, share_light_, first_share_, backing_, visibility_, lamp_points_, gloss_table_, table_;
   Buffer entering_direct_, entering_all_, leaving_, scattered_;
-  GLuint corners_ = 0;  ///< vertex array
+  VertexArray corners_;
   Buffer corner_positions_, corner_normals_, corner_vertices_, indices_;
-  std::vector<LightShape> lamps_;  ///< in the object's frame
+  SceneryView scenery_;
+  std::pair<glm::dvec3, glm::dvec3> bounds_;  ///< of crown and scenery
+  std::vector<LightShape> lamps_;             ///< in the object's frame
   std::vector<float> light_scale_;
   std::vector<int> first_point_;  ///< per lamp + 1
   int rings_ = 0, outer_nodes_ = 0;

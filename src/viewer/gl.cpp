@@ -102,6 +102,25 @@ void Buffer::Upload(const void* data, size_t bytes, GLenum format) {
   glTexBuffer(GL_TEXTURE_BUFFER, format, buffer_);
 }
 
+void VertexArray::SetAttribute(GLuint index, const Buffer& buffer, int count) {
+  Bind();
+  glBindBuffer(GL_ARRAY_BUFFER, buffer.buffer());
+  glEnableVertexAttribArray(index);
+  glVertexAttribPointer(index, count, GL_FLOAT, GL_FALSE, sizeof(glm::vec4), nullptr);
+}
+
+void VertexArray::SetIntegerAttribute(GLuint index, const Buffer& buffer) {
+  Bind();
+  glBindBuffer(GL_ARRAY_BUFFER, buffer.buffer());
+  glEnableVertexAttribArray(index);
+  glVertexAttribIPointer(index, 1, GL_INT, sizeof(int), nullptr);
+}
+
+void VertexArray::SetIndices(const Buffer& buffer) {
+  Bind();
+  glBindBuffer(GL_ELEMENT_ARRAY_BUFFER, buffer.buffer());
+}
+
 Program Program::Of(std::initializer_list<const char*> vertex, std::initializer_list<const char*> fragment) {
   Program p(Attached({{GL_VERTEX_SHADER, vertex}, {GL_FRAGMENT_SHADER, fragment}}));
   Link(p.program_);

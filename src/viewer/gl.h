@@ -52,6 +52,23 @@ class Buffer {
   GLuint buffer_ = 0, texture_ = 0;
 };
 
+/// Which buffers a draw reads as vertex attributes.
+class VertexArray {
+ public:
+  VertexArray() { glGenVertexArrays(1, &vertices_); }
+  ~VertexArray() { glDeleteVertexArrays(1, &vertices_); }
+  VertexArray(const VertexArray&) = delete;
+  VertexArray& operator=(const VertexArray&) = delete;
+  void Bind() const { glBindVertexArray(vertices_); }
+  /// The first `count` numbers of every vec4.
+  void SetAttribute(GLuint index, const Buffer& buffer, int count);
+  void SetIntegerAttribute(GLuint index, const Buffer& buffer);
+  void SetIndices(const Buffer& buffer);
+
+ private:
+  GLuint vertices_ = 0;
+};
+
 /// Vertex and fragment shader, or a vertex shader alone whose output `captured` is written to a buffer.
 class Program {
  public:

@@ -75,6 +75,8 @@ void DrawChoices(PanelState& state, PanelAnswer& answer, Layout& layout) {
   ImGui::SameLine();
   ImGui::Checkbox("gloss", &state.terms.gloss);
   Note(layout, "gloss");
+  ImGui::Checkbox("tile and scenery", &state.terms.scenery);
+  Note(layout, "scenery");
 }
 
 void DrawSaving(PanelState& state, PanelAnswer& answer, Layout& layout) {

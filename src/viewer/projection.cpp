@@ -4,8 +4,8 @@
 
 namespace crownfit {
 
-void SetCamera(Program& program, const PhotographSpec& photo, const TriangleMesh& mesh) {
-  const auto [low, high] = Bounds(mesh);
+void SetCamera(Program& program, const PhotographSpec& photo, const std::pair<glm::dvec3, glm::dvec3>& bounds) {
+  const auto& [low, high] = bounds;
   const RigidTransform& pose = photo.camera_from_object;
   const double distance = pose.Point(0.5 * (low + high)).z, reach = 0.5 * glm::distance(low, high);
   const Camera& c = photo.camera;

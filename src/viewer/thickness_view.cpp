@@ -28,26 +28,18 @@ ThicknessView::ThicknessView(std::shared_ptr<const Crown> crown)
   positions_.Upload(positions);
   thickness_.Upload(thickness);
   indices_.Upload(indices);
-  glGenVertexArrays(1, &vertices_);
-  glBindVertexArray(vertices_);
-  GLuint index = 0;
-  for (const auto& [buffer, count] : {std::pair{&positions_, 3}, {&thickness_, 2}}) {
-    glBindBuffer(GL_ARRAY_BUFFER, buffer->buffer());
-    glEnableVertexAttribArray(index);
-    glVertexAttribPointer(index++, count, GL_FLOAT, GL_FALSE, sizeof(glm::vec4), nullptr);
-  }
-  glBindBuffer(GL_ELEMENT_ARRAY_BUFFER, indices_.buffer());
+  vertices_.SetAttribute(0, positions_, 3);
+  vertices_.SetAttribute(1, thickness_, 2);
+  vertices_.SetIndices(indices_);
 }
 
-ThicknessView::~ThicknessView() { glDeleteVertexArrays(1, &vertices_); }
-
 void ThicknessView::Draw(const PhotographSpec& photo, const Canvas& canvas, double scale) {
-  glBindVertexArray(vertices_);
+  vertices_.Bind();
   canvas.Clear();
   glEnable(GL_DEPTH_TEST);
   glEnable(GL_CULL_FACE);
   program_.Use();
-  SetCamera(program_, photo, crown_->fine);
+  SetCamera(program_, photo, Bounds(crown_->fine));
   program_.Set("thickness_scale", scale);
   program_.Set("most_mm", most_mm_);
   std::vector<glm::vec3> colours;

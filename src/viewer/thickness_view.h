@@ -19,9 +19,6 @@ inline constexpr std::array<std::array<float, 3>, 6> kThicknessColours{{{0.267f,
 class ThicknessView {
  public:
   explicit ThicknessView(std::shared_ptr<const Crown> crown);
-  ~ThicknessView();
-  ThicknessView(const ThicknessView&) = delete;
-  ThicknessView& operator=(const ThicknessView&) = delete;
 
   double most_mm() const { return most_mm_; }  ///< what the last colour stands for
   /// `scale`: of the outer layer's thickness, over what the crown was built with.
@@ -31,7 +28,7 @@ class ThicknessView {
   std::shared_ptr<const Crown> crown_;
   Program program_;
   Buffer positions_, thickness_, indices_;
-  GLuint vertices_ = 0;
+  VertexArray vertices_;
   double most_mm_ = 1;
 };
 
