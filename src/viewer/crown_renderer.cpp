@@ -5,65 +5,12 @@
 #include <numbers>
 
 #include "base/error.h"
-#include "geometry/light_samples.h"
 #include "viewer/projection.h"
 
 namespace crownfit {
 namespace {
 
-constexpr int kLampStrata = 6;
-constexpr int kGlossNodes = 64;
-
 glm::vec4 Vec4(const glm::dvec3& v, double w = 0) { return {glm::vec3(v), static_cast<float>(w)}; }
-
-/// A small area of a lamp: near ones have a place and an outward normal, far ones a direction.
-struct LampPoint {
-  glm::dvec3 place_or_direction, normal;
-  bool is_far;
-  glm::dvec3 weight;  ///< radiance x area, or x solid angle
-};
-
-std::vector<glm::dvec2> Strata(int n) {
-  std::vector<glm::dvec2> strata;
-  for (int i = 0; i < n; ++i)
-    for (int j = 0; j < n; ++j) strata.emplace_back((i + 0.5) / n, (j + 0.5) / n);
-  return strata;
-}
-
-/// Points of a lamp whose place does not depend on who looks; none for light from all around.
-std::vector<LampPoint> PointsOf(const LightShape& shape, const glm::dvec3& towards) {
-  std::vector<LampPoint> points;
-  if (IsAllAround(shape)) return points;
-  LightShape flat = shape;
-  if (const auto* point = std::get_if<PointLight>(&shape)) {  // a disk that faces the crown, of the same radiance
-    const double area = std::numbers::pi * point->radius_mm * point->radius_mm;
-    flat = DiskLight{point->position_mm, glm::normalize(towards - point->position_mm), point->radiant_intensity / area,
-                     0.0, point->radius_mm};
-  }
-  const bool is_far = std::holds_alternative<DirectionalLight>(flat);
-  glm::dvec3 normal(0.0);
-  if (const auto* disk = std::get_if<DiskLight>(&flat)) normal = disk->normal;
-  if (const auto* box = std::get_if<RectangleLight>(&flat))
-    normal = glm::normalize(glm::cross(box->half_axis_u_mm, box->half_axis_v_mm));
-  const double count = kLampStrata * kLampStrata;
-  // From in front of the lamp every point of it is seen.
-  const glm::dvec3 from = is_far ? towards : [&] {
-    if (const auto* disk = std::get_if<DiskLight>(&flat)) return disk->centre_mm + normal;
-    return std::get<RectangleLight>(flat).centre_mm + normal;
-  }();
-  for (const auto& uniform : Strata(kLampStrata)) {
-    const auto p = SampleLightPoint(flat, from, uniform);
-    if (!p) continue;
-    if (is_far) {
-      points.push_back({p->direction, {}, true, p->radiance / (p->density * count)});
-    } else {
-      const double cosine = -glm::dot(p->direction, normal), d2 = p->distance_mm * p->distance_mm;
-      points.push_back(
-          {from + p->distance_mm * p->direction, normal, false, p->radiance * (d2 / (cosine * p->density * count))});
-    }
-  }
-  return points;
-}
 
 }  // namespace
 
@@ -78,9 +25,9 @@ CrownRenderer::CrownRenderer(std::shared_ptr<const Crown> crown)
       first_order_(Program::Capturing({"viewer/material.glsl", "viewer/vertices.glsl", "viewer/first_order.vert"},
                                       "first_order")),
       draw_dry_(Program::Of({"viewer/material.glsl", "viewer/vertices.glsl", "viewer/camera.glsl", "viewer/crown.vert"},
-                            {"viewer/material.glsl", "viewer/crown.frag"})),
+                            {"viewer/material.glsl", "viewer/lamps.glsl", "viewer/crown.frag"})),
       draw_wet_(Program::Of({"viewer/material.glsl", "viewer/vertices.glsl", "viewer/camera.glsl", "viewer/crown.vert"},
-                            {"viewer/material.glsl", "viewer/wet.glsl", "viewer/crown.frag"})),
+                            {"viewer/material.glsl", "viewer/wet.glsl", "viewer/lamps.glsl", "viewer/crown.frag"})),
       rings_(crown_->kernel.rings()) {
   for (int count : TapsPerRing(crown_->kernel)) share_of_ring_.push_back(1.0f / static_cast<float>(count));
   UploadGeometry();
@@ -149,24 +96,18 @@ void CrownRenderer::UploadTaps() {
 
 void CrownRenderer::SetLight(const Capture& capture, size_t photograph, const VertexCast& cast) {
   const PhotographSpec& photo = capture.photographs[photograph];
-  if (photo.lights.size() > kMaxLamps)
+  if (photo.lights.size() > Lamps::kMost)
     throw InputError(capture.file, photo.key + ".lights",
-                     "the viewer shows at most " + std::to_string(kMaxLamps) + " lamps at once",
+                     "the viewer shows at most " + std::to_string(Lamps::kMost) + " lamps at once",
                      "Choose another photograph, or merge lamps.");
-  for (size_t l : photo.lights)
-    if (std::holds_alternative<EnvironmentLight>(capture.lights[l].shape) && photo.polarisation != Polarisation::kCross)
-      throw InputError(capture.file, photo.key + ".lights",
-                       "the viewer of this version draws no highlights of an environment map, and '" +
-                           capture.lights[l].name + "' is one",
-                       "Choose a photograph with crossed polarisers or other lamps, or use `crownfit render`.");
-  lamps_.clear();
+  std::vector<LightShape> shapes;
   light_scale_.clear();
   std::vector<int> number(capture.lights.size(), 0);
   const RigidTransform object_from_camera = photo.camera_from_object.Inverse();
   for (size_t l : photo.lights) {
     const Light& light = capture.lights[l];
-    number[l] = static_cast<int>(lamps_.size());
-    lamps_.push_back(light.in_camera_frame ? Transformed(light.shape, object_from_camera) : light.shape);
+    number[l] = static_cast<int>(shapes.size());
+    shapes.push_back(light.in_camera_frame ? Transformed(light.shape, object_from_camera) : light.shape);
     light_scale_.push_back(static_cast<float>(light.intensity_scale));
   }
   std::vector<glm::vec4> shares, backing, visibility;
@@ -176,7 +117,7 @@ void CrownRenderer::SetLight(const Capture& capture, size_t photograph, const Ve
     share_light.push_back(number[s.light]);
   }
   for (const BackingShare& b : cast.backing) backing.push_back(Vec4(b.reflectance));
-  const size_t lamps = lamps_.size();
+  const size_t lamps = shapes.size();
   for (size_t v = 0; v < cast.backing.size(); ++v)
     for (size_t half = 0; half < 2; ++half) {
       glm::vec4 four(0.0f);
@@ -190,58 +131,15 @@ void CrownRenderer::SetLight(const Capture& capture, size_t photograph, const Ve
   backing_.Upload(backing);
   visibility_.Upload(visibility);
   has_backing_ = cast.has_backing;
-  UploadLampPoints();
+  const auto [low, high] = Bounds(crown_->fine);
+  lamps_.SetLamps(std::move(shapes), 0.5 * (low + high));
   scenery_.Set(cast.scenery);
-  bounds_ = Bounds(crown_->fine);
+  bounds_ = {low, high};
   for (const ShadedMesh& thing : cast.scenery) {
-    const auto [low, high] = Bounds(thing.mesh);
-    bounds_ = {glm::min(bounds_.first, low), glm::max(bounds_.second, high)};
+    const auto of_thing = Bounds(thing.mesh);
+    bounds_ = {glm::min(bounds_.first, of_thing.first), glm::max(bounds_.second, of_thing.second)};
   }
   vertices_are_stale_ = true;
-}
-
-void CrownRenderer::UploadLampPoints() {
-  const auto [low, high] = Bounds(crown_->fine);
-  std::vector<glm::vec4> points;
-  first_point_.assign(kMaxLamps + 1, 0);
-  for (size_t l = 0; l < kMaxLamps; ++l) {
-    if (l < lamps_.size())
-      for (const LampPoint& p : PointsOf(lamps_[l], 0.5 * (low + high))) {
-        points.push_back(Vec4(p.place_or_direction));
-        points.push_back(Vec4(p.normal, p.is_far ? 1.0 : 0.0));
-        points.push_back(Vec4(p.weight));
-      }
-    first_point_[l + 1] = static_cast<int>(points.size() / 3);
-  }
-  points.resize(3 * kMaxLamps * kLampStrata * kLampStrata);  // the block's size
-  lamp_points_.Upload(points);
-}
-
-/// What the rough surface reflects of a uniform sky of radiance 1, over the view's cosine.
-void CrownRenderer::UploadGloss() {
-  using Term = Terms<double>;
-  const ShaderOptics<double>& o = optics_[0];
-  std::vector<float> table;
-  for (int i = 0; i < kGlossNodes; ++i) {
-    const double cos_view = std::max(1e-3, static_cast<double>(i) / (kGlossNodes - 1));
-    const glm::dvec3 normal(0, 0, 1), view(std::sqrt(1 - cos_view * cos_view), 0, cos_view);
-    std::vector<LightSample> samples;
-    SampleAllAroundForGloss(DomeLight{glm::dvec3(1.0)}, normal, view, o.roughness, 24, samples);
-    double sum = 0;
-    for (const LightSample& s : samples) {
-      const glm::dvec3 half = glm::normalize(s.direction + view);
-      const double light = s.direction.z, lh = glm::dot(s.direction, half);
-      double f = Term::SurfaceReflection(light, cos_view, half.z, lh, o.roughness, o.entry_ior());
-      if (o.may_be_wet)
-        f += o.wetness * (Term::SurfaceReflectionUnderFilm(light, cos_view, half.z, lh, o.roughness, o.entry_ior(),
-                                                           o.surface().film_ior()) -
-                          f);
-      sum += s.weight.x * light * f;
-    }
-    if (o.may_be_wet) sum += o.wetness * Term::FresnelReflectance(cos_view, o.surface().film_ior());
-    table.push_back(static_cast<float>(sum));
-  }
-  gloss_table_.Upload(table);
 }
 
 void CrownRenderer::SetMaterial(const Capture& capture, const Material& material,
@@ -258,7 +156,7 @@ void CrownRenderer::SetMaterial(const Capture& capture, const Material& material
     table.push_back(Vec4({tables[0].values()[i], tables[1].values()[i], tables[2].values()[i]}));
   table_.Upload(table);
   outer_nodes_ = tables[0].outer_nodes();
-  UploadGloss();
+  lamps_.SetSurface(optics_[0]);
   has_material_ = vertices_are_stale_ = true;
 }
 
@@ -319,12 +217,7 @@ void CrownRenderer::RunVertexPasses() {
 }
 
 void CrownRenderer::Draw(const PhotographSpec& photo, const ShownTerms& terms, const Canvas& canvas, Quality quality) {
-  Check(has_material_ && !lamps_.empty(), "light and material stand before anything is drawn");
-  if (optics_[0].wetness > 0 && photo.polarisation != Polarisation::kCross &&
-      !std::all_of(lamps_.begin(), lamps_.end(), IsAllAround))
-    throw InputError("", "surface.wetness",
-                     "the viewer of this version does not draw lamps mirrored by a film of water",
-                     "Choose a photograph with crossed polarisers, or use `crownfit render`.");
+  Check(has_material_ && lamps_.count() > 0, "light and material stand before anything is drawn");
   corners_.Bind();
   if (vertices_are_stale_) RunVertexPasses();
   const glm::vec3 camera(photo.camera_from_object.Inverse().translation_mm);
@@ -346,16 +239,8 @@ void CrownRenderer::Draw(const PhotographSpec& photo, const ShownTerms& terms, c
   SetCamera(draw, photo, bounds_);
   draw.Set("camera_position", camera);
   draw.Set("specular_factor", SpecularFactor(photo.polarisation));
-  draw.SetBlock("LampPoints", lamp_points_);
-  draw.Set("lamps", static_cast<int>(lamps_.size()));
-  draw.Set("first_point", first_point_);
   draw.Set("every", quality == Quality::kMoving ? 4 : 1);
-  draw.Set("gloss_table", gloss_table_);
-  draw.Set("gloss_nodes", kGlossNodes);
-  std::array<glm::vec3, kMaxLamps> sky{};
-  for (size_t l = 0; l < lamps_.size(); ++l)
-    if (const auto* dome = std::get_if<DomeLight>(&lamps_[l])) sky[l] = glm::vec3(dome->radiance);
-  draw.Set("sky", std::span<const glm::vec3>(sky));
+  lamps_.SetUniforms(draw);
   draw.Set("show_diffuse", terms.diffuse);
   draw.Set("show_first", terms.first_order);
   draw.Set("show_gloss", terms.gloss);

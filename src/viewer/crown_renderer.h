@@ -3,13 +3,13 @@
 //   light or material changed:  entering light -> light that leaves (-> entering with what a tile returns of it ->
 //                               light that leaves), per vertex
 //   camera moved:               first order per vertex -> pixels with the surface's reflection
-// Differs from ShaderPrediction in one thing: a dome's highlight comes from a table over the view's cosine. Highlights
-// of environment maps, and lamps in a film of water, are not drawn yet and are refused.
+// Differs from ShaderPrediction in highlights of light from all around, which come from tables (viewer/lamps.h).
 
 #include <memory>
 
 #include "forward/predict.h"
 #include "viewer/gl.h"
+#include "viewer/lamps.h"
 #include "viewer/scenery_view.h"
 
 namespace crownfit {
@@ -24,18 +24,14 @@ enum class Quality { kMoving, kStill };
 
 class CrownRenderer {
  public:
-  static constexpr size_t kMaxLamps = 8;
-
   /// Needs a current context.
   explicit CrownRenderer(std::shared_ptr<const Crown> crown);
 
-  /// The lamps of one photograph. Throws InputError when there are more than kMaxLamps, or an environment map whose
-  /// highlights would show.
+  /// The lamps of one photograph. Throws InputError when there are more than Lamps::kMost.
   void SetLight(const Capture& capture, size_t photograph, const VertexCast& cast);
   /// `thickness_mm`: with which the crown was built.
   void SetMaterial(const Capture& capture, const Material& material, const std::vector<double>& thickness_mm);
-  /// Throws InputError when the surface is wet and its mirrored lamps would show. Draws the crown as `photo`'s camera
-  /// sees it, in linear pixel values at exposure 1; polarisers included.
+  /// Draws the crown as `photo`'s camera sees it, in linear pixel values at exposure 1; polarisers included.
   void Draw(const PhotographSpec& photo, const ShownTerms& terms, const Canvas& canvas,
             Quality quality = Quality::kStill);
 
@@ -44,8 +40,6 @@ class CrownRenderer {
  private:
   void UploadGeometry();
   void UploadTaps();
-  void UploadLampPoints();
-  void UploadGloss();
   void SetMaterialOf(Program& program) const;
   void RunVertexPasses();
 
@@ -53,15 +47,14 @@ class CrownRenderer {
   std::vector<float> share_of_ring_;
   Program entering_, returned_, exitance_, first_order_, draw_dry_, draw_wet_;
   Buffer columns_, frames_, taps_, tap_weights_, first_tap_;
-  Buffer shares_, share_light_, first_share_, backing_, visibility_, lamp_points_, gloss_table_, table_;
+  Buffer shares_, share_light_, first_share_, backing_, visibility_, table_;
   Buffer entering_direct_, entering_all_, leaving_, scattered_;
   VertexArray corners_;
   Buffer corner_positions_, corner_normals_, corner_vertices_, indices_;
   SceneryView scenery_;
   std::pair<glm::dvec3, glm::dvec3> bounds_;  ///< of crown and scenery
-  std::vector<LightShape> lamps_;             ///< in the object's frame
+  Lamps lamps_;
   std::vector<float> light_scale_;
-  std::vector<int> first_point_;  ///< per lamp + 1
   int rings_ = 0, outer_nodes_ = 0;
   bool has_backing_ = false, has_material_ = false, vertices_are_stale_ = true;
   std::array<ShaderOptics<double>, kChannels> optics_;

@@ -38,9 +38,8 @@ with tempfile.TemporaryDirectory() as folder:
     wet = json.loads(material.read_text())
     wet["surface"]["wetness"] = 0.5
     (folder / "wet.json").write_text(json.dumps(wet))
-    refused = run("view", folder / "wet.json", "--capture", capture, "--photograph", "front", "--screenshot", folder / "x.png", expect=2).stderr
-    assert "mirrored by a film" in refused, refused
-    run("view", folder / "wet.json", "--capture", capture, "--photograph", "back", "--screenshot", folder / "wet.png")
+    run("view", folder / "wet.json", "--capture", capture, "--photograph", "front", "--screenshot", folder / "wet.png")
+    assert (folder / "wet.png").stat().st_size > 2000
     # A mesh alone: two layers of the material on one mesh, lit by the default lamps; one layer too many.
     mesh = capture / "mesh/incisor.ply"
     run("view", material, "--mesh", mesh, "--screenshot", folder / "mesh.png", "--size", "200x200")

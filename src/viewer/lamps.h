@@ -1,0 +1,41 @@
+#pragma once
+// A photograph's lamps on the graphics processor, as shaders/viewer/lamps.glsl reflects them: small lamps point by
+// point; light from all around by tables (what a lobe about the mirrored direction gathers, times what the surface
+// reflects of a uniform sky; Karis 2013's split sum, exact for a uniform sky); and, in a film of water, by a mirror.
+
+#include <array>
+#include <vector>
+
+#include "calibration/light_rig.h"
+#include "forward/shader_model.h"
+#include "viewer/gl.h"
+
+namespace crownfit {
+
+class Lamps {
+ public:
+  static constexpr size_t kMost = 8;
+
+  /// In the object's frame; at most kMost. `middle`: of the crown; point lamps become disks that face it.
+  void SetLamps(std::vector<LightShape> shapes, const glm::dvec3& middle);
+  void SetSurface(const ShaderOptics<double>& optics);
+  /// Of a program with lamps.glsl; call after Use.
+  void SetUniforms(Program& program) const;
+  size_t count() const { return shapes_.size(); }
+
+ private:
+  void UploadPoints(const glm::dvec3& middle);
+  void UploadMirrors();
+  void UploadReflectedSky();
+  void UploadEnvironments();
+
+  std::vector<LightShape> shapes_;
+  std::vector<int> first_point_;        ///< per lamp + 1
+  std::vector<int> first_environment_;  ///< per lamp; -1 where it is none
+  ShaderOptics<double> optics_;
+  bool has_surface_ = false;
+  double reflected_sky_ = 0;  ///< by the rough surface, seen along its normal, of a uniform sky of radiance 1
+  Buffer points_, mirrors_, reflected_skies_, environments_;
+};
+
+}  // namespace crownfit
