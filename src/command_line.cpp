@@ -2,6 +2,8 @@
 
 #include <CLI/CLI.hpp>
 #include <charconv>
+#include <iostream>
+#include <sstream>
 
 namespace crownfit {
 namespace {
@@ -12,6 +14,88 @@ void AddCommonOptions(CLI::App* app, CommandLine& line) {
   app->add_option("--progress", line.progress, "auto: a bar when stderr is a terminal; none; json: lines on stderr.")
       ->transform(CLI::CheckedTransformer(std::map<std::string, ProgressMode>{
           {"auto", ProgressMode::kAuto}, {"none", ProgressMode::kNone}, {"json", ProgressMode::kJson}}));
+}
+
+/// Values of `fit` that need more than CLI11's types.
+struct FitText {
+  std::vector<std::string> captures, fixes;
+  bool no_priors = false;
+};
+
+/// What `fit` and `batch` share: every one of these may be a column of a manifest.
+std::vector<CLI::Option*> AddFitOptions(CLI::App* fit, CommandLine& line, FitText& text) {
+  return {
+      fit->add_option("--model", line.fit.model, "Forward model; this version has: shader."),
+      fit->add_option("--fix", text.fixes,
+                      "NAME=VALUE or NAME=R,G,B: hold a parameter, such as dentine.absorption_per_mm=0.05.")
+          ->take_all(),
+      fit->add_option("--free", line.fit.overrides.free, "NAME: fit a parameter the capture holds fixed.")->take_all(),
+      fit->add_flag("--no-priors", text.no_priors, "Let the photographs alone decide."),
+      fit->add_option("--seed", line.fit.seed, "Seed of random numbers (default 1); model shader uses none."),
+      fit->add_flag("--twelve-taps", line.fit.twelve_taps,
+                    "Blur by the thesis's 1 + 12 taps in place of 49: faster, coarser."),
+      fit->add_option("--max-pixels", line.fit.max_pixels_per_photograph,
+                      "Pixels per photograph that the fit uses (default 6000).")
+          ->check(CLI::Range(size_t{100}, size_t{100000000})),
+  };
+}
+
+std::string FaultOfFit(const std::vector<std::string>& fit_arguments);
+
+CLI::App* AddBatch(CLI::App& app, CommandLine& line, FitText& text) {
+  auto* batch = app.add_subcommand(
+      "batch",
+      "Fits every crown of a manifest, several at a time, each in a process of its own; then writes summary.csv,\n"
+      "summary.html and statistics.csv. Run the same command again to go on after a stop or a crash: what is\n"
+      "finished is skipped, what changed is fitted again. docs/batch.md shows manifests and what happens when.");
+  batch
+      ->add_option("MANIFEST", line.batch.manifest,
+                   "CSV with the columns id and capture, then any of group and the options of `crownfit fit`; or JSON.")
+      ->required();
+  batch->add_option("-o,--output", line.batch.output, "Folder for the results (made when missing).")->required();
+  batch
+      ->add_option("--jobs", line.batch.jobs, "Crowns at a time; 0: one per processor. Threads are divided among them.")
+      ->check(CLI::Range(0, 1024));
+  batch->add_option("--time-limit", line.batch.limits.seconds, "Seconds a crown may take (default 3600).")
+      ->check(CLI::PositiveNumber);
+  batch
+      ->add_option("--memory-limit", line.batch.limits.memory_MiB,
+                   "MiB of memory a crown may take (default: no limit).")
+      ->check(CLI::PositiveNumber);
+  batch->add_option("--retries", line.batch.retries, "How often a crown that crashed is tried again (default 1).")
+      ->check(CLI::Range(0, 100));
+  batch->add_flag("--keep-going", line.batch.keep_going, "Fit the good rows of a manifest that has faults.");
+  batch->add_option(
+      "--program", line.batch.program,
+      "What to run in place of this program, with the same arguments: a wrapper such as nice or a container.");
+  AddFitOptions(batch, line, text);
+  AddCommonOptions(batch, line);
+  return batch;
+}
+
+/// What the batch must know of `fit`, and what the user said for all crowns.
+BatchOptions BatchOf(const CommandLine& line, const std::string& program, const std::vector<CLI::Option*>& fit_options,
+                     const CLI::App* batch) {
+  BatchOptions options = line.batch;
+  options.threads = line.fit.threads;
+  if (options.program.empty()) {
+    std::error_code error;
+    options.program = std::filesystem::read_symlink("/proc/self/exe", error);
+    if (error) options.program = program;
+  }
+  options.fit.fault = FaultOfFit;
+  for (const CLI::Option* option : fit_options) {
+    const std::string dashed = option->get_name();
+    const bool is_flag = option->get_items_expected_max() == 0;
+    options.fit.columns.push_back(
+        {dashed.substr(2), is_flag, option->get_multi_option_policy() == CLI::MultiOptionPolicy::TakeAll});
+    const CLI::Option* said = batch->get_option(dashed);
+    if (said->count() == 0) continue;
+    if (is_flag) options.fit.defaults.push_back(dashed);
+    for (const std::string& value : said->results())
+      if (!is_flag) options.fit.defaults.insert(options.fit.defaults.end(), {dashed, value});
+  }
+  return options;
 }
 
 void AddView(CLI::App& app, CommandLine& line) {
@@ -52,16 +136,16 @@ void AddMatch(CLI::App& app, CommandLine& line) {
   AddCommonOptions(match, line);
 }
 
-}  // namespace
-
-CommandLine ParseCommandLine(int argc, char** argv) {
+/// Parses; complaints go to `errors`, with the command's help unless they are to be `brief`.
+CommandLine Parse(const std::vector<std::string>& arguments, std::ostream& errors, bool brief) {
   CommandLine line;
-  for (int i = 0; i < argc; ++i) line.text += (i ? " " : "") + std::string(argv[i]);
+  for (const auto& a : arguments) line.text += (line.text.empty() ? "" : " ") + a;
 
   CLI::App app{
       "Fits the materials of dental crowns and teeth to calibrated photographs.\n\n"
       "  crownfit check CAPTURE                 is the capture complete and consistent?\n"
       "  crownfit fit CAPTURE -o RESULT         scattering, absorption, thickness, roughness, with error bars\n"
+      "  crownfit batch MANIFEST -o DIR         hundreds of crowns: parallel, resumable, with a summary\n"
       "  crownfit render CAPTURE --material M   the photographs a material predicts\n"
       "  crownfit view M --capture CAPTURE      the crown in a window: turn it, light it, change the material\n"
       "  crownfit match M --capture C -o M2     effective parameters that make the viewer look like path tracing\n"
@@ -76,22 +160,11 @@ CommandLine ParseCommandLine(int argc, char** argv) {
   app.set_version_flag("--version", "crownfit " CROWNFIT_VERSION);
   app.failure_message(CLI::FailureMessage::help);
 
+  FitText text;
   auto* fit = app.add_subcommand("fit", "Fits the material of a capture; writes material.json, run.json and figures/.");
-  std::vector<std::string> captures, fixes;
-  fit->add_option("CAPTURE", captures, "Folder with capture.json, or that file.")->required();
+  fit->add_option("CAPTURE", text.captures, "Folder with capture.json, or that file.")->required();
   fit->add_option("-o,--output", line.output, "Folder for the result (made when missing).")->required();
-  fit->add_option("--model", line.fit.model, "Forward model; this version has: shader.");
-  fit->add_option("--fix", fixes, "NAME=VALUE or NAME=R,G,B: hold a parameter, such as dentine.absorption_per_mm=0.05.")
-      ->take_all();
-  fit->add_option("--free", line.fit.overrides.free, "NAME: fit a parameter the capture holds fixed.")->take_all();
-  bool no_priors = false;
-  fit->add_flag("--no-priors", no_priors, "Let the photographs alone decide.");
-  fit->add_option("--seed", line.fit.seed, "Seed of random numbers (default 1); model shader uses none.");
-  fit->add_flag("--twelve-taps", line.fit.twelve_taps,
-                "Blur by the thesis's 1 + 12 taps in place of 49: faster, coarser.");
-  fit->add_option("--max-pixels", line.fit.max_pixels_per_photograph,
-                  "Pixels per photograph that the fit uses (default 6000).")
-      ->check(CLI::Range(size_t{100}, size_t{100000000}));
+  const std::vector<CLI::Option*> fit_options = AddFitOptions(fit, line, text);
   fit->add_flag("--json", line.json, "Print material.json on stdout in place of the summary.");
   AddCommonOptions(fit, line);
 
@@ -124,6 +197,7 @@ CommandLine ParseCommandLine(int argc, char** argv) {
 
   AddView(app, line);
   AddMatch(app, line);
+  const CLI::App* batch = AddBatch(app, line, text);
 
   auto* synthesize = app.add_subcommand(
       "synthesize", "Path-traces a capture with a known answer: photographs, calibration, meshes, truth.json.");
@@ -150,24 +224,26 @@ CommandLine ParseCommandLine(int argc, char** argv) {
   compare->add_flag("--json", line.json, "Print JSON.");
 
   try {
-    app.parse(argc, argv);
+    std::vector<std::string> backwards(arguments.rbegin(), arguments.rend() - 1);
+    app.parse(backwards);
   } catch (const CLI::ParseError& e) {
-    const int code = app.exit(e);
+    if (brief) errors << e.what() << "\n";
+    const int code = brief ? e.get_exit_code() : app.exit(e, std::cout, errors);
     line.exit_code = code == 0 ? 0 : 2;
     return line;
   }
   line.command = app.get_subcommands().front()->get_name();
-  line.fit.use_priors = !no_priors;
+  line.fit.use_priors = !text.no_priors;
   if (slab->parsed() && slab->count("--model") == 0) line.fit.model = "layered";
   const auto complain = [&](const std::string& message) {
-    std::cerr << "crownfit: " << message << "\n";
+    errors << (brief ? "" : "crownfit: ") << message << "\n";
     line.exit_code = 2;
   };
-  if (!captures.empty()) line.capture = captures.front();
-  if (captures.size() > 1)
+  if (!text.captures.empty()) line.capture = text.captures.front();
+  if (text.captures.size() > 1)
     complain("several captures of one material can't be fitted together by this version; give one.");
   const std::map<std::string, std::vector<std::string>> models{
-      {"fit", {"shader"}}, {"render", {"shader", "path"}}, {"slab", {"layered", "path"}}};
+      {"fit", {"shader"}}, {"batch", {"shader"}}, {"render", {"shader", "path"}}, {"slab", {"layered", "path"}}};
   if (const auto known = models.find(line.command); known != models.end()) {
     const auto& names = known->second;
     if (std::find(names.begin(), names.end(), line.fit.model) == names.end()) {
@@ -176,10 +252,10 @@ CommandLine ParseCommandLine(int argc, char** argv) {
       complain("--model " + line.fit.model + ": " + line.command + " of this version has: " + list + ".");
     }
   }
-  for (const auto& text : fixes) {
-    const size_t equals = text.find('=');
-    const char* end = text.data() + text.size();
-    const char* next = equals == std::string::npos ? end : text.data() + equals;
+  for (const auto& fix : text.fixes) {
+    const size_t equals = fix.find('=');
+    const char* end = fix.data() + fix.size();
+    const char* next = equals == std::string::npos ? end : fix.data() + equals;
     std::vector<double> values;
     bool good = next != end;
     while (good && next != end) {
@@ -189,11 +265,28 @@ CommandLine ParseCommandLine(int argc, char** argv) {
       next = stop;
     }
     if (!good || (values.size() != 1 && values.size() != kChannels))
-      complain("--fix " + text + ": expected NAME=VALUE, or NAME=R,G,B with a number for each channel");
+      complain("--fix " + fix + ": expected NAME=VALUE, or NAME=R,G,B with a number for each channel");
     values.resize(kChannels, values[0]);
-    line.fit.overrides.fix.push_back({text.substr(0, equals), {values[0], values[1], values[2]}});
+    line.fit.overrides.fix.push_back({fix.substr(0, equals), {values[0], values[1], values[2]}});
   }
+  if (batch->parsed()) line.batch = BatchOf(line, arguments[0], fit_options, batch);
   return line;
+}
+
+std::string FaultOfFit(const std::vector<std::string>& fit_arguments) {
+  std::vector<std::string> arguments{"crownfit", "fit", "CAPTURE", "-o", "RESULT"};
+  arguments.insert(arguments.end(), fit_arguments.begin(), fit_arguments.end());
+  std::ostringstream errors;
+  Parse(arguments, errors, /*brief=*/true);
+  std::string fault = errors.str();
+  while (!fault.empty() && fault.back() == '\n') fault.pop_back();
+  return fault;
+}
+
+}  // namespace
+
+CommandLine ParseCommandLine(int argc, char** argv) {
+  return Parse(std::vector<std::string>(argv, argv + argc), std::cerr, /*brief=*/false);
 }
 
 }  // namespace crownfit

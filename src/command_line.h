@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "base/progress.h"
+#include "batch/batch.h"
 #include "report/crown_fit.h"
 
 namespace crownfit {
@@ -31,6 +32,7 @@ struct CommandLine {
   uint64_t photons = 1000000;                 ///< slab --model path
   ProgressMode progress = ProgressMode::kAuto;
   FitOptions fit;
+  BatchOptions batch;
   std::optional<int> exit_code;  ///< set when parsing already answered (--help, --version, a wrong option)
 };
 

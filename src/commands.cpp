@@ -1,7 +1,9 @@
 #include "commands.h"
 
 #include <chrono>
+#include <csignal>
 #include <cstdio>
+#include <map>
 
 #include "base/error.h"
 #include "base/files.h"
@@ -76,6 +78,27 @@ int RunFit(const CommandLine& line) {
     std::printf("\nWritten: %s (material.json, run.json, figures/) in %.1f s\n", line.output.c_str(), wall.count());
   }
   return fit.usable ? 0 : 1;
+}
+
+int RunBatchCommand(const CommandLine& line) {
+  Progress progress(line.progress);
+  const BatchOutcome outcome =
+      RunBatch(line.batch, progress, [](const std::string& news) { std::fprintf(stderr, "%s\n", news.c_str()); });
+  progress.Clear();
+  if (outcome.signal != 0) {
+    std::fprintf(stderr, "crownfit: stopped by signal %d. Run the same command to go on.\n", outcome.signal);
+    return outcome.signal == SIGTERM ? 75 : 3;
+  }
+  std::map<std::string, std::string> ids;
+  size_t usable = 0;
+  for (const CrownOutcome& crown : outcome.crowns) {
+    if (crown.usable()) ++usable;
+    if (!crown.usable()) ids[StatusOf(crown)] += " " + crown.row.id;
+  }
+  std::printf("%zu crowns, %zu fitted now, %zu usable\n", outcome.crowns.size(), outcome.fitted_now, usable);
+  for (const auto& [status, of_status] : ids) std::printf("%s:%s\n", status.c_str(), of_status.c_str());
+  std::printf("\nLook at: %s\n", (line.batch.output / "summary.html").c_str());
+  return usable == outcome.crowns.size() ? 0 : 1;
 }
 
 int RunCheck(const CommandLine& line) {

@@ -11,9 +11,11 @@
 
 int main(int argc, char** argv) {
   const std::map<std::string, std::function<int(const crownfit::CommandLine&)>> commands{
-      {"check", crownfit::RunCheck},   {"compare", crownfit::RunCompare}, {"fit", crownfit::RunFit},
-      {"render", crownfit::RunRender}, {"slab", crownfit::RunSlab},       {"synthesize", crownfit::RunSynthesize},
-      {"view", crownfit::RunView},     {"match", crownfit::RunMatch},
+      {"batch", crownfit::RunBatchCommand},    {"check", crownfit::RunCheck},
+      {"compare", crownfit::RunCompare},       {"fit", crownfit::RunFit},
+      {"render", crownfit::RunRender},         {"slab", crownfit::RunSlab},
+      {"synthesize", crownfit::RunSynthesize}, {"view", crownfit::RunView},
+      {"match", crownfit::RunMatch},
   };
   try {
     const crownfit::CommandLine line = crownfit::ParseCommandLine(argc, argv);

@@ -1,0 +1,38 @@
+#pragma once
+// Many crowns on one machine, each fitted by a process of its own: never half-written, never lost, never twice.
+//
+//   DIR/crowns/ID/     a finished crown: what `crownfit fit` writes, and crown.json (batch/crown_record.h)
+//   DIR/failed/ID.json why a crown has no result
+//   DIR/summary.csv, summary.html, statistics.csv, times.csv
+//   DIR/batch.json     manifest and options;  DIR/batch.lock  held while a batch works;  DIR/work/  what is being made
+
+#include <functional>
+
+#include "base/progress.h"
+#include "batch/process_pool.h"
+#include "batch/summary.h"
+
+namespace crownfit {
+
+struct BatchOptions {
+  std::filesystem::path manifest, output;
+  FitCommand fit;
+  std::filesystem::path program;  ///< that fits; as `crownfit`
+  int jobs = 0;                   ///< processes at a time; 0: one per processor
+  int threads = 0;                ///< of each; 0: processors / jobs
+  ProcessLimits limits;
+  int retries = 1;          ///< after a crash
+  bool keep_going = false;  ///< fits the good rows of a manifest with faults
+};
+
+struct BatchOutcome {
+  std::vector<CrownOutcome> crowns;
+  int signal = 0;         ///< that stopped the batch early
+  size_t fitted_now = 0;  ///< others were finished before
+};
+
+/// Fits what is not finished and writes the summary. `say`: a line for people as things happen. Throws InputError when
+/// the manifest has faults, another batch works in the folder, or the folder can't be written.
+BatchOutcome RunBatch(const BatchOptions& options, Progress& progress, const std::function<void(std::string)>& say);
+
+}  // namespace crownfit

@@ -1,0 +1,43 @@
+#pragma once
+// The list of crowns to fit: CSV or JSON, one row a crown.
+
+#include <filesystem>
+#include <functional>
+#include <string>
+#include <vector>
+
+namespace crownfit {
+
+/// An option of `crownfit fit` that a manifest may have as a column, without its dashes.
+struct FitColumn {
+  std::string name;
+  bool is_flag = false;  ///< cells: true or false
+  bool is_list = false;  ///< cells: values with spaces or semicolons between them
+};
+
+/// What the batch needs to know of the fit's command line.
+struct FitCommand {
+  std::vector<FitColumn> columns;
+  std::vector<std::string> defaults;  ///< arguments of every row that does not set that option itself
+  std::function<std::string(const std::vector<std::string>&)> fault;  ///< of arguments; empty when there is none
+};
+
+struct ManifestRow {
+  std::string id, group;
+  std::filesystem::path capture;
+  std::vector<std::string> arguments;  ///< of `crownfit fit`, in the order of its options
+  std::string fault;                   ///< why it can't be fitted; names file, line and column
+};
+
+struct Manifest {
+  std::vector<ManifestRow> rows;
+  std::vector<std::string> faults;  ///< of no one row, such as a column that does not exist
+  std::string AllFaults() const;    ///< a line each; empty when there is none
+};
+
+/// Reads *.csv (header `id,capture`, then any of `group` and the options; comma or semicolon) or *.json
+/// ("crownfit-manifest/1"). Captures are relative to the manifest. What is wrong with a row stands in its fault; what
+/// is wrong with the file is thrown as InputError.
+Manifest ReadManifest(const std::filesystem::path& file, const FitCommand& fit);
+
+}  // namespace crownfit
