@@ -176,6 +176,7 @@ std::vector<CrownOutcome> Survey(const std::vector<ManifestRow>& rows, const Bat
       fs::rename(folder.work() / kRecordName, folder.crown(row.id) / kRecordName);
     }
     crown.state = CrownState::kFitted;
+    record->files = {};  // of thousands of crowns they are most of the memory, and no longer needed
     crown.record = std::move(record);
   }
   return crowns;
