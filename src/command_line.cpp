@@ -22,6 +22,13 @@ struct FitText {
   bool no_priors = false;
 };
 
+/// The same of `batch`.
+struct BatchWords {
+  bool to_slurm = false;
+  std::string partition, time, account, shard;
+  SlurmOptions slurm;
+};
+
 /// What `fit` and `batch` share: every one of these may be a column of a manifest.
 std::vector<CLI::Option*> AddFitOptions(CLI::App* fit, CommandLine& line, FitText& text) {
   return {
@@ -42,17 +49,17 @@ std::vector<CLI::Option*> AddFitOptions(CLI::App* fit, CommandLine& line, FitTex
 
 std::string FaultOfFit(const std::vector<std::string>& fit_arguments);
 
-CLI::App* AddBatch(CLI::App& app, CommandLine& line, FitText& text) {
+CLI::App* AddBatch(CLI::App& app, CommandLine& line, FitText& text, BatchWords& more) {
   auto* batch = app.add_subcommand(
       "batch",
       "Fits every crown of a manifest, several at a time, each in a process of its own; then writes summary.csv,\n"
       "summary.html and statistics.csv. Run the same command again to go on after a stop or a crash: what is\n"
-      "finished is skipped, what changed is fitted again. docs/batch.md shows manifests and what happens when.");
-  batch
-      ->add_option("MANIFEST", line.batch.manifest,
-                   "CSV with the columns id and capture, then any of group and the options of `crownfit fit`; or JSON.")
-      ->required();
-  batch->add_option("-o,--output", line.batch.output, "Folder for the results (made when missing).")->required();
+      "finished is skipped, what changed is fitted again. docs/batch.md shows manifests, clusters, and what happens "
+      "when.");
+  batch->add_option(
+      "MANIFEST", line.batch.manifest,
+      "CSV with the columns id and capture, then any of group and the options of `crownfit fit`; or JSON.");
+  batch->add_option("-o,--output", line.batch.output, "Folder for the results (made when missing).");
   batch
       ->add_option("--jobs", line.batch.jobs, "Crowns at a time; 0: one per processor. Threads are divided among them.")
       ->check(CLI::Range(0, 1024));
@@ -70,6 +77,31 @@ CLI::App* AddBatch(CLI::App& app, CommandLine& line, FitText& text) {
       "What to run in place of this program, with the same arguments: a wrapper such as nice or a container.");
   AddFitOptions(batch, line, text);
   AddCommonOptions(batch, line);
+  batch->add_option("--shard", more.shard,
+                    "i/n: fit the i-th of n parts alone, beside others that fit theirs; `batch collect` sums up.");
+  batch
+      ->add_flag("--slurm", more.to_slurm,
+                 "Submit the work to Slurm as an array over a folder that all nodes see, and return. The same command\n"
+                 "again resubmits what died.")
+      ->group("Slurm");
+  batch->add_option("--chunk", more.slurm.chunk, "Crowns a task (default: so many that scheduling costs under 5 %).")
+      ->check(CLI::Range(size_t{1}, size_t{1000000}))
+      ->group("Slurm");
+  batch->add_option("-p,--partition", more.partition, "As sbatch has it.")->group("Slurm");
+  batch->add_option("-t,--time", more.time, "As sbatch has it.")->group("Slurm");
+  batch->add_option("-A,--account", more.account, "As sbatch has it.")->group("Slurm");
+  batch
+      ->add_option("--sbatch", more.slurm.sbatch,
+                   "Any further argument of sbatch, such as --sbatch=--mem=2G; repeat it.")
+      ->take_all()
+      ->group("Slurm");
+  batch->require_subcommand(0, 1);
+  const std::pair<const char*, const char*> tasks[] = {
+      {"status", "How far a batch is, here or on the cluster."},
+      {"collect", "Write the summary of what is finished."},
+      {"cancel", "Take a batch's tasks from Slurm's queue; what is finished stays."}};
+  for (const auto& [name, what] : tasks)
+    batch->add_subcommand(name, what)->add_option("DIR", line.batch.output, "The batch's folder.")->required();
   return batch;
 }
 
@@ -78,11 +110,10 @@ BatchOptions BatchOf(const CommandLine& line, const std::string& program, const 
                      const CLI::App* batch) {
   BatchOptions options = line.batch;
   options.threads = line.fit.threads;
-  if (options.program.empty()) {
-    std::error_code error;
-    options.program = std::filesystem::read_symlink("/proc/self/exe", error);
-    if (error) options.program = program;
-  }
+  std::error_code error;
+  options.self = std::filesystem::read_symlink("/proc/self/exe", error);
+  if (error) options.self = program;
+  if (options.program.empty()) options.program = options.self;
   options.fit.fault = FaultOfFit;
   for (const CLI::Option* option : fit_options) {
     const std::string dashed = option->get_name();
@@ -197,7 +228,8 @@ CommandLine Parse(const std::vector<std::string>& arguments, std::ostream& error
 
   AddView(app, line);
   AddMatch(app, line);
-  const CLI::App* batch = AddBatch(app, line, text);
+  BatchWords more;
+  const CLI::App* batch = AddBatch(app, line, text, more);
 
   auto* synthesize = app.add_subcommand(
       "synthesize", "Path-traces a capture with a known answer: photographs, calibration, meshes, truth.json.");
@@ -269,7 +301,24 @@ CommandLine Parse(const std::vector<std::string>& arguments, std::ostream& error
     values.resize(kChannels, values[0]);
     line.fit.overrides.fix.push_back({fix.substr(0, equals), {values[0], values[1], values[2]}});
   }
-  if (batch->parsed()) line.batch = BatchOf(line, arguments[0], fit_options, batch);
+  if (batch->parsed()) {
+    if (!batch->get_subcommands().empty()) line.batch_task = batch->get_subcommands().front()->get_name();
+    if (line.batch_task.empty() && (line.batch.manifest.empty() || line.batch.output.empty()))
+      complain("batch: expected MANIFEST -o DIR, or status, collect or cancel with DIR; see crownfit batch --help");
+    line.batch = BatchOf(line, arguments[0], fit_options, batch);
+    if (!more.shard.empty()) {
+      Shard shard;
+      int length = 0;
+      if (std::sscanf(more.shard.c_str(), "%zu/%zu%n", &shard.number, &shard.count, &length) != 2 ||
+          static_cast<size_t>(length) != more.shard.size() || shard.number < 1 || shard.number > shard.count)
+        complain("--shard " + more.shard + ": expected i/n with 1 <= i <= n, such as 3/10");
+      line.batch.shard = shard;
+    }
+    if (more.to_slurm) line.slurm = more.slurm;
+    for (const auto& [option, value] :
+         {std::pair{"--partition=", more.partition}, {"--time=", more.time}, {"--account=", more.account}})
+      if (more.to_slurm && !value.empty()) line.slurm->sbatch.push_back(option + value);
+  }
   return line;
 }
 

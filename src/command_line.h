@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "base/progress.h"
-#include "batch/batch.h"
+#include "batch/slurm.h"
 #include "report/crown_fit.h"
 
 namespace crownfit {
@@ -33,7 +33,9 @@ struct CommandLine {
   ProgressMode progress = ProgressMode::kAuto;
   FitOptions fit;
   BatchOptions batch;
-  std::optional<int> exit_code;  ///< set when parsing already answered (--help, --version, a wrong option)
+  std::optional<SlurmOptions> slurm;  ///< batch: submit instead of fitting here
+  std::string batch_task;             ///< "status", "collect", "cancel", or empty
+  std::optional<int> exit_code;       ///< set when parsing already answered (--help, --version, a wrong option)
 };
 
 /// Parses; prints help and complaints itself.

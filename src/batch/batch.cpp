@@ -1,17 +1,12 @@
 #include "batch/batch.h"
 
-#include <fcntl.h>
 #include <signal.h>
-#include <sys/file.h>
-#include <unistd.h>
 
 #include <algorithm>
-#include <cerrno>
 #include <chrono>
 #include <cmath>
 #include <csignal>
 #include <cstdio>
-#include <cstring>
 #include <deque>
 #include <fstream>
 #include <set>
@@ -50,131 +45,29 @@ class Signals {
   struct sigaction before_[2];
 };
 
-void MakeFolder(const fs::path& folder) {
-  std::error_code error;
-  fs::create_directories(folder, error);
-  if (error)
-    throw InputError(folder, "", "the folder can't be made: " + error.message(), "Choose a folder you may write to.");
-}
-
-/// One batch at a time works in a folder; the lock goes with the process, however it ends.
-class FolderLock {
- public:
-  explicit FolderLock(const fs::path& folder) {
-    const fs::path file = folder / "batch.lock";
-    handle_ = open(file.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0644);
-    if (handle_ < 0)
-      throw InputError(file, "", std::string("can't be written: ") + std::strerror(errno),
-                       "Choose an output folder you may write to.");
-    if (flock(handle_, LOCK_EX | LOCK_NB) == 0) {
-      char host[256] = "";
-      gethostname(host, sizeof host - 1);
-      const std::string who = std::string(host) + ", process " + std::to_string(getpid()) + "\n";
-      if (ftruncate(handle_, 0) == 0) [[maybe_unused]]
-        const auto ignored = write(handle_, who.data(), who.size());
-      return;
-    }
-    close(handle_);
-    std::ifstream stream(file);
-    std::string who;
-    std::getline(stream, who);
-    throw InputError(folder, "", "another batch works here (" + who + ")",
-                     "Wait for it, stop it, or give this one another folder.");
-  }
-  ~FolderLock() { close(handle_); }
-  FolderLock(const FolderLock&) = delete;
-  FolderLock& operator=(const FolderLock&) = delete;
-
- private:
-  int handle_;
-};
-
-/// The folder of a batch. Whatever is written is made in work/ and then moved to its place.
-class BatchFolder {
- public:
-  explicit BatchFolder(const fs::path& root) : root_(root) {
-    MakeFolder(root_);
-    lock_.emplace(root_);
-    std::error_code ignored;
-    fs::remove_all(work(), ignored);  // of a batch that was killed
-    MakeFolder(work() / "crowns");
-    MakeFolder(work() / "stderr");
-    MakeFolder(root_ / "crowns");
-  }
-  ~BatchFolder() {
-    std::error_code ignored;
-    fs::remove_all(work(), ignored);
-  }
-  BatchFolder(const BatchFolder&) = delete;
-  BatchFolder& operator=(const BatchFolder&) = delete;
-
-  fs::path work() const { return root_ / "work"; }
-  fs::path crown(const std::string& id) const { return root_ / "crowns" / id; }
-
-  void Write(const fs::path& name, const std::string& text) const {
-    WriteTextFile(work() / name.filename(), text);
-    std::error_code error;
-    if (name.has_parent_path()) MakeFolder(root_ / name.parent_path());
-    fs::rename(work() / name.filename(), root_ / name, error);
-    if (error) throw InputError(root_ / name, "", "can't be written: " + error.message(), "");
-  }
-  /// A whole crown at once, in place of an older one.
-  void Keep(const fs::path& made, const std::string& id) const {
-    std::error_code error;
-    if (renameat2(AT_FDCWD, made.c_str(), AT_FDCWD, crown(id).c_str(), RENAME_EXCHANGE) == 0) {
-      fs::remove_all(made, error);
-    } else {  // there is no older one, or a file system that can't exchange
-      fs::remove_all(crown(id), error);
-      fs::rename(made, crown(id), error);
-      if (error) throw InputError(crown(id), "", "can't be written: " + error.message(), "");
-    }
-    fs::remove(root_ / "failed" / (id + ".json"), error);
-    fs::remove(root_ / "failed", error);  // when it is empty
-  }
-  /// An older result is of other inputs, and goes.
-  void KeepFailure(const std::string& id, const std::string& reason, const std::string& standard_error) const {
-    Write(fs::path("failed") / (id + ".json"),
-          ToJsonText(JsonValue::Object{{"id", id}, {"reason", reason}, {"stderr", standard_error}}));
-    std::error_code ignored;
-    fs::remove_all(crown(id), ignored);
-  }
-  /// Throws when that may be why a crown failed: the next ones would too.
-  void CheckRoom(const std::string& failure) const {
-    constexpr uintmax_t kLeast = 16 << 20;
-    std::error_code error;
-    const auto space = fs::space(root_, error);
-    if (!error && space.available < kLeast)
-      throw InputError(root_, "",
-                       "the disk is full (" + std::to_string(space.available >> 10) + " KiB left): " + failure,
-                       "Make room and run the same command again; what is finished stays.");
-  }
-
- private:
-  fs::path root_;
-  std::optional<FolderLock> lock_;
-};
-
 fs::path FolderOf(const ManifestRow& row) {
   return fs::is_directory(row.capture) ? row.capture : row.capture.parent_path();
 }
 
-/// What is already there.
-std::vector<CrownOutcome> Survey(const std::vector<ManifestRow>& rows, const BatchFolder& folder) {
+/// What is already there. Failed ones wait to be tried again.
+std::vector<CrownOutcome> Survey(std::vector<ManifestRow> rows, const fs::path& root,
+                                 const std::optional<Shard>& shard) {
   std::vector<CrownOutcome> crowns;
-  for (const ManifestRow& row : rows) {
-    CrownOutcome& crown = crowns.emplace_back(CrownOutcome{row, CrownState::kWaiting, row.fault, {}});
+  for (size_t i = 0; i < rows.size(); ++i) {
+    if (shard && !shard->Has(i, rows.size())) continue;
+    CrownOutcome& crown = crowns.emplace_back(CrownOutcome{std::move(rows[i]), CrownState::kWaiting, "", {}});
+    const ManifestRow& row = crown.row;
     if (!row.fault.empty()) {
       crown.state = CrownState::kFaulty;
+      crown.reason = row.fault;
       continue;
     }
-    auto record = ReadRecord(folder.crown(row.id) / kRecordName);
+    auto record = ReadRecord(root / "crowns" / row.id / kRecordName);
     if (!record) continue;
     const Freshness freshness = Compare(*record, FolderOf(row), row.arguments);
     if (freshness == Freshness::kStale) continue;
-    if (freshness == Freshness::kRestamped) {
-      WriteRecord(folder.work() / kRecordName, *record);
-      fs::rename(folder.work() / kRecordName, folder.crown(row.id) / kRecordName);
-    }
+    if (freshness == Freshness::kRestamped)
+      WriteIntoFolder(root, fs::path("crowns") / row.id / kRecordName, RecordText(*record));
     crown.state = CrownState::kFitted;
     record->files = {};  // of thousands of crowns they are most of the memory, and no longer needed
     crown.record = std::move(record);
@@ -248,7 +141,7 @@ class Fitting {
         crown.record = RecordOf(Made(i), FolderOf(crown.row), crown.row.arguments, begun_s_[i]);
         crown.record->wall_s = end.wall_s;
         crown.record->peak_MiB = end.peak_MiB;
-        WriteRecord(Made(i) / kRecordName, *crown.record);
+        WriteTextFile(Made(i) / kRecordName, RecordText(*crown.record));
         folder_.Keep(Made(i), crown.row.id);
         crown.state = CrownState::kFitted;
         ++fitted_;
@@ -323,29 +216,72 @@ class Fitting {
   Clock::time_point begin_;
 };
 
-}  // namespace
+std::string BatchText(const BatchOptions& options) {
+  return ToJsonText(JsonValue::Object{{"format", "crownfit-batch/1"},
+                                      {"manifest", fs::absolute(options.manifest).string()},
+                                      {"arguments", options.fit.defaults}});
+}
 
-BatchOutcome RunBatch(const BatchOptions& options, Progress& progress, const Say& say) {
-  const Manifest manifest = ReadManifest(options.manifest, options.fit);
+std::vector<std::pair<std::string, std::string>> SummaryFiles(std::span<const CrownOutcome> crowns) {
+  return {{"summary.csv", SummaryCsv(crowns)},
+          {"statistics.csv", StatisticsCsv(StatisticsOf(crowns))},
+          {"times.csv", TimesCsv(crowns)},
+          {"summary.html", SummaryHtml(crowns)}};
+}
+
+Manifest GoodManifest(const BatchOptions& options) {
+  Manifest manifest = ReadManifest(options.manifest, options.fit, options.shard);
   const std::string faults = manifest.AllFaults();
   if (!manifest.faults.empty() || (!faults.empty() && !options.keep_going))
     throw InputError("", "", "the manifest has faults:\n" + faults,
                      manifest.faults.empty() ? "Mend them, or fit the others alone with --keep-going." : "Mend them.");
+  return manifest;
+}
+
+}  // namespace
+
+BatchOutcome RunBatch(const BatchOptions& options, Progress& progress, const Say& say) {
+  Manifest manifest = GoodManifest(options);
   const Signals signals;
-  const BatchFolder folder(options.output);
-  folder.Write("batch.json", ToJsonText(JsonValue::Object{{"format", "crownfit-batch/1"},
-                                                          {"manifest", fs::absolute(options.manifest).string()},
-                                                          {"arguments", options.fit.defaults}}));
+  const BatchFolder folder(options.output, options.shard);
+  folder.Write("batch.json", BatchText(options));
   BatchOutcome outcome;
-  outcome.crowns = Survey(manifest.rows, folder);
+  outcome.crowns = Survey(std::move(manifest.rows), options.output, options.shard);
   outcome.fitted_now = Fitting(options, folder, outcome.crowns, progress, say).Run();
   outcome.signal = g_signal;
-  if (outcome.signal != 0) return outcome;
-  folder.Write("summary.csv", SummaryCsv(outcome.crowns));
-  folder.Write("statistics.csv", StatisticsCsv(StatisticsOf(outcome.crowns)));
-  folder.Write("times.csv", TimesCsv(outcome.crowns));
-  folder.Write("summary.html", SummaryHtml(outcome.crowns));
+  if (outcome.signal == 0 && !options.shard)
+    for (const auto& [name, text] : SummaryFiles(outcome.crowns)) folder.Write(name, text);
   return outcome;
+}
+
+BatchOutcome StartBatchFolder(const BatchOptions& options) {
+  Manifest manifest = GoodManifest(options);
+  WriteIntoFolder(options.output, "batch.json", BatchText(options));
+  return {Survey(std::move(manifest.rows), options.output, {}), 0, 0};
+}
+
+BatchOutcome CollectBatch(BatchOptions options) {
+  const fs::path file = options.output / "batch.json";
+  const JsonFile json(file);
+  const JsonObject root = json.RootOfFormat("crownfit-batch/1", {"manifest", "arguments"});
+  options.manifest = root.Require("manifest").String();
+  options.keep_going = true;
+  options.fit.defaults.clear();
+  for (const JsonNode& argument : root.Require("arguments").Items()) options.fit.defaults.push_back(argument.String());
+  BatchOutcome outcome;
+  outcome.crowns = Survey(GoodManifest(options).rows, options.output, {});
+  for (CrownOutcome& crown : outcome.crowns) {
+    const fs::path failure = options.output / "failed" / (crown.row.id + ".json");
+    if (crown.state != CrownState::kWaiting || !fs::is_regular_file(failure)) continue;
+    crown.state = CrownState::kFailed;
+    const JsonFile failed(failure);
+    crown.reason = JsonObject(failed.root(), {"id", "reason", "stderr"}).Require("reason").String();
+  }
+  return outcome;
+}
+
+void WriteSummary(const fs::path& root, std::span<const CrownOutcome> crowns) {
+  for (const auto& [name, text] : SummaryFiles(crowns)) WriteIntoFolder(root, name, text);
 }
 
 }  // namespace crownfit

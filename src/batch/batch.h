@@ -4,11 +4,12 @@
 //   DIR/crowns/ID/     a finished crown: what `crownfit fit` writes, and crown.json (batch/crown_record.h)
 //   DIR/failed/ID.json why a crown has no result
 //   DIR/summary.csv, summary.html, statistics.csv, times.csv
-//   DIR/batch.json     manifest and options;  DIR/batch.lock  held while a batch works;  DIR/work/  what is being made
+//   DIR/batch.json     manifest and options;  DIR/batch.lock, locks/  held while a batch works;  DIR/work/  being made
 
 #include <functional>
 
 #include "base/progress.h"
+#include "batch/batch_folder.h"
 #include "batch/process_pool.h"
 #include "batch/summary.h"
 
@@ -17,12 +18,13 @@ namespace crownfit {
 struct BatchOptions {
   std::filesystem::path manifest, output;
   FitCommand fit;
-  std::filesystem::path program;  ///< that fits; as `crownfit`
-  int jobs = 0;                   ///< processes at a time; 0: one per processor
-  int threads = 0;                ///< of each; 0: processors / jobs
+  std::filesystem::path self, program;  ///< this program; what to fit with in its place
+  int jobs = 0;                         ///< processes at a time; 0: one per processor
+  int threads = 0;                      ///< of each; 0: processors / jobs
   ProcessLimits limits;
-  int retries = 1;          ///< after a crash
-  bool keep_going = false;  ///< fits the good rows of a manifest with faults
+  int retries = 1;             ///< after a crash
+  bool keep_going = false;     ///< fits the good rows of a manifest with faults
+  std::optional<Shard> shard;  ///< fits these alone, beside other shards, and writes no summary
 };
 
 struct BatchOutcome {
@@ -34,5 +36,13 @@ struct BatchOutcome {
 /// Fits what is not finished and writes the summary. `say`: a line for people as things happen. Throws InputError when
 /// the manifest has faults, another batch works in the folder, or the folder can't be written.
 BatchOutcome RunBatch(const BatchOptions& options, Progress& progress, const std::function<void(std::string)>& say);
+
+/// Makes the folder and its batch.json, as RunBatch does, and says what is finished there; beside others.
+BatchOutcome StartBatchFolder(const BatchOptions& options);
+
+/// What stands in options.output, whose batch.json says of which manifest; also while batches work there. Of `options`
+/// the fit's command is read too.
+BatchOutcome CollectBatch(BatchOptions options);
+void WriteSummary(const std::filesystem::path& root, std::span<const CrownOutcome> crowns);
 
 }  // namespace crownfit

@@ -116,7 +116,7 @@ CrownRecord RecordOf(const std::filesystem::path& result, const std::filesystem:
   return record;
 }
 
-void WriteRecord(const std::filesystem::path& file, const CrownRecord& record) {
+std::string RecordText(const CrownRecord& record) {
   JsonValue::Array files, parameters;
   for (const RecordedFile& f : record.files)
     files.push_back(JsonValue::Object{{"name", f.name}, {"sha256", f.sha256}, {"stamp", f.stamp}});
@@ -127,19 +127,19 @@ void WriteRecord(const std::filesystem::path& file, const CrownRecord& record) {
                                            {"stddev", Maybe(p.stddev)},
                                            {"low", Maybe(p.low)},
                                            {"high", Maybe(p.high)}});
-  WriteTextFile(file, ToJsonText(JsonValue::Object{{"format", "crownfit-crown/1"},
-                                                   {"crownfit", record.program},
-                                                   {"arguments", record.arguments},
-                                                   {"files", files},
-                                                   {"status", record.status},
-                                                   {"reasons", record.reasons},
-                                                   {"de00_median", record.de00_median},
-                                                   {"de00_p95", record.de00_p95},
-                                                   {"holdout_de00_median", Maybe(record.holdout_de00_median)},
-                                                   {"wall_s", record.wall_s},
-                                                   {"peak_memory_MiB", record.peak_MiB},
-                                                   {"picture", record.picture},
-                                                   {"parameters", parameters}}));
+  return ToJsonText(JsonValue::Object{{"format", "crownfit-crown/1"},
+                                      {"crownfit", record.program},
+                                      {"arguments", record.arguments},
+                                      {"files", files},
+                                      {"status", record.status},
+                                      {"reasons", record.reasons},
+                                      {"de00_median", record.de00_median},
+                                      {"de00_p95", record.de00_p95},
+                                      {"holdout_de00_median", Maybe(record.holdout_de00_median)},
+                                      {"wall_s", record.wall_s},
+                                      {"peak_memory_MiB", record.peak_MiB},
+                                      {"picture", record.picture},
+                                      {"parameters", parameters}});
 }
 
 std::optional<CrownRecord> ReadRecord(const std::filesystem::path& file) {

@@ -41,7 +41,7 @@ inline constexpr const char* kRecordName = "crown.json";
 /// From a finished result. Throws InputError when an input changed after `begun_s` (Unix time), when its fit began.
 CrownRecord RecordOf(const std::filesystem::path& result, const std::filesystem::path& capture_folder,
                      const std::vector<std::string>& arguments, double begun_s);
-void WriteRecord(const std::filesystem::path& file, const CrownRecord& record);
+std::string RecordText(const CrownRecord& record);  ///< of crown.json
 /// Nothing when there is none, or none that this program wrote whole.
 std::optional<CrownRecord> ReadRecord(const std::filesystem::path& file);
 

@@ -185,7 +185,7 @@ std::vector<std::string> Arguments(const RawRow& raw, const FitCommand& fit, std
 
 }  // namespace
 
-Manifest ReadManifest(const std::filesystem::path& file, const FitCommand& fit) {
+Manifest ReadManifest(const std::filesystem::path& file, const FitCommand& fit, const std::optional<Shard>& only) {
   const std::vector<RawRow> raw_rows = file.extension() == ".json" ? ReadJson(file) : ReadCsv(file, fit);
   if (raw_rows.empty()) throw InputError(file, "", "the manifest lists no crown", "Give it one row a crown.");
   std::set<std::string> known{"id", "capture", "group"};
@@ -210,6 +210,7 @@ Manifest ReadManifest(const std::filesystem::path& file, const FitCommand& fit) 
       if (name == "group") row.group = value;
       if (name == "capture" && !value.empty()) row.capture = (folder / value).lexically_normal();
     }
+    const bool is_mine = !only || only->Has(manifest.rows.size(), raw_rows.size());
     const auto first = place_of_id.emplace(row.id, raw.place);
     std::error_code ignored;
     if (!IsGoodId(row.id)) {
@@ -218,7 +219,7 @@ Manifest ReadManifest(const std::filesystem::path& file, const FitCommand& fit) 
       fault = "id: '" + row.id + "' stands twice; the first is " + first.first->second;
     } else if (row.capture.empty()) {
       fault = "capture: no folder is named";
-    } else if (!std::filesystem::is_regular_file(row.capture, ignored) &&
+    } else if (is_mine && !std::filesystem::is_regular_file(row.capture, ignored) &&
                !std::filesystem::is_regular_file(row.capture / "capture.json", ignored)) {
       fault = "capture: " + row.capture.string() + " is neither a capture.json nor a folder that holds one";
     }

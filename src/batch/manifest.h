@@ -3,6 +3,7 @@
 
 #include <filesystem>
 #include <functional>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -29,6 +30,13 @@ struct ManifestRow {
   std::string fault;                   ///< why it can't be fitted; names file, line and column
 };
 
+/// A part of a batch that works beside others, each on crowns of its own.
+struct Shard {
+  size_t number = 1, count = 1;  ///< number from 1
+  std::string Name() const { return "shard-" + std::to_string(number) + "-of-" + std::to_string(count); }
+  bool Has(size_t row, size_t rows) const { return row >= rows * (number - 1) / count && row < rows * number / count; }
+};
+
 struct Manifest {
   std::vector<ManifestRow> rows;
   std::vector<std::string> faults;  ///< of no one row, such as a column that does not exist
@@ -36,8 +44,9 @@ struct Manifest {
 };
 
 /// Reads *.csv (header `id,capture`, then any of `group` and the options; comma or semicolon) or *.json
-/// ("crownfit-manifest/1"). Captures are relative to the manifest. What is wrong with a row stands in its fault; what
-/// is wrong with the file is thrown as InputError.
-Manifest ReadManifest(const std::filesystem::path& file, const FitCommand& fit);
+/// ("crownfit-manifest/1"). Captures are relative to the manifest, and
+/// looked for where they are of the shard `only`: a shared folder must not be asked for all by every task. What is
+/// wrong with a row stands in its fault; what is wrong with the file is thrown as InputError.
+Manifest ReadManifest(const std::filesystem::path& file, const FitCommand& fit, const std::optional<Shard>& only = {});
 
 }  // namespace crownfit

@@ -19,6 +19,12 @@ std::string Text(double v) {
 }
 std::string Text(const std::optional<double>& v) { return v ? Text(*v) : ""; }
 
+std::string Hundredths(double v) {
+  char text[32];
+  std::snprintf(text, sizeof text, "%.2f", v);
+  return text;
+}
+
 std::string Cell(const std::string& text) {
   if (text.find_first_of(",\"\n\r") == std::string::npos) return text;
   std::string quoted = "\"";
@@ -97,8 +103,8 @@ body{font:15px/1.4 system-ui,sans-serif;margin:2em;color:#222;background:#fff}
 table{border-collapse:collapse;margin:1em 0}th,td{padding:.35em .7em;border-bottom:1px solid #ddd;text-align:left;vertical-align:top}
 th{position:sticky;top:0;background:#f4f4f4;cursor:pointer;white-space:nowrap}th:focus{outline:2px solid #06c}
 td.n{text-align:right;font-variant-numeric:tabular-nums;white-space:nowrap}img{height:64px;display:block}
-.good{color:#06652b}.bad{color:#a40000}.flag{background:#fde9c8;border-radius:4px;padding:0 .4em;margin-right:.3em;display:inline-block}
-small{color:#555}details summary{cursor:pointer}@media print{th{position:static}body{margin:0}}
+.good{color:#06652b}.bad{color:#a40000}.flag{background:#fde9c8;border-radius:4px;padding:0 .4em;white-space:nowrap;margin-right:.3em;display:inline-block}
+small{color:#555}details{max-width:30em}details summary{cursor:pointer;white-space:nowrap}@media print{th{position:static}body{margin:0}}
 </style>
 )";
 
@@ -241,25 +247,28 @@ std::string SummaryHtml(std::span<const CrownOutcome> crowns) {
   html += "<h1>" + std::to_string(crowns.size()) + " crowns, " + std::to_string(usable) + " usable</h1>\n";
   html += "<p>Click a heading to sort. Flags: image error: median CIEDE2000 above " + Text(kAcceptable) +
           "; outlier: more than " + Text(kOutlier) + " robust standard deviations from its group's median.</p>\n";
-  html += "<table><thead><tr><th>crown<th>group<th>status<th>flags<th>CIEDE2000<br><small>median</small><th>95 %";
+  html +=
+      "<table><thead><tr><th>crown<th>photograph, prediction, "
+      "difference<th>group<th>status<th>flags<th>CIEDE2000<br><small>median</small><th>95 %";
   for (const std::string& n : names) html += "<th>" + Html(n) + "<br><small>95 % interval</small>";
-  html += "<th>photograph, prediction, difference</tr></thead><tbody>\n";
+  html += "</tr></thead><tbody>\n";
   for (size_t i = 0; i < crowns.size(); ++i) {
     const CrownOutcome& crown = crowns[i];
     const CrownRecord* r = crown.record ? &*crown.record : nullptr;
     const std::string folder = "crowns/" + crown.row.id + "/", why = r ? Joined(r->reasons, "; ") : crown.reason;
-    html += "<tr><td>" + (r ? "<a href=\"" + Html(folder) + "\">" + Html(crown.row.id) + "</a>" : Html(crown.row.id)) +
-            "<td>" + Html(crown.row.group) + "<td class=\"" + (crown.usable() ? "good" : "bad") + "\">";
-    html += why.empty() ? Html(StatusOf(crown))
-                        : "<details><summary>" + Html(StatusOf(crown)) + "</summary>" + Html(why) + "</details>";
-    html += "<td data-sort=\"" + std::to_string(flags[i].size()) + "\">";
-    for (const std::string& flag : flags[i]) html += "<span class=\"flag\">" + Html(flag) + "</span>";
-    html += "<td class=\"n\">" + (r ? Text(r->de00_median) : "") + "<td class=\"n\">" + (r ? Text(r->de00_p95) : "");
-    for (const std::string& name : names) html += ParameterCell(Find(crown, name));
+    html += "<tr><td>" + (r ? "<a href=\"" + Html(folder) + "\">" + Html(crown.row.id) + "</a>" : Html(crown.row.id));
     html += "<td>";
     if (r && !r->picture.empty())
       html += "<a href=\"" + Html(folder + r->picture) + "\"><img loading=\"lazy\" alt=\"\" src=\"" +
               Html(folder + r->picture) + "\"></a>";
+    html += "<td>" + Html(crown.row.group) + "<td class=\"" + (crown.usable() ? "good" : "bad") + "\">";
+    html += why.empty() ? Html(StatusOf(crown))
+                        : "<details><summary>" + Html(StatusOf(crown)) + "</summary>" + Html(why) + "</details>";
+    html += "<td data-sort=\"" + std::to_string(flags[i].size()) + "\">";
+    for (const std::string& flag : flags[i]) html += "<span class=\"flag\">" + Html(flag) + "</span>";
+    html += "<td class=\"n\">" + (r ? Hundredths(r->de00_median) : "") + "<td class=\"n\">" +
+            (r ? Hundredths(r->de00_p95) : "");
+    for (const std::string& name : names) html += ParameterCell(Find(crown, name));
     html += "</tr>\n";
   }
   html +=

@@ -130,7 +130,7 @@ def every_fault_of_a_manifest_is_named_before_anything_starts(folder):
 def two_batches_never_work_in_one_folder(folder):
     lab = Lab(folder, ["slow", "a"])
     first = lab.start()
-    while not (lab.out / "work/stderr/slow").exists():
+    while not (lab.out / "work/all/stderr/slow").exists():
         time.sleep(0.01)
     assert "another batch works here" in lab.run(expect=2).stderr
     assert first.wait(timeout=30) == 0
