@@ -20,7 +20,6 @@ namespace crownfit {
 namespace {
 
 namespace fs = std::filesystem;
-using Say = std::function<void(std::string)>;
 
 volatile std::sig_atomic_t g_signal = 0;
 void TakeSignal(int signal) { g_signal = signal; }
@@ -89,7 +88,7 @@ std::string EndOf(const fs::path& file, std::streamoff most = 4000) {
 class Fitting {
  public:
   Fitting(const BatchOptions& options, const BatchFolder& folder, std::vector<CrownOutcome>& crowns, Progress& progress,
-          const Say& say)
+          const SayNews& say)
       : options_(options), folder_(folder), crowns_(crowns), progress_(progress), say_(say), pool_(options.limits) {
     const int processors = std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
     jobs_ = options.jobs > 0 ? options.jobs : processors;
@@ -147,7 +146,7 @@ class Fitting {
         ++fitted_;
         char text[80];
         std::snprintf(text, sizeof text, " (CIEDE2000 %.2f, %.1f s)", crown.record->de00_median, end.wall_s);
-        Say_(crown, StatusOf(crown) + text);
+        Tell(crown, StatusOf(crown) + text);
         return;
       } catch (const InputError& e) {
         folder_.CheckRoom(crown.row.id + ": " + e.what());
@@ -161,7 +160,7 @@ class Fitting {
     folder_.CheckRoom(crown.row.id + ": " + reason);
     const bool crashed = (end.signal != 0 || end.exit_code == 4) && !end.was_too_slow && !end.was_too_large;
     if (crashed && attempts_[i]++ < options_.retries) {
-      Say_(crown, reason + ", tried again");
+      Tell(crown, reason + ", tried again");
       waiting_.push_back(i);
       return;
     }
@@ -173,12 +172,12 @@ class Fitting {
     crowns_[i].reason = reason;
     ++failed_;
     folder_.KeepFailure(crowns_[i].row.id, reason, standard_error);
-    Say_(crowns_[i], "failed: " + reason);
+    Tell(crowns_[i], "failed: " + reason);
   }
 
-  void Say_(const CrownOutcome& crown, const std::string& what) {
+  void Tell(const CrownOutcome& crown, const std::string& what) {
     progress_.Clear();
-    say_(crown.row.id + ": " + what);
+    say_({crown.row.id, what});
   }
 
   void ShowProgress() {
@@ -205,7 +204,7 @@ class Fitting {
   const BatchFolder& folder_;
   std::vector<CrownOutcome>& crowns_;
   Progress& progress_;
-  const Say& say_;
+  const SayNews& say_;
   ProcessPool pool_;
   int jobs_ = 1, threads_ = 1;
   std::deque<size_t> waiting_;
@@ -240,7 +239,7 @@ Manifest GoodManifest(const BatchOptions& options) {
 
 }  // namespace
 
-BatchOutcome RunBatch(const BatchOptions& options, Progress& progress, const Say& say) {
+BatchOutcome RunBatch(const BatchOptions& options, Progress& progress, const SayNews& say) {
   Manifest manifest = GoodManifest(options);
   const Signals signals;
   const BatchFolder folder(options.output, options.shard);

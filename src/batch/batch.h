@@ -33,9 +33,15 @@ struct BatchOutcome {
   size_t fitted_now = 0;  ///< others were finished before
 };
 
-/// Fits what is not finished and writes the summary. `say`: a line for people as things happen. Throws InputError when
+/// What happened to a crown, in words for people.
+struct BatchNews {
+  std::string id, what;
+};
+using SayNews = std::function<void(const BatchNews&)>;
+
+/// Fits what is not finished and writes the summary. `say`: as things happen. Throws InputError when
 /// the manifest has faults, another batch works in the folder, or the folder can't be written.
-BatchOutcome RunBatch(const BatchOptions& options, Progress& progress, const std::function<void(std::string)>& say);
+BatchOutcome RunBatch(const BatchOptions& options, Progress& progress, const SayNews& say);
 
 /// Makes the folder and its batch.json, as RunBatch does, and says what is finished there; beside others.
 BatchOutcome StartBatchFolder(const BatchOptions& options);

@@ -6,7 +6,8 @@
 namespace crownfit {
 
 struct SlurmOptions {
-  size_t chunk = 0;                 ///< crowns a task; 0: so many that scheduling costs little and the array stays within the cluster's limit
+  size_t chunk =
+      0;  ///< crowns a task; 0: so many that scheduling costs little and the array stays within the cluster's limit
   std::vector<std::string> sbatch;  ///< further arguments of sbatch
 };
 

@@ -128,7 +128,11 @@ with tempfile.TemporaryDirectory() as temporary:
     (folder / "cluster").mkdir()
     manifest, out = folder / "manifest.csv", folder / "out"
     manifest.write_text("id,capture,max_pixels\n" + "".join(f"c{i:03},{capture},{200 + 10 * i}\n" for i in range(fits)))
-    cluster = Cluster(folder / "cluster")
+    try:
+        cluster = Cluster(folder / "cluster")
+    except (subprocess.CalledProcessError, AssertionError, LookupError) as e:
+        print("NOT RUN: Slurm can't be brought up here:", e)
+        sys.exit(77)
     try:
         begin = time.time()
         print(batch(manifest, "-o", out, "--slurm"), end="")
