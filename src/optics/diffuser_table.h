@@ -77,7 +77,8 @@ class DiffuserTable {
   void AddTotals(const DiffusingStack<T>& stack, const std::vector<Totals>& totals);
   void AddOuterWay(const DiffusingStack<T>& stack, const std::vector<Totals>& totals);
   static double OuterThickness(size_t node) {
-    return Terms<double>::TableThickness(2.0 * static_cast<double>(node / kInnerNodes));
+    const size_t row = node / kInnerNodes;
+    return Terms<double>::TableThickness(2.0 * static_cast<double>(row));
   }
   static double InnerThickness(size_t node) {
     return Terms<double>::TableThickness(static_cast<double>(node % kInnerNodes));
