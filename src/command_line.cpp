@@ -5,6 +5,8 @@
 #include <iostream>
 #include <sstream>
 
+#include "command_line_parts.h"
+
 namespace crownfit {
 namespace {
 
@@ -182,6 +184,7 @@ CommandLine Parse(const std::vector<std::string>& arguments, std::ostream& error
       "  crownfit match M --capture C -o M2     effective parameters that make the viewer look like path tracing\n"
       "  crownfit synthesize RECIPE -o CAPTURE  path-traced photographs with a known answer\n"
       "  crownfit slab SLAB.json                reflectance and transmittance of a flat layered sample\n"
+      "  crownfit calibrate WHAT IMAGES         camera, noise, blur, colour, lights and poses from photographs\n"
       "  crownfit compare A B                   CIEDE2000 between two pictures\n\n"
       "CAPTURE is a folder that holds capture.json, or that file. docs/file_formats.md describes it.\n"
       "Exit codes: 0 done; 1 finished, but the result must not be used (reasons are printed); 2 wrong input;\n"
@@ -228,6 +231,7 @@ CommandLine Parse(const std::vector<std::string>& arguments, std::ostream& error
 
   AddView(app, line);
   AddMatch(app, line);
+  AddCalibrate(app, line);
   BatchWords more;
   const CLI::App* batch = AddBatch(app, line, text, more);
 
@@ -265,6 +269,7 @@ CommandLine Parse(const std::vector<std::string>& arguments, std::ostream& error
     return line;
   }
   line.command = app.get_subcommands().front()->get_name();
+  if (line.command == "calibrate") line.calibrate.task = app.get_subcommands().front()->get_subcommands().front()->get_name();
   line.fit.use_priors = !text.no_priors;
   if (slab->parsed() && slab->count("--model") == 0) line.fit.model = "layered";
   const auto complain = [&](const std::string& message) {

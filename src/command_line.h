@@ -8,6 +8,7 @@
 
 #include "base/progress.h"
 #include "batch/slurm.h"
+#include "calibrate_line.h"
 #include "report/crown_fit.h"
 
 namespace crownfit {
@@ -35,7 +36,8 @@ struct CommandLine {
   BatchOptions batch;
   std::optional<SlurmOptions> slurm;  ///< batch: submit instead of fitting here
   std::string batch_task;             ///< "status", "collect", "cancel", or empty
-  std::optional<int> exit_code;       ///< set when parsing already answered (--help, --version, a wrong option)
+  CalibrateLine calibrate;
+  std::optional<int> exit_code;  ///< set when parsing already answered (--help, --version, a wrong option)
 };
 
 /// Parses; prints help and complaints itself.

@@ -15,7 +15,7 @@ int main(int argc, char** argv) {
       {"compare", crownfit::RunCompare},       {"fit", crownfit::RunFit},
       {"render", crownfit::RunRender},         {"slab", crownfit::RunSlab},
       {"synthesize", crownfit::RunSynthesize}, {"view", crownfit::RunView},
-      {"match", crownfit::RunMatch},
+      {"match", crownfit::RunMatch},           {"calibrate", crownfit::RunCalibrate},
   };
   try {
     const crownfit::CommandLine line = crownfit::ParseCommandLine(argc, argv);

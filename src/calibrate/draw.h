@@ -1,0 +1,18 @@
+#pragma once
+// Lines and marks on pictures.
+
+#include <glm/glm.hpp>
+
+#include "photo/image_io.h"
+
+namespace crownfit {
+
+void DrawLine(Image& image, glm::dvec2 from, glm::dvec2 to, const glm::dvec3& colour);
+void DrawDot(Image& image, glm::dvec2 centre, double radius, const glm::dvec3& colour);
+void DrawRectangle(Image& image, glm::dvec2 low, glm::dvec2 high, const glm::dvec3& colour);
+void FillRectangle(Image& image, glm::dvec2 low, glm::dvec2 high, const glm::dvec3& colour);
+
+/// Colours that are easy to tell apart on white, over and over.
+glm::dvec3 DistinctColour(size_t index);
+
+}  // namespace crownfit

@@ -1,0 +1,26 @@
+#include "calibrate/product.h"
+
+#include <cstdio>
+
+#include "base/files.h"
+
+namespace crownfit {
+
+std::string Text(double value, const std::string& unit) {
+  char text[64];
+  std::snprintf(text, sizeof text, "%.3g", value);
+  return unit.empty() ? text : std::string(text) + " " + unit;
+}
+
+JsonValue ProductJson(const Product& product, const std::vector<std::filesystem::path>& inputs) {
+  JsonValue::Object root{{"format", product.format}}, quality, digests;
+  root.insert(root.end(), product.content.begin(), product.content.end());
+  for (const Figure& figure : product.figures) quality.emplace_back(figure.name, figure.value);
+  if (!product.notes.empty()) quality.emplace_back("notes", product.notes);
+  for (const auto& input : inputs) digests.emplace_back(input.filename().string(), Sha256OfFile(input));
+  root.emplace_back("quality", std::move(quality));
+  root.emplace_back("provenance", JsonValue::Object{{"inputs_sha256", std::move(digests)}});
+  return root;
+}
+
+}  // namespace crownfit

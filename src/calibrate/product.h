@@ -1,0 +1,35 @@
+#pragma once
+// What a calibration command found: a file for the capture, figures for people, and whether it is good enough.
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "base/json_file.h"
+#include "photo/image.h"
+
+namespace crownfit {
+
+struct Figure {
+  std::string name;
+  double value;
+  std::string unit;
+};
+
+/// A side file of a capture in the making. With a refusal it is not good enough to be written.
+struct Product {
+  std::string format;              ///< "crownfit-camera/1", ...
+  JsonValue::Object content;       ///< what the file holds beside format, quality and provenance
+  std::vector<Figure> figures;     ///< how good it is; they stand under "quality" too
+  std::vector<std::string> notes;  ///< usable, but
+  std::vector<std::string> refusals;
+  Image picture;  ///< to look at; empty: none
+};
+
+/// "0.21 px"; a few digits, for messages.
+std::string Text(double value, const std::string& unit = "");
+
+/// The product as JSON, with its figures under "quality" and the digests of `inputs` under "provenance".
+JsonValue ProductJson(const Product& product, const std::vector<std::filesystem::path>& inputs);
+
+}  // namespace crownfit

@@ -1,0 +1,57 @@
+#include <CLI/CLI.hpp>
+
+#include "command_line.h"
+#include "command_line_parts.h"
+
+namespace crownfit {
+namespace {
+
+CLI::App* AddTask(CLI::App* calibrate, CommandLine& line, const char* name, const std::string& what) {
+  auto* task = calibrate->add_subcommand(name, what);
+  task->add_option("-o,--output", line.output, "The file to write.");
+  task->add_option("--picture", line.calibrate.picture, "PNG to look at (default: beside the file, .png).");
+  task->add_flag("--json", line.json, "Print JSON.");
+  return task;
+}
+
+void AddImages(CLI::App* task, CommandLine& line, const char* what) {
+  task->add_option("IMAGES", line.calibrate.images, what)->required();
+}
+
+void AddBoard(CLI::App* task, CommandLine& line) {
+  Board& board = line.calibrate.board;
+  task->add_option("--corners", line.calibrate.corners,
+                   "COLUMNSxROWS of inner corners, such as 9x6: one less than squares. apriltag: tags.");
+  task->add_option("--square-mm", board.square_mm, "A square's size, measured on the print. apriltag: a tag's.");
+  task->add_option("--marker-mm", board.marker_mm, "charuco: a marker's size (default: 3/4 of a square).");
+  task->add_option("--gap-mm", board.gap_mm, "apriltag: between tags (default: 3/10 of a tag).");
+  task->add_option("--dictionary", board.dictionary, "The markers', OpenCV's name (default 4X4_250; APRILTAG_36h11).");
+}
+
+}  // namespace
+
+void AddCalibrate(CLI::App& app, CommandLine& line) {
+  auto* calibrate = app.add_subcommand(
+      "calibrate",
+      "Makes what a capture needs from photographs: each command writes one file, prints how good it is, draws a\n"
+      "picture of it, and writes nothing when it is not good enough (exit code 1). docs/calibration.md walks through.");
+  calibrate->require_subcommand(1);
+
+  auto* camera = AddTask(calibrate, line, "camera",
+                         "Focal length, principal point and distortion from 10 to 20 photographs of a board.");
+  AddImages(camera, line, "Photographs of the board, tilted in different directions, with one focus and aperture.");
+  camera->add_option("--board", line.calibrate.target, "chessboard, charuco or apriltag (a grid of tags).")->required();
+  AddBoard(camera, line);
+  camera->add_option("--distortion", line.calibrate.distortion,
+                     "none, radial1, radial2, radial2_tangential or full (default: as much as the corners tell).");
+
+  auto* target =
+      calibrate->add_subcommand("target", "Writes a target to print, as SVG in mm, and a jig's markers as JSON.");
+  target->add_option("KIND", line.calibrate.target, "chessboard, charuco, apriltag, or jig: markers around a crown.")
+      ->required();
+  target->add_option("-o,--output", line.output, "The SVG to write; a jig's markers go beside it, .json.")->required();
+  AddBoard(target, line);
+  target->add_option("--inside-mm", line.calibrate.inside_mm, "jig: width of the place for the crown (default 16).");
+}
+
+}  // namespace crownfit

@@ -1,0 +1,14 @@
+#pragma once
+// Parts of the command line that stand in files of their own.
+
+namespace CLI {
+class App;
+}
+
+namespace crownfit {
+
+struct CommandLine;
+
+void AddCalibrate(CLI::App& app, CommandLine& line);
+
+}  // namespace crownfit
