@@ -45,6 +45,25 @@ void AddCalibrate(CLI::App& app, CommandLine& line) {
   camera->add_option("--distortion", line.calibrate.distortion,
                      "none, radial1, radial2, radial2_tangential or full (default: as much as the corners tell).");
 
+  auto* noise = AddTask(calibrate, line, "noise",
+                        "Gain, read noise, black level and saturation from pairs of photographs of a still scene.");
+  AddImages(noise, line,
+            "Pairs A A' B B' ..., each twice the same, with light and dark places, nothing moved. RAW or linear.");
+  noise->add_option("--dark", line.calibrate.darks, "Frames with the lens cap on (at least two for the read noise).");
+  noise->add_flag("--series", line.calibrate.is_series,
+                  "IMAGES are one still scene at rising exposures: neighbours make pairs, and linearity is checked.");
+  noise->add_flag("--linear", line.calibrate.is_linear, "Take the files as linear, such as a machine-vision camera's.");
+
+  auto* exposures = AddTask(calibrate, line, "exposures",
+                            "One linear picture (EXR, and its variance beside it) from exposures of a still scene.");
+  AddImages(exposures, line, "The exposures, in any order. Encoded ones (JPEG, PNG): their response is found first.");
+  exposures->add_option("--times", line.calibrate.times, "Their exposure times, in the same order, any unit.")
+      ->required()
+      ->delimiter(',');
+  exposures->add_option("--noise", line.calibrate.noise, "noise.json of the camera: black level, weights, variance.");
+  exposures->add_option("--dark", line.calibrate.darks, "Frames with the lens cap on: their mean is the black level.");
+  exposures->add_flag("--linear", line.calibrate.is_linear, "Take the files as linear.");
+
   auto* target =
       calibrate->add_subcommand("target", "Writes a target to print, as SVG in mm, and a jig's markers as JSON.");
   target->add_option("KIND", line.calibrate.target, "chessboard, charuco, apriltag, or jig: markers around a crown.")

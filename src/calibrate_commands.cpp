@@ -8,6 +8,8 @@
 #include "base/parallel.h"
 #include "base/progress.h"
 #include "calibrate/estimate_camera.h"
+#include "calibrate/estimate_noise.h"
+#include "calibrate/exposure_series.h"
 #include "calibrate/printed_targets.h"
 #include "commands.h"
 
@@ -21,7 +23,7 @@ int Finish(const Product& product, const std::vector<std::filesystem::path>& inp
   if (product.picture.width && !picture.empty()) WriteImageFile(picture, product.picture);
   const JsonValue file = ProductJson(product, inputs);
   const bool write = product.refusals.empty() && !line.output.empty();
-  if (write) WriteTextFile(line.output, ToJsonText(file));
+  if (write && !product.format.empty()) WriteTextFile(line.output, ToJsonText(file));
   if (line.json) {
     std::fputs(ToJsonText(file).c_str(), stdout);
   } else {
@@ -52,6 +54,16 @@ Board BoardOf(const CommandLine& line) {
     throw InputError("", "--corners", "expected COLUMNSxROWS, such as 9x6, found '" + corners + "'");
   if (const std::string fault = FaultOf(board); !fault.empty()) throw InputError("", "", fault);
   return board;
+}
+
+void RequireOneSize(const Image& image, const Image& first, const std::filesystem::path& file,
+                    const std::filesystem::path& first_file) {
+  if (image.width == first.width && image.height == first.height && image.channels == first.channels) return;
+  const auto size = [](const Image& i) {
+    return std::to_string(i.width) + " x " + std::to_string(i.height) + " pixels of " + std::to_string(i.channels);
+  };
+  throw InputError(file, "",
+                   "has " + size(image) + " channels, but " + first_file.filename().string() + " has " + size(first));
 }
 
 int CalibrateCamera(const CommandLine& line) {
@@ -88,6 +100,103 @@ int CalibrateCamera(const CommandLine& line) {
   return Finish(CameraProduct(views, width, height, model->second), files, line);
 }
 
+/// Linear pictures, or a complaint.
+std::vector<ImageFile> ReadLinear(const std::vector<std::filesystem::path>& files, bool taken_as_linear) {
+  std::vector<ImageFile> photos;
+  for (const auto& file : files) {
+    photos.push_back(ReadImageFile(file));
+    if (photos.back().is_srgb_encoded && !taken_as_linear)
+      throw InputError(file, "",
+                       "is encoded for display, and noise after a camera's tone curve says nothing of its sensor",
+                       "Give RAW files, or say --linear when the values are proportional to the light.");
+    RequireOneSize(photos.back().image, photos[0].image, file, files[0]);
+  }
+  return photos;
+}
+
+int CalibrateNoise(const CommandLine& line) {
+  Progress progress(line.progress);
+  progress.Show("reading", 0.0);
+  const auto photos = ReadLinear(line.calibrate.images, line.calibrate.is_linear);
+  const auto dark_files = ReadLinear(line.calibrate.darks, line.calibrate.is_linear);
+  if (photos.size() < 2 || (!line.calibrate.is_series && photos.size() % 2))
+    throw InputError("", "IMAGES", "expected pairs of photographs, found " + std::to_string(photos.size()),
+                     "Photograph every scene twice, A A' B B'; or say --series.");
+  std::vector<std::pair<const Image*, const Image*>> pairs;
+  for (size_t i = 0; i + 1 < photos.size(); i += line.calibrate.is_series ? 1 : 2)
+    pairs.emplace_back(&photos[i].image, &photos[i + 1].image);
+  std::vector<const Image*> darks;
+  for (const auto& dark : dark_files) darks.push_back(&dark.image);
+  progress.Show("photon transfer", 0.5);
+  const Product product = NoiseProduct(pairs, darks);
+  progress.Clear();
+  auto inputs = line.calibrate.images;
+  inputs.insert(inputs.end(), line.calibrate.darks.begin(), line.calibrate.darks.end());
+  return Finish(product, inputs, line);
+}
+
+int MergeSeries(const CommandLine& line) {
+  auto files = line.calibrate.images;
+  if (line.calibrate.times.size() != files.size())
+    throw InputError(
+        "", "--times",
+        std::to_string(line.calibrate.times.size()) + " times for " + std::to_string(files.size()) + " photographs");
+  if (files.size() < 2) throw InputError("", "IMAGES", "a series has at least two exposures");
+  if (line.output.extension() != ".exr") throw InputError(line.output, "-o", "the merged picture is written as .exr");
+  std::vector<std::pair<double, std::filesystem::path>> order;
+  for (size_t i = 0; i < files.size(); ++i) order.emplace_back(line.calibrate.times[i], files[i]);
+  std::sort(order.begin(), order.end());
+  if (order.front().first <= 0) throw InputError("", "--times", "exposure times are positive");
+  std::vector<ImageFile> photos;
+  ExposureSeries series;
+  for (const auto& [time, file] : order) {
+    photos.push_back(ReadImageFile(file));
+    RequireOneSize(photos.back().image, photos[0].image, file, order[0].second);
+    series.times.push_back(time);
+  }
+  if (line.calibrate.noise) series.noise = ReadSensorNoise(*line.calibrate.noise);
+  const bool encoded = photos[0].is_srgb_encoded && !line.calibrate.is_linear;
+  Product product;
+  if (encoded) {
+    const auto response = EstimateResponse(photos, series.times);
+    double departure = 0;
+    for (int v = 8; v < 250; ++v)
+      for (int c = 0; c < 3; ++c) departure = std::max(departure, std::abs(SrgbFromLinear(response[v][c]) - v / 255.0));
+    product.figures.push_back({"response_from_srgb", 255 * departure, "of 255"});
+    for (auto& photo : photos) photo.image = Decoded(photo.image, response);
+  }
+  for (auto& photo : photos) series.photographs.push_back(std::move(photo.image));
+  if (!line.calibrate.darks.empty()) {
+    const auto darks = ReadLinear(line.calibrate.darks, true);
+    for (int c = 0; c < 3; ++c) {
+      double sum = 0, count = 0;
+      for (const auto& dark : darks)
+        for (size_t i = std::min(c, dark.image.channels - 1); i < dark.image.values.size(); i += dark.image.channels)
+          sum += dark.image.values[i], ++count;
+      series.noise.black[c] = sum / count;
+    }
+  }
+  const MergedExposures merged = MergeExposures(series);
+  for (size_t k = 0; k < merged.time_ratios.size(); ++k)
+    product.figures.push_back({"ratio_" + Text(series.times[k + 1]) + "_to_" + Text(series.times[k]) + "_over_times",
+                               merged.time_ratios[k], ""});
+  product.figures.push_back({"nonlinearity", 100 * merged.worst_ratio, "%"});
+  product.figures.push_back({"saturated_in_all", 100 * merged.share_saturated, "% of pixels"});
+  if (merged.worst_ratio > 0.1)
+    product.refusals.push_back(
+        "exposures differ by " + Text(100 * merged.worst_ratio, "%") +
+        " from what their times let expect: are the times right, did the light drift, are the files "
+        "linear?");
+  else if (merged.worst_ratio > 0.03)
+    product.notes.push_back("exposures depart by " + Text(100 * merged.worst_ratio, "%") + " from their times.");
+  if (product.refusals.empty()) {
+    const std::filesystem::path variance = line.output.stem().string() + "_variance.exr";
+    WriteImageFile(line.output, merged.linear);
+    WriteImageFile(line.output.parent_path() / variance, merged.variance);
+  }
+  return Finish(product, files, line);
+}
+
 int WriteTarget(const CommandLine& line) {
   if (line.output.extension() != ".svg") throw InputError(line.output, "-o", "a target is written as .svg");
   if (line.calibrate.target != "jig") {
@@ -105,8 +214,8 @@ int WriteTarget(const CommandLine& line) {
 }  // namespace
 
 int RunCalibrate(const CommandLine& line) {
-  const std::map<std::string, std::function<int(const CommandLine&)>> tasks{{"camera", CalibrateCamera},
-                                                                            {"target", WriteTarget}};
+  const std::map<std::string, std::function<int(const CommandLine&)>> tasks{
+      {"camera", CalibrateCamera}, {"noise", CalibrateNoise}, {"exposures", MergeSeries}, {"target", WriteTarget}};
   return tasks.at(line.calibrate.task)(line);
 }
 

@@ -15,7 +15,12 @@ struct CalibrateLine {
   std::vector<std::filesystem::path> images;
   std::optional<std::filesystem::path> picture;
   Board board;
-  std::string corners;     ///< COLUMNSxROWS
+  std::string corners;  ///< COLUMNSxROWS
+  std::vector<std::filesystem::path> darks;
+  std::vector<double> times;  ///< of the exposures
+  std::optional<std::filesystem::path> noise;
+  bool is_linear = false;  ///< the files are proportional to the light, whatever they say of themselves
+  bool is_series = false;  ///< noise: neighbours in the list are pairs
   double inside_mm = 16;   ///< target jig
   std::string target;      ///< chessboard, charuco, apriltag, jig
   std::string distortion;  ///< empty: as much as the corners tell

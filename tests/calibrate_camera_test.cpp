@@ -4,26 +4,16 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <cstdlib>
 #include <fstream>
 
 #include "base/error.h"
 #include "base/random.h"
 #include "calibrate/estimate_camera.h"
+#include "support/real_data.h"
 #include "support/rendered_target.h"
 
 namespace crownfit {
 namespace {
-
-std::filesystem::path RealData() {
-  const char* folder = std::getenv("CROWNFIT_REFERENCE");
-  return std::filesystem::path(folder ? folder : "../shared") / "data/real";
-}
-
-#define REQUIRE_REAL_DATA(folder)                         \
-  const std::filesystem::path real = RealData() / folder; \
-  if (!std::filesystem::is_directory(real))               \
-  GTEST_SKIP() << "NOT RUN: no " << real << "; set CROWNFIT_REFERENCE to the folder with the reference data"
 
 std::vector<CameraView> ReadViews(const std::filesystem::path& folder, const std::string& start, const Board& board) {
   std::vector<std::filesystem::path> files;

@@ -13,7 +13,8 @@ std::string Text(double value, const std::string& unit) {
 }
 
 JsonValue ProductJson(const Product& product, const std::vector<std::filesystem::path>& inputs) {
-  JsonValue::Object root{{"format", product.format}}, quality, digests;
+  JsonValue::Object root, quality, digests;
+  if (!product.format.empty()) root.emplace_back("format", product.format);
   root.insert(root.end(), product.content.begin(), product.content.end());
   for (const Figure& figure : product.figures) quality.emplace_back(figure.name, figure.value);
   if (!product.notes.empty()) quality.emplace_back("notes", product.notes);

@@ -18,7 +18,7 @@ struct Figure {
 
 /// A side file of a capture in the making. With a refusal it is not good enough to be written.
 struct Product {
-  std::string format;              ///< "crownfit-camera/1", ...
+  std::string format;              ///< "crownfit-camera/1", ...; empty: no file of that kind
   JsonValue::Object content;       ///< what the file holds beside format, quality and provenance
   std::vector<Figure> figures;     ///< how good it is; they stand under "quality" too
   std::vector<std::string> notes;  ///< usable, but

@@ -1,0 +1,35 @@
+#pragma once
+// Photon transfer (Janesick 2007): gain, read noise, black level and saturation of a camera from pairs of photographs
+// of one still scene and from dark frames.
+
+#include <array>
+#include <glm/glm.hpp>
+#include <optional>
+#include <utility>
+#include <vector>
+
+#include "calibrate/product.h"
+
+namespace crownfit {
+
+/// What one channel's values say, in units of the values (full scale is 1).
+struct ChannelNoise {
+  double gain = 0, read_noise = 0, black = 0;  ///< variance = gain x (value - black) + read_noise^2
+  double gain_stddev = 0, read_noise_stddev = 0, black_stddev = 0;
+  std::optional<double> saturation;  ///< where the response leaves its line by 1 %, or where values pile up
+  double chi2 = 0;                   ///< per degree of freedom, of the variances against the line
+  double nonlinearity = 0;           ///< largest relative departure below saturation; known from unequal exposures only
+  double shift_px = 0;               ///< largest between two photographs of a pair
+  std::vector<glm::dvec3> points;    ///< value, variance of a value there, its standard deviation
+};
+
+/// The photographs of a pair may differ in exposure: their ratio is found. Values linear. Darks: frames without light.
+/// Nothing when fewer than two levels can be told apart.
+std::optional<ChannelNoise> EstimateChannelNoise(const std::vector<std::pair<const Image*, const Image*>>& pairs,
+                                                 const std::vector<const Image*>& darks, int channel);
+
+/// noise.json with its figures, gates and picture. Grey pictures and unprocessed mosaics count for all channels alike.
+Product NoiseProduct(const std::vector<std::pair<const Image*, const Image*>>& pairs,
+                     const std::vector<const Image*>& darks);
+
+}  // namespace crownfit
