@@ -64,6 +64,22 @@ void AddCalibrate(CLI::App& app, CommandLine& line) {
   exposures->add_option("--dark", line.calibrate.darks, "Frames with the lens cap on: their mean is the black level.");
   exposures->add_flag("--linear", line.calibrate.is_linear, "Take the files as linear.");
 
+  auto* blur =
+      AddTask(calibrate, line, "blur",
+              "Point spread and veiling glare from a photograph of a slanted dark square (`calibrate target jig`).");
+  AddImages(blur, line, "One photograph, focused as for the crown, paper at half of saturation. RAW or linear.");
+  blur->add_option("--region", line.calibrate.region,
+                   "X,Y,WIDTH,HEIGHT in pixels, where the square is (default: anywhere).")
+      ->expected(4)
+      ->delimiter(',');
+  blur->add_option("--dark-reflectance", line.calibrate.dark_reflectance,
+                   "Of the square, for the veiling glare: 0.03 to 0.05 for ink, 0 for a hole into a dark box.")
+      ->check(CLI::Range(0.0, 0.5));
+  blur->add_option("--light-reflectance", line.calibrate.light_reflectance, "Of the paper (default 0.9).")
+      ->check(CLI::Range(0.1, 1.0));
+  blur->add_option("--noise", line.calibrate.noise, "noise.json of the camera: black level and saturation.");
+  blur->add_flag("--linear", line.calibrate.is_linear, "Take the file as linear.");
+
   auto* target =
       calibrate->add_subcommand("target", "Writes a target to print, as SVG in mm, and a jig's markers as JSON.");
   target->add_option("KIND", line.calibrate.target, "chessboard, charuco, apriltag, or jig: markers around a crown.")

@@ -7,6 +7,7 @@
 #include "base/files.h"
 #include "base/parallel.h"
 #include "base/progress.h"
+#include "calibrate/estimate_blur.h"
 #include "calibrate/estimate_camera.h"
 #include "calibrate/estimate_noise.h"
 #include "calibrate/exposure_series.h"
@@ -135,6 +136,53 @@ int CalibrateNoise(const CommandLine& line) {
   return Finish(product, inputs, line);
 }
 
+/// The part of a picture from (x, y) on.
+Image Part(const Image& image, int x0, int y0, int width, int height) {
+  Image part(width, height, image.channels);
+  for (int y = 0; y < height; ++y)
+    for (int x = 0; x < width; ++x)
+      for (int c = 0; c < image.channels; ++c) part.at(x, y, c) = image.at(x0 + x, y0 + y, c);
+  return part;
+}
+
+/// Subtracts the black level of noise.json, where one is given; the level from which values are saturated.
+double RemoveBlack(Image& image, const std::optional<std::filesystem::path>& noise_file) {
+  if (!noise_file) return 0.98;
+  const SensorNoise noise = ReadSensorNoise(*noise_file);
+  for (size_t i = 0; i < image.values.size(); ++i)
+    image.values[i] -= static_cast<float>(noise.black[std::min<size_t>(i % image.channels, 2)]);
+  return noise.saturation[0].value_or(0.98) - noise.black[0];
+}
+
+int CalibrateBlur(const CommandLine& line) {
+  if (line.calibrate.images.size() != 1) throw InputError("", "IMAGES", "blur is measured in one photograph at a time");
+  ImageFile photo = ReadLinear(line.calibrate.images, line.calibrate.is_linear)[0];
+  BlurInput input;
+  input.dark_reflectance = line.calibrate.dark_reflectance;
+  input.light_reflectance = line.calibrate.light_reflectance;
+  input.saturation = RemoveBlack(photo.image, line.calibrate.noise);
+  photo.is_srgb_encoded = false;
+  ImageFile searched = photo;
+  glm::dvec2 corner(0.0);
+  if (const auto& region = line.calibrate.region; !region.empty()) {
+    const bool inside = region[0] >= 0 && region[1] >= 0 && region[2] >= 30 && region[3] >= 30 &&
+                        region[0] + region[2] <= photo.image.width && region[1] + region[3] <= photo.image.height;
+    if (!inside)
+      throw InputError(line.calibrate.images[0], "--region", "is not inside the picture, or under 30 px wide");
+    corner = {std::floor(region[0]), std::floor(region[1])};
+    searched.image = Part(photo.image, static_cast<int>(corner.x), static_cast<int>(corner.y),
+                          static_cast<int>(region[2]), static_cast<int>(region[3]));
+  }
+  input.edges = FindSlantedSquare(searched);
+  for (Edge& edge : input.edges) edge = {edge.from + corner, edge.to + corner};
+  if (input.edges.empty())
+    throw InputError(
+        line.calibrate.images[0], "", "shows no dark square on white that is slanted against the pixels",
+        "Print `crownfit calibrate target jig`; its square is slanted by 5 degrees when the print lies straight. "
+        "Give --region where other things in the picture are dark too.");
+  return Finish(BlurProduct(photo.image, input), line.calibrate.images, line);
+}
+
 int MergeSeries(const CommandLine& line) {
   auto files = line.calibrate.images;
   if (line.calibrate.times.size() != files.size())
@@ -214,8 +262,11 @@ int WriteTarget(const CommandLine& line) {
 }  // namespace
 
 int RunCalibrate(const CommandLine& line) {
-  const std::map<std::string, std::function<int(const CommandLine&)>> tasks{
-      {"camera", CalibrateCamera}, {"noise", CalibrateNoise}, {"exposures", MergeSeries}, {"target", WriteTarget}};
+  const std::map<std::string, std::function<int(const CommandLine&)>> tasks{{"camera", CalibrateCamera},
+                                                                            {"noise", CalibrateNoise},
+                                                                            {"blur", CalibrateBlur},
+                                                                            {"exposures", MergeSeries},
+                                                                            {"target", WriteTarget}};
   return tasks.at(line.calibrate.task)(line);
 }
 

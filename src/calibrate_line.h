@@ -19,6 +19,8 @@ struct CalibrateLine {
   std::vector<std::filesystem::path> darks;
   std::vector<double> times;  ///< of the exposures
   std::optional<std::filesystem::path> noise;
+  std::vector<double> region;  ///< blur: x, y, width, height in pixels
+  std::optional<double> dark_reflectance, light_reflectance;
   bool is_linear = false;  ///< the files are proportional to the light, whatever they say of themselves
   bool is_series = false;  ///< noise: neighbours in the list are pairs
   double inside_mm = 16;   ///< target jig

@@ -221,9 +221,11 @@ std::optional<ChannelNoise> EstimateChannelNoise(const std::vector<std::pair<con
   for (const Level& level : levels) {
     const double expected = gain * level.per_gain + read2 * level.per_read;
     chi2 += std::pow((level.variance - expected) / (level.relative_stddev * std::max(expected, 1e-14)), 2.0);
-    if (level.per_gain > 0)
-      noise.points.emplace_back(level.value, level.variance / (level.per_gain / level.value),
-                                level.relative_stddev * level.variance / (level.per_gain / level.value));
+    if (level.per_gain <= 0) continue;
+    // Of one value at unit exposure ratio, as the picture shows it.
+    const double per_value = level.per_gain / level.value;
+    noise.points.emplace_back(level.value, (level.variance - read2 * (level.per_read - per_value)) / per_value,
+                              level.relative_stddev * level.variance / per_value);
   }
   noise.chi2 = chi2 / std::max(1.0, static_cast<double>(levels.size()) - 2.0);
   const double inflate = std::sqrt(std::max(1.0, noise.chi2));
@@ -264,8 +266,7 @@ Image NoisePicture(const std::vector<ChannelNoise>& channels) {
     }
   }
   DrawText(picture, kLeft, kHeight - 22, 13, "value above black, 0.001 to 1 of full scale (logarithmic)", 0.0f);
-  DrawText(picture, kLeft, kHeight - 6, 13,
-           "dots: variance between photographs; lines: gain x value + read noise squared", 0.0f);
+  DrawText(picture, kLeft, kHeight - 6, 13, "dots: variance; lines: gain x value + read noise squared", 0.0f);
   DrawText(picture, 4, 14, 12, Text(high), 0.0f);
   DrawText(picture, 4, kHeight - kBottom, 12, Text(low), 0.0f);
   return picture;

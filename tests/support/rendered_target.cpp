@@ -52,24 +52,34 @@ Image RenderTarget(const PrintedTarget& target, const glm::dvec2& target_origin_
   const Raster raster(target);
   const RigidTransform board_from_camera = camera_from_board.Inverse();
   const glm::dvec3 eye = board_from_camera.translation_mm;
-  constexpr int kStrata = 4;
-  Image sharp(camera.width, camera.height, 1);
-  ParallelFor(camera.height, 0, [&](size_t y) {
-    for (int x = 0; x < camera.width; ++x) {
-      double sum = 0;
-      for (int s = 0; s < kStrata * kStrata; ++s) {
-        const glm::dvec2 pixel(x + (s % kStrata + 0.5) / kStrata,
-                               static_cast<double>(y) + (s / kStrata + 0.5) / kStrata);
-        const glm::dvec3 d = board_from_camera.Direction(DirectionFromPixel(camera, pixel));
-        const double t = -eye.z / d.z;
-        const glm::dvec2 at = glm::dvec2(eye + t * d) + target_origin_mm;
-        const bool on_print = t > 0 && at.x >= 0 && at.y >= 0 && at.x <= target.size_mm.x && at.y <= target.size_mm.y;
-        sum += on_print ? 0.04 + 0.86 * raster.At(at) : light.surround;
-      }
-      sharp.at(x, static_cast<int>(y), 0) = static_cast<float>(light.level * sum / (kStrata * kStrata));
+  constexpr int kStrata = 4;  // blurred before pixels are averaged, as light is
+  Image fine(kStrata * camera.width, kStrata * camera.height, 1);
+  ParallelFor(fine.height, 0, [&](size_t y) {
+    for (int x = 0; x < fine.width; ++x) {
+      const glm::dvec2 pixel((x + 0.5) / kStrata, (static_cast<double>(y) + 0.5) / kStrata);
+      const glm::dvec3 d = board_from_camera.Direction(DirectionFromPixel(camera, pixel));
+      const double t = -eye.z / d.z;
+      const glm::dvec2 at = glm::dvec2(eye + t * d) + target_origin_mm;
+      const bool on_print = t > 0 && at.x >= 0 && at.y >= 0 && at.x <= target.size_mm.x && at.y <= target.size_mm.y;
+      fine.at(x, static_cast<int>(y), 0) =
+          static_cast<float>(light.level * (on_print ? 0.04 + 0.86 * raster.At(at) : light.surround));
     }
   });
-  return Noisy(Blurred(sharp, light.sigma_px), light.gain, light.read_noise, light.seed);
+  Image blurred = Blurred(fine, kStrata * light.sigma_px);
+  if (light.wide_weight > 0) {
+    const Image wide = Blurred(fine, kStrata * light.wide_sigma_px);
+    for (size_t i = 0; i < blurred.values.size(); ++i)
+      blurred.values[i] += static_cast<float>(light.wide_weight) * (wide.values[i] - blurred.values[i]);
+  }
+  Image image(camera.width, camera.height, 1);
+  double mean = 0;
+  for (int y = 0; y < fine.height; ++y)
+    for (int x = 0; x < fine.width; ++x) {
+      image.at(x / kStrata, y / kStrata, 0) += blurred.at(x, y, 0) / (kStrata * kStrata);
+      mean += fine.at(x, y, 0) / static_cast<double>(fine.values.size());
+    }
+  for (float& v : image.values) v += static_cast<float>(light.veiling_glare * (mean - v));
+  return Noisy(image, light.gain, light.read_noise, light.seed);
 }
 
 Image Blurred(const Image& image, double sigma_px) {
@@ -82,7 +92,8 @@ Image Blurred(const Image& image, double sigma_px) {
   for (int pass = 0; pass < 2; ++pass) {
     const Image& from = pass ? across : image;
     Image& to = pass ? both : across;
-    for (int y = 0; y < image.height; ++y)
+    ParallelFor(image.height, 0, [&](size_t row) {
+      const int y = static_cast<int>(row);
       for (int x = 0; x < image.width; ++x)
         for (int c = 0; c < image.channels; ++c) {
           double sum = 0;
@@ -91,6 +102,7 @@ Image Blurred(const Image& image, double sigma_px) {
                                                 pass ? std::clamp(y + i, 0, image.height - 1) : y, c);
           to.at(x, y, c) = static_cast<float>(sum / total);
         }
+    });
   }
   return both;
 }

@@ -12,6 +12,8 @@ struct RenderedLight {
   double level = 1.0;     ///< pixel of a white tile
   double surround = 0.3;  ///< reflectance of what lies around the print
   double sigma_px = 0.6;  ///< Gaussian blur
+  double wide_sigma_px = 3.0, wide_weight = 0.0;
+  double veiling_glare = 0.0;  ///< share of all light spread evenly
   double gain = 2e-5, read_noise = 1e-3;
   uint64_t seed = 1;
 };
