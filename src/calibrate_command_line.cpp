@@ -80,6 +80,25 @@ void AddCalibrate(CLI::App& app, CommandLine& line) {
   blur->add_option("--noise", line.calibrate.noise, "noise.json of the camera: black level and saturation.");
   blur->add_flag("--linear", line.calibrate.is_linear, "Take the file as linear.");
 
+  auto* colour =
+      AddTask(calibrate, line, "colour",
+              "From the camera's own values to linear sRGB, by a photograph of a ColorChecker Classic or Passport.");
+  AddImages(colour, line, "One photograph of the chart in the crown's place and light, its white patch unsaturated.");
+  colour->add_option(
+      "--chart", line.calibrate.chart,
+      "colorchecker_classic_2014 (default), colorchecker_classic_before_2014, or a file like those in calib/.");
+  colour
+      ->add_option(
+          "--chart-corners", line.calibrate.chart_corners,
+          "X1,Y1,...,X4,Y4 in pixels: outer corners of the outer patches, clockwise from the first patch's (dark\n"
+          "skin); for charts that are not found.")
+      ->expected(8)
+      ->delimiter(',');
+  colour->add_option("--flat-field", line.calibrate.flat_field,
+                     "A white card in the chart's place: evens out the light.");
+  colour->add_option("--noise", line.calibrate.noise, "noise.json of the camera: black level and saturation.");
+  colour->add_flag("--linear", line.calibrate.is_linear, "Take the file as linear.");
+
   auto* target =
       calibrate->add_subcommand("target", "Writes a target to print, as SVG in mm, and a jig's markers as JSON.");
   target->add_option("KIND", line.calibrate.target, "chessboard, charuco, apriltag, or jig: markers around a crown.")

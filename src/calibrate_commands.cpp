@@ -9,8 +9,10 @@
 #include "base/progress.h"
 #include "calibrate/estimate_blur.h"
 #include "calibrate/estimate_camera.h"
+#include "calibrate/estimate_colour.h"
 #include "calibrate/estimate_noise.h"
 #include "calibrate/exposure_series.h"
+#include "calibrate/find_chart.h"
 #include "calibrate/printed_targets.h"
 #include "commands.h"
 
@@ -183,6 +185,54 @@ int CalibrateBlur(const CommandLine& line) {
   return Finish(BlurProduct(photo.image, input), line.calibrate.images, line);
 }
 
+/// Divides by a white card's picture, smoothed over a twentieth of its width; its middle keeps its value.
+void Flatten(Image& image, const Image& card) {
+  const int radius = std::max(1, image.width / 40);
+  const Image smooth = BoxMean(card, radius);
+  for (int c = 0; c < image.channels; ++c) {
+    const float middle = smooth.at(image.width / 2, image.height / 2, c);
+    for (int y = 0; y < image.height; ++y)
+      for (int x = 0; x < image.width; ++x) image.at(x, y, c) *= middle / std::max(smooth.at(x, y, c), 1e-6f);
+  }
+}
+
+int CalibrateColour(const CommandLine& line) {
+  if (line.calibrate.images.size() != 1) throw InputError("", "IMAGES", "colour is calibrated from one photograph");
+  const auto& path = line.calibrate.images[0];
+  const Chart chart = ReadChart(line.calibrate.chart);
+  const ImageFile photo = ReadImageFile(path);
+  if (photo.image.channels < 3) throw InputError(path, "", "is grey; a colour chart needs a colour photograph");
+  const bool encoded = photo.is_srgb_encoded && !line.calibrate.is_linear;
+  Image linear = photo.image;
+  if (encoded)
+    for (float& v : linear.values) v = static_cast<float>(LinearFromSrgb(v));
+  double saturation = RemoveBlack(linear, line.calibrate.noise);
+  if (line.calibrate.flat_field) {
+    Image card = ReadImageFile(*line.calibrate.flat_field).image;
+    RequireOneSize(card, linear, *line.calibrate.flat_field, path);
+    if (encoded)
+      for (float& v : card.values) v = static_cast<float>(LinearFromSrgb(v));
+    RemoveBlack(card, line.calibrate.noise);
+    for (float& v : linear.values)
+      if (v >= saturation) v = 1e9f;  // still to be seen when the card has changed its value
+    Flatten(linear, card);
+    saturation = 1e6;
+  }
+  ChartCorners corners;
+  if (!line.calibrate.chart_corners.empty()) {
+    for (int k = 0; k < 4; ++k)
+      corners[k] = {line.calibrate.chart_corners[2 * k], line.calibrate.chart_corners[2 * k + 1]};
+  } else {
+    const auto found = FindClassicChart(photo, linear, chart);
+    if (!found)
+      throw InputError(path, "", "no ColorChecker was found: it must be whole, in focus, and at least 150 px wide",
+                       "Give the outer patches' corners by hand: --chart-corners X1,Y1,X2,Y2,X3,Y3,X4,Y4.");
+    corners = *found;
+  }
+  const auto readings = ReadPatches(linear, chart, corners, kClassicGap, saturation);
+  return Finish(ColourProduct(chart, readings, {&linear, encoded, photo.is_jpeg}), line.calibrate.images, line);
+}
+
 int MergeSeries(const CommandLine& line) {
   auto files = line.calibrate.images;
   if (line.calibrate.times.size() != files.size())
@@ -262,11 +312,9 @@ int WriteTarget(const CommandLine& line) {
 }  // namespace
 
 int RunCalibrate(const CommandLine& line) {
-  const std::map<std::string, std::function<int(const CommandLine&)>> tasks{{"camera", CalibrateCamera},
-                                                                            {"noise", CalibrateNoise},
-                                                                            {"blur", CalibrateBlur},
-                                                                            {"exposures", MergeSeries},
-                                                                            {"target", WriteTarget}};
+  const std::map<std::string, std::function<int(const CommandLine&)>> tasks{
+      {"camera", CalibrateCamera}, {"noise", CalibrateNoise},  {"blur", CalibrateBlur},
+      {"colour", CalibrateColour}, {"exposures", MergeSeries}, {"target", WriteTarget}};
   return tasks.at(line.calibrate.task)(line);
 }
 

@@ -21,6 +21,9 @@ struct CalibrateLine {
   std::optional<std::filesystem::path> noise;
   std::vector<double> region;  ///< blur: x, y, width, height in pixels
   std::optional<double> dark_reflectance, light_reflectance;
+  std::string chart = "colorchecker_classic_2014";  ///< colour
+  std::vector<double> chart_corners;                ///< colour: x, y of four corners
+  std::optional<std::filesystem::path> flat_field;  ///< colour: of a white card
   bool is_linear = false;  ///< the files are proportional to the light, whatever they say of themselves
   bool is_series = false;  ///< noise: neighbours in the list are pairs
   double inside_mm = 16;   ///< target jig

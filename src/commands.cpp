@@ -146,8 +146,8 @@ int RunRender(const CommandLine& line) {
       WriteImageFile(file, picture, line.half_float);
     }
     WriteImageFile(line.output / (photo.name + ".png"),
-                   DisplayPicture(picture, ComparisonScale(picture, r.on_object, photo.linear_rgb_from_sensor_rgb),
-                                  photo.linear_rgb_from_sensor_rgb));
+                   DisplayPicture(picture, ComparisonScale(picture, r.on_object, photo.rgb_from_sensor),
+                                  photo.rgb_from_sensor));
     progress.Clear();
     std::printf("%s\n", file.c_str());
   });

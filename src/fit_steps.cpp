@@ -172,7 +172,7 @@ std::vector<PhotographResult> ComparePhotographs(const CrownInput& input, const 
     r.is_holdout = spec.is_holdout;
     r.exposure_is_free = spec.exposure_is_free;
     r.saturated_pixels = photo.saturated_pixels;
-    r.rgb_from_sensor = spec.linear_rgb_from_sensor_rgb;
+    r.rgb_from_sensor = spec.rgb_from_sensor;
     r.photograph = photo.linear;
     r.prediction = Image(photo.linear.width, photo.linear.height, 3);
     r.compared.assign(photo.usable.size(), 0);

@@ -49,7 +49,7 @@ SceneDifference Compare(const PhotographSpec& spec, const Photograph& photo, Ima
   const bool exposure_is_known = !spec.exposure_is_free || spec.exposure_scale != 1.0;
   d.exposure = exposure_is_known ? spec.exposure_scale : FittingExposure(photo, prediction, mask);
   for (float& v : prediction.values) v *= static_cast<float>(d.exposure);
-  d.colours = ComparePictures(photo.linear, prediction, mask, spec.linear_rgb_from_sensor_rgb);
+  d.colours = ComparePictures(photo.linear, prediction, mask, spec.rgb_from_sensor);
   d.map = DifferenceColours(d.colours, kNotCompared);
   return d;
 }

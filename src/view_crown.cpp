@@ -119,8 +119,8 @@ std::string ViewCrown(const Capture& capture, const Material& material, const Vi
       WriteImageFile(*options.screenshot, picture);
     } else {
       renderer.Draw(photo, {.scenery = false}, canvas);
-      const double scale = ComparisonScale(picture, LitPixels(canvas.Read()), photo.linear_rgb_from_sensor_rgb);
-      WriteImageFile(*options.screenshot, DisplayPicture(picture, scale, photo.linear_rgb_from_sensor_rgb));
+      const double scale = ComparisonScale(picture, LitPixels(canvas.Read()), photo.rgb_from_sensor);
+      WriteImageFile(*options.screenshot, DisplayPicture(picture, scale, photo.rgb_from_sensor));
     }
   }
   if (options.benchmark_frames == 0) return "";

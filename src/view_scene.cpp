@@ -203,7 +203,7 @@ void ViewScene::TakeLight(const Capture& turned, const LightKey& key, const Vert
   const Image picture = DrawPhotograph(key.photograph, kCrownAlone);
   const PhotographSpec& photo = capture_.photographs[key.photograph];
   brightness_[key.photograph] =
-      ComparisonScale(picture, LitPixels(picture), photo.linear_rgb_from_sensor_rgb) / photo.exposure_scale;
+      ComparisonScale(picture, LitPixels(picture), photo.rgb_from_sensor) / photo.exposure_scale;
 }
 
 Image ViewScene::DrawPhotograph(size_t photograph, const ShownTerms& terms) {
@@ -244,7 +244,7 @@ void ViewScene::ShowAsBrightAsPhotograph() {
   std::vector<uint8_t> mask = LitPixels(DrawPhotograph(picture_of_, kCrownAlone));
   for (size_t i = 0; i < mask.size(); ++i) mask[i] = mask[i] && picture_->usable[i];
   brightness_[picture_of_] =
-      ComparisonScale(picture_->linear, mask, capture_.photographs[picture_of_].linear_rgb_from_sensor_rgb);
+      ComparisonScale(picture_->linear, mask, capture_.photographs[picture_of_].rgb_from_sensor);
 }
 
 void ViewScene::StartMask(size_t photograph) {

@@ -200,7 +200,7 @@ void CrownWindow::DrawPanes(const std::vector<Pane>& panes) {
     settings.scale = ScaleOf(pose_, camera, pane.size);
     settings.viewer_scale = brightness * scene_.exposure(state_.photograph);
     settings.photograph_scale = brightness;
-    if (state_.true_colour) settings.rgb_from_sensor = photo().linear_rgb_from_sensor_rgb;
+    if (state_.true_colour) settings.rgb_from_sensor = photo().rgb_from_sensor.matrix;
     display_.Draw(pane, window_.size(), canvas_.texture(), settings);
   }
 }

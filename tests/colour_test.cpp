@@ -2,6 +2,7 @@
 
 #include <cmath>
 
+#include "photo/colour.h"
 #include "report/colour_difference.h"
 #include "report/crown_fit.h"
 
@@ -65,7 +66,7 @@ TEST(Colour, EqualPicturesDifferByNothingWhateverTheirExposure) {
   EXPECT_EQ(d.median, 0.0);
   EXPECT_EQ(d.share_below_pt, 1.0);
   EXPECT_EQ(d.blocks, 8u);
-  EXPECT_NEAR(ComparisonScale(Image(4, 4, 3, 0.3f), std::vector<uint8_t>(16, 1), glm::dmat3(1.0)), 2.0, 1e-6);
+  EXPECT_NEAR(ComparisonScale(Image(4, 4, 3, 0.3f), std::vector<uint8_t>(16, 1), {}), 2.0, 1e-6);
 }
 
 TEST(Colour, BlocksAverageNoiseAndPixelsDoNot) {

@@ -255,15 +255,25 @@ JsonNode JsonObject::Require(const std::string& key) const {
   throw InputError(node_.file(), node_.key().empty() ? key : node_.key() + "." + key, "this required key is missing");
 }
 
-JsonFile::JsonFile(const std::filesystem::path& path) : file(path) {
+namespace {
+
+std::string TextOf(const std::filesystem::path& file) {
   std::error_code ignored;
   if (!std::filesystem::is_regular_file(file, ignored)) throw InputError(file, "", "there is no such file");
   std::ifstream stream(file, std::ios::binary);
   std::stringstream text;
   text << stream.rdbuf();
   if (!stream) throw InputError(file, "", "the file can't be read");
+  return text.str();
+}
+
+}  // namespace
+
+JsonFile::JsonFile(const std::filesystem::path& path) : JsonFile(path, TextOf(path)) {}
+
+JsonFile::JsonFile(const std::filesystem::path& name, const std::string& text) : file(name) {
   Builder builder;
-  if (!nlohmann::json::sax_parse(text.str(), &builder, nlohmann::json::input_format_t::json, true, true))
+  if (!nlohmann::json::sax_parse(text, &builder, nlohmann::json::input_format_t::json, true, true))
     throw InputError(file, "", "not valid JSON: " + builder.message);
   value = std::move(builder.root);
 }

@@ -78,6 +78,8 @@ class JsonObject {
 /// A JSON file held in memory. Throws InputError when it can't be read or is not JSON (depth up to 64).
 struct JsonFile {
   explicit JsonFile(const std::filesystem::path& file);
+  /// The same from text in memory; `name` stands for the file in complaints.
+  JsonFile(const std::filesystem::path& name, const std::string& text);
   JsonNode root() const { return JsonNode(&value, &file, ""); }
   /// The root object after its "format" tag was compared with `format`.
   JsonObject RootOfFormat(const std::string& format, std::vector<std::string> allowed_keys) const;

@@ -19,8 +19,8 @@ glm::dvec2 Distorted(const std::array<double, 8>& d, const glm::dvec2& p) {
 
 Camera ReadCamera(const std::filesystem::path& path) {
   const JsonFile file(path);
-  const JsonObject root =
-      file.RootOfFormat("crownfit-camera/1", {"width", "height", "fx", "fy", "cx", "cy", "distortion", "stddev", "quality", "provenance"});
+  const JsonObject root = file.RootOfFormat("crownfit-camera/1", {"width", "height", "fx", "fy", "cx", "cy",
+                                                                  "distortion", "stddev", "quality", "provenance"});
   Camera camera;
   camera.width = root.Require("width").Integer(1, 20000);
   camera.height = root.Require("height").Integer(1, 20000);

@@ -5,6 +5,7 @@
 
 #include "base/error.h"
 #include "base/json_file.h"
+#include "calibration/colour_file.h"
 
 namespace crownfit {
 namespace {
@@ -173,20 +174,6 @@ void ReadObject(const JsonNode& node, Capture& capture) {
   }
 }
 
-void ReadColour(const std::filesystem::path& path, PhotographSpec& photo) {
-  const JsonFile file(path);
-  const JsonObject root = file.RootOfFormat(
-      "crownfit-colour/1", {"linear_rgb_from_sensor_rgb", "white_sensor_rgb", "polynomial", "residual"});
-  const JsonNode node = root.Require("linear_rgb_from_sensor_rgb");
-  const auto rows = node.Items();
-  if (rows.size() != 3) node.Fail("expected 3 rows of 3 numbers");
-  for (int r = 0; r < 3; ++r) {
-    const auto row = rows[r].Numbers(3);
-    for (int c = 0; c < 3; ++c) photo.linear_rgb_from_sensor_rgb[c][r] = row[c];
-  }
-  photo.has_colour_file = true;
-}
-
 PhotographSpec ReadPhotographSpec(const JsonNode& node, Capture& capture) {
   const JsonObject o(node, {"name", "file", "camera", "camera_from_object", "lights", "polarisation",
                             "polarisation_memory_events", "backing", "scenery", "mask", "colour", "noise", "blur",
@@ -223,7 +210,10 @@ PhotographSpec ReadPhotographSpec(const JsonNode& node, Capture& capture) {
   if (const auto mask = o.Find("mask")) photo.files.mask = ReadPath(*mask, capture);
   if (const auto variance = o.Find("variance")) photo.files.variance = ReadPath(*variance, capture);
   if (const auto saturation = o.Find("saturation")) photo.files.saturation = saturation->Positive();
-  if (const auto colour = o.Find("colour")) ReadColour(ReadPath(*colour, capture), photo);
+  if (const auto colour = o.Find("colour")) {
+    photo.rgb_from_sensor = ReadColourTransform(ReadPath(*colour, capture));
+    photo.has_colour_file = true;
+  }
   if (const auto noise = o.Find("noise")) {
     photo.files.noise = ReadSensorNoise(ReadPath(*noise, capture));
     photo.has_noise_file = true;

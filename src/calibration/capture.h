@@ -12,6 +12,7 @@
 #include "calibration/light_rig.h"
 #include "calibration/parameters.h"
 #include "calibration/rigid_transform.h"
+#include "photo/colour.h"
 #include "photo/photograph.h"
 
 namespace crownfit {
@@ -92,7 +93,7 @@ struct PhotographSpec {
   std::string exposure_group;  ///< photographs of one group share one free exposure
   bool is_holdout = false;
   bool has_noise_file = false;
-  glm::dmat3 linear_rgb_from_sensor_rgb{1.0};
+  ColourTransform rgb_from_sensor;
   bool has_colour_file = false;
 };
 

@@ -18,4 +18,7 @@ struct Image {
   float at(int x, int y, int c) const { return values[(static_cast<size_t>(y) * width + x) * channels + c]; }
 };
 
+/// Means over squares of 2 radius + 1 pixels, cut off at the borders.
+Image BoxMean(const Image& image, int radius);
+
 }  // namespace crownfit

@@ -111,6 +111,7 @@ void WriteImageFile(const std::filesystem::path& file, const Image& image, const
 }
 
 void DrawText(Image& image, int x, int y, int size_px, const std::string& text, float grey) {
+  if (x < 0 || y < size_px || x >= image.width || y >= image.height) return;  // OpenImageIO can't clip all of it
   OIIO::ImageBuf buffer(OIIO::ImageSpec(image.width, image.height, image.channels, OIIO::TypeDesc::FLOAT),
                         image.values.data());
   const std::vector<float> colour(image.channels, grey);

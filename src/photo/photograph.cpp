@@ -41,7 +41,8 @@ double SrgbFromLinear(double v) {
 
 SensorNoise ReadSensorNoise(const std::filesystem::path& path) {
   const JsonFile file(path);
-  const JsonObject root = file.RootOfFormat("crownfit-noise/1", {"gain", "read_noise", "black", "saturation", "stddev", "quality", "provenance"});
+  const JsonObject root = file.RootOfFormat(
+      "crownfit-noise/1", {"gain", "read_noise", "black", "saturation", "stddev", "quality", "provenance"});
   SensorNoise noise;
   noise.relative = 0.0;
   const auto channels = [&](const char* key, std::array<double, 3>& out) {

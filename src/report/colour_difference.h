@@ -1,21 +1,15 @@
 #pragma once
 // Colour differences between photographs: CIEDE2000 under D65, 2 degree observer, with the dental thresholds.
 
-#include <glm/glm.hpp>
 #include <vector>
 
+#include "photo/colour.h"
 #include "photo/image.h"
 
 namespace crownfit {
 
 inline constexpr double kPerceptible = 0.8;  ///< ISO/TR 28642: half of observers see the difference
 inline constexpr double kAcceptable = 1.8;   ///< half of observers accept it
-
-/// CIELAB (D65) of linear sRGB; white is (1, 1, 1).
-glm::dvec3 LabFromLinearRgb(const glm::dvec3& rgb);
-
-/// CIEDE2000 (Sharma, Wu and Dalal 2005), kL = kC = kH = 1.
-double Ciede2000(const glm::dvec3& lab1, const glm::dvec3& lab2);
 
 struct ColourDifference {
   double median = 0, p95 = 0, mean = 0, share_below_pt = 0, share_below_at = 0;  ///< over means of 8 x 8 pixel blocks
@@ -27,9 +21,10 @@ struct ColourDifference {
 /// Compares two linear pictures where `mask` is set; both are scaled so that the 95th percentile of the first one's
 /// luminance is 0.6. `rgb_from_sensor` turns both into linear sRGB first.
 ColourDifference ComparePictures(const Image& photograph, const Image& prediction, const std::vector<uint8_t>& mask,
-                                 const glm::dmat3& rgb_from_sensor = glm::dmat3(1.0));
+                                 const ColourTransform& rgb_from_sensor = {});
 
 /// The scale that ComparePictures uses.
-double ComparisonScale(const Image& photograph, const std::vector<uint8_t>& mask, const glm::dmat3& rgb_from_sensor);
+double ComparisonScale(const Image& photograph, const std::vector<uint8_t>& mask,
+                       const ColourTransform& rgb_from_sensor);
 
 }  // namespace crownfit

@@ -29,7 +29,7 @@ struct PhotographResult {
   int saturated_pixels = 0;
   Image photograph, prediction;   ///< linear sensor values; the prediction is 0 where nothing was cast
   std::vector<uint8_t> compared;  ///< the pixels that the errors are about
-  glm::dmat3 rgb_from_sensor{1.0};
+  ColourTransform rgb_from_sensor;
   ColourDifference difference;
 };
 

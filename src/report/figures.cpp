@@ -52,11 +52,10 @@ void DrawLegend(Image& image, int x, int y, int line) {
 
 }  // namespace
 
-Image DisplayPicture(const Image& linear, double scale, const glm::dmat3& rgb_from_sensor) {
+Image DisplayPicture(const Image& linear, double scale, const ColourTransform& rgb_from_sensor) {
   Image picture(linear.width, linear.height, 3);
   for (size_t i = 0; i < picture.values.size(); i += 3) {
-    const glm::dvec3 rgb =
-        scale * (rgb_from_sensor * glm::dvec3(linear.values[i], linear.values[i + 1], linear.values[i + 2]));
+    const glm::dvec3 rgb = scale * rgb_from_sensor({linear.values[i], linear.values[i + 1], linear.values[i + 2]});
     for (int c = 0; c < 3; ++c) picture.values[i + c] = static_cast<float>(SrgbFromLinear(rgb[c]));
   }
   return picture;
@@ -82,7 +81,8 @@ Image DifferenceFigure(const ColourDifference& difference) {
 }
 
 Image TriptychFigure(const Image& photograph, const Image& prediction, const std::vector<uint8_t>& mask,
-                     const ColourDifference& difference, const glm::dmat3& rgb_from_sensor, const std::string& title) {
+                     const ColourDifference& difference, const ColourTransform& rgb_from_sensor,
+                     const std::string& title) {
   const Box box = MaskBox(difference.map);
   const int w = box.x1 - box.x0, h = box.y1 - box.y0, zoom = std::clamp(360 / std::max(w, h), 1, 8);
   const int panel_w = w * zoom, panel_h = h * zoom, gap = 12, head = 56, line = 22, foot = 6 * line;

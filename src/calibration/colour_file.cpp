@@ -1,0 +1,33 @@
+#include "calibration/colour_file.h"
+
+#include "base/json_file.h"
+
+namespace crownfit {
+
+ColourTransform ReadColourTransform(const std::filesystem::path& path) {
+  const JsonFile file(path);
+  const JsonObject root = file.RootOfFormat("crownfit-colour/1", {"linear_rgb_from_sensor_rgb", "white_sensor_rgb",
+                                                                  "polynomial", "residual", "quality", "provenance"});
+  const auto rows_of = [](const JsonNode& node, size_t columns) {
+    const auto rows = node.Items();
+    if (rows.size() != 3) node.Fail("expected 3 rows of " + std::to_string(columns) + " numbers");
+    std::array<std::vector<double>, 3> values;
+    for (int r = 0; r < 3; ++r) values[r] = rows[r].Numbers(columns);
+    return values;
+  };
+  ColourTransform transform;
+  const auto matrix = rows_of(root.Require("linear_rgb_from_sensor_rgb"), 3);
+  for (int r = 0; r < 3; ++r)
+    for (int c = 0; c < 3; ++c) transform.matrix[c][r] = matrix[r][c];
+  if (const auto polynomial = root.Find("polynomial")) {
+    const JsonObject spec(*polynomial, {"terms", "coefficients"});
+    spec.Require("terms").OneOf({"root2"});
+    const auto rows = rows_of(spec.Require("coefficients"), 6);
+    transform.root_polynomial.emplace();
+    for (int r = 0; r < 3; ++r)
+      for (int c = 0; c < 6; ++c) (*transform.root_polynomial)[c][r] = rows[r][c];
+  }
+  return transform;
+}
+
+}  // namespace crownfit

@@ -1,0 +1,78 @@
+#include "photo/colour.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+namespace crownfit {
+
+glm::dvec3 LabFromLinearRgb(const glm::dvec3& rgb) {
+  // IEC 61966-2-1 primaries, each row divided by its sum so that white (1,1,1) is the reference white exactly.
+  const double x = 0.4124564 * rgb.x + 0.3575761 * rgb.y + 0.1804375 * rgb.z;
+  const double y = 0.2126729 * rgb.x + 0.7151522 * rgb.y + 0.0721750 * rgb.z;
+  const double z = 0.0193339 * rgb.x + 0.1191920 * rgb.y + 0.9503041 * rgb.z;
+  const auto f = [](double t) { return t > 216.0 / 24389.0 ? std::cbrt(t) : (24389.0 / 27.0 * t + 16.0) / 116.0; };
+  const double fx = f(x / 0.95047), fy = f(y), fz = f(z / 1.08883);
+  return {116.0 * fy - 16.0, 500.0 * (fx - fy), 200.0 * (fy - fz)};
+}
+
+double Ciede2000(const glm::dvec3& lab1, const glm::dvec3& lab2) {
+  constexpr double kDegree = std::numbers::pi / 180.0;
+  const double c_mean = 0.5 * (std::hypot(lab1.y, lab1.z) + std::hypot(lab2.y, lab2.z));
+  const double c7 = std::pow(c_mean, 7), g = 0.5 * (1.0 - std::sqrt(c7 / (c7 + std::pow(25.0, 7))));
+  const double a1 = (1.0 + g) * lab1.y, a2 = (1.0 + g) * lab2.y;
+  const double c1 = std::hypot(a1, lab1.z), c2 = std::hypot(a2, lab2.z);
+  const auto hue = [&](double a, double b) {
+    if (a == 0 && b == 0) return 0.0;
+    const double h = std::atan2(b, a) / kDegree;
+    return h < 0 ? h + 360.0 : h;
+  };
+  const double h1 = hue(a1, lab1.z), h2 = hue(a2, lab2.z);
+  const bool grey = c1 * c2 == 0;
+  double dh = grey ? 0.0 : h2 - h1;
+  if (dh > 180) dh -= 360;
+  if (dh < -180) dh += 360;
+  const double dl = lab2.x - lab1.x, dc = c2 - c1, dH = 2 * std::sqrt(c1 * c2) * std::sin(0.5 * dh * kDegree);
+  const double l = 0.5 * (lab1.x + lab2.x), c = 0.5 * (c1 + c2);
+  double h = h1 + h2;
+  if (!grey) {
+    if (std::abs(h1 - h2) > 180) h += h1 + h2 < 360 ? 360 : -360;
+    h *= 0.5;
+  }
+  const double t = 1 - 0.17 * std::cos((h - 30) * kDegree) + 0.24 * std::cos(2 * h * kDegree) +
+                   0.32 * std::cos((3 * h + 6) * kDegree) - 0.20 * std::cos((4 * h - 63) * kDegree);
+  const double cc7 = std::pow(c, 7), rc = 2 * std::sqrt(cc7 / (cc7 + std::pow(25.0, 7)));
+  const double turn = 30 * std::exp(-std::pow((h - 275) / 25, 2)), rt = -rc * std::sin(2 * turn * kDegree);
+  const double l50 = (l - 50) * (l - 50), sl = 1 + 0.015 * l50 / std::sqrt(20 + l50), sc = 1 + 0.045 * c,
+               sh = 1 + 0.015 * c * t;
+  const double u = dl / sl, v = dc / sc, w = dH / sh;
+  return std::sqrt(std::max(0.0, u * u + v * v + w * w + rt * v * w));
+}
+
+glm::dvec3 LinearRgbFromLabD50(const glm::dvec3& lab) {
+  const auto f = [](double t) { return t > 6.0 / 29.0 ? t * t * t : (116.0 * t - 16.0) * 27.0 / 24389.0; };
+  const double fy = (lab.x + 16.0) / 116.0;
+  const glm::dvec3 d50(0.96422 * f(fy + lab.y / 500.0), f(fy), 0.82521 * f(fy - lab.z / 200.0));
+  // Bradford's adaptation from D50 to D65 (Lam 1985; matrix of Lindbloom), then IEC 61966-2-1.
+  const glm::dvec3 d65(0.9555766 * d50.x - 0.0230393 * d50.y + 0.0631636 * d50.z,
+                       -0.0282895 * d50.x + 1.0099416 * d50.y + 0.0210077 * d50.z,
+                       0.0122982 * d50.x - 0.0204830 * d50.y + 1.3299098 * d50.z);
+  return {3.2404542 * d65.x - 1.5371385 * d65.y - 0.4985314 * d65.z,
+          -0.9692660 * d65.x + 1.8760108 * d65.y + 0.0415560 * d65.z,
+          0.0556434 * d65.x - 0.2040259 * d65.y + 1.0572252 * d65.z};
+}
+
+std::array<double, 6> RootTerms(const glm::dvec3& v) {
+  const auto root = [](double a, double b) { return std::sqrt(std::max(0.0, a) * std::max(0.0, b)); };
+  return {v.x, v.y, v.z, root(v.x, v.y), root(v.y, v.z), root(v.x, v.z)};
+}
+
+glm::dvec3 ColourTransform::operator()(const glm::dvec3& sensor) const {
+  if (!root_polynomial) return matrix * sensor;
+  const auto terms = RootTerms(sensor);
+  glm::dvec3 rgb(0.0);
+  for (int i = 0; i < 6; ++i) rgb += terms[i] * (*root_polynomial)[i];
+  return rgb;
+}
+
+}  // namespace crownfit

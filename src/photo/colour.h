@@ -1,0 +1,31 @@
+#pragma once
+// Colours of single values: CIELAB, CIEDE2000.
+
+#include <array>
+#include <glm/glm.hpp>
+#include <optional>
+
+namespace crownfit {
+
+/// CIELAB (D65) of linear sRGB; white is (1, 1, 1).
+glm::dvec3 LabFromLinearRgb(const glm::dvec3& rgb);
+
+/// CIEDE2000 (Sharma, Wu and Dalal 2005), kL = kC = kH = 1.
+double Ciede2000(const glm::dvec3& lab1, const glm::dvec3& lab2);
+
+/// Linear sRGB (may leave [0, 1]) of CIELAB under D50, as charts are published.
+glm::dvec3 LinearRgbFromLabD50(const glm::dvec3& lab);
+
+/// From a camera's own values to linear sRGB.
+struct ColourTransform {
+  glm::dmat3 matrix{1.0};
+  /// In its place: columns for r, g, b, sqrt(rg), sqrt(gb), sqrt(rb) (Finlayson, Mackiewicz and Hurlbert 2015): twice
+  /// the light gives twice the colour, as with a matrix.
+  std::optional<std::array<glm::dvec3, 6>> root_polynomial = {};
+  glm::dvec3 operator()(const glm::dvec3& sensor) const;
+};
+
+/// The six terms of a root polynomial of the second degree.
+std::array<double, 6> RootTerms(const glm::dvec3& sensor);
+
+}  // namespace crownfit

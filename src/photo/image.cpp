@@ -1,0 +1,30 @@
+#include "photo/image.h"
+
+#include <algorithm>
+
+namespace crownfit {
+
+Image BoxMean(const Image& image, int radius) {
+  Image across = image, both = image;
+  // Running sums, along rows and then along columns.
+  const auto run = [radius](const Image& from, Image& to, bool rows) {
+    const int lines = rows ? from.height : from.width, length = rows ? from.width : from.height;
+    for (int line = 0; line < lines; ++line)
+      for (int c = 0; c < from.channels; ++c) {
+        const auto value = [&](int i) { return rows ? from.at(i, line, c) : from.at(line, i, c); };
+        double sum = 0;
+        for (int i = 0; i < std::min(radius, length); ++i) sum += value(i);
+        for (int i = 0; i < length; ++i) {
+          if (i + radius < length) sum += value(i + radius);
+          if (i - radius - 1 >= 0) sum -= value(i - radius - 1);
+          const int count = std::min(i + radius, length - 1) - std::max(i - radius, 0) + 1;
+          (rows ? to.at(i, line, c) : to.at(line, i, c)) = static_cast<float>(sum / count);
+        }
+      }
+  };
+  run(image, across, true);
+  run(across, both, false);
+  return both;
+}
+
+}  // namespace crownfit
