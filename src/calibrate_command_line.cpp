@@ -99,6 +99,48 @@ void AddCalibrate(CLI::App& app, CommandLine& line) {
   colour->add_option("--noise", line.calibrate.noise, "noise.json of the camera: black level and saturation.");
   colour->add_flag("--linear", line.calibrate.is_linear, "Take the file as linear.");
 
+  auto* pose = AddTask(calibrate, line, "pose",
+                       "Where the object is in photographs, by the markers of a jig or board around it.");
+  AddImages(pose, line, "Photographs of one camera; the poses are named after the files.");
+  pose->add_option("--camera", line.calibrate.camera, "camera.json of the camera.")->required();
+  pose->add_option("--jig", line.calibrate.jig, "The jig's markers, as `crownfit calibrate target jig` writes them.");
+  pose->add_option("--board", line.calibrate.target, "In its place: chessboard, charuco or apriltag.");
+  AddBoard(pose, line);
+
+  auto* lights =
+      AddTask(calibrate, line, "lights",
+              "Directions and places of lamps from mirror balls, intensities and colours from a white or grey card.");
+  lights->add_option("BALLS", line.calibrate.lights,
+                     "NAME=FILE: a photograph of polished balls under one lamp alone; several of one lamp are joined.");
+  lights->add_option("--camera", line.calibrate.camera,
+                     "camera.json; without it directions only, in parallel projection.");
+  lights->add_option("--ball-mm", line.calibrate.ball_mm, "The balls' diameter.")->check(CLI::PositiveNumber);
+  lights->add_option("--balls", line.calibrate.ball_count, "How many there are in a photograph (default 1).")
+      ->check(CLI::Range(1, 20));
+  lights
+      ->add_option("--ball", line.calibrate.balls,
+                   "X,Y,RADIUS in pixels of a ball, where they are not found; repeat it.")
+      ->delimiter(',');
+  lights->add_option("--rig", line.calibrate.rig,
+                     "In place of balls: light_rig.json as measured, in the camera frame (ring and twin flashes).");
+  lights
+      ->add_option("--card", line.calibrate.cards,
+                   "NAME=FILE: a photograph of the card under one lamp alone; repeat it.")
+      ->take_all();
+  lights->add_option("--card-pose", line.calibrate.card_poses,
+                     "poses.json of those photographs, from a jig or board on the card.");
+  lights
+      ->add_option("--card-mm", line.calibrate.card_mm, "X0,Y0,X1,Y1 in the jig's frame: the part of the card to read.")
+      ->expected(4)
+      ->delimiter(',');
+  lights
+      ->add_option("--card-reflectance", line.calibrate.card_reflectance,
+                   "Of the card (default 0.9; grey cards: 0.18).")
+      ->check(CLI::Range(0.01, 1.0));
+  lights->add_flag("--refine", line.calibrate.refine, "Move each lamp to where the cards' shading says it is.");
+  lights->add_option("--noise", line.calibrate.noise, "noise.json of the camera: black level and saturation.");
+  lights->add_flag("--linear", line.calibrate.is_linear, "Take the files as linear.");
+
   auto* target =
       calibrate->add_subcommand("target", "Writes a target to print, as SVG in mm, and a jig's markers as JSON.");
   target->add_option("KIND", line.calibrate.target, "chessboard, charuco, apriltag, or jig: markers around a crown.")

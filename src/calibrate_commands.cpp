@@ -10,7 +10,9 @@
 #include "calibrate/estimate_blur.h"
 #include "calibrate/estimate_camera.h"
 #include "calibrate/estimate_colour.h"
+#include "calibrate/estimate_lights.h"
 #include "calibrate/estimate_noise.h"
+#include "calibrate/estimate_pose.h"
 #include "calibrate/exposure_series.h"
 #include "calibrate/find_chart.h"
 #include "calibrate/printed_targets.h"
@@ -37,7 +39,8 @@ int Finish(const Product& product, const std::vector<std::filesystem::path>& inp
   if (!product.refusals.empty())
     std::fprintf(stderr, "Nothing was written%s.\n",
                  product.picture.width && !picture.empty() ? (" but " + picture.string()).c_str() : "");
-  if (write && !line.json) std::printf("\nWritten: %s\nLook at: %s\n", line.output.c_str(), picture.c_str());
+  if (write && !line.json) std::printf("\nWritten: %s\n", line.output.c_str());
+  if (product.picture.width && !picture.empty() && !line.json) std::printf("Look at: %s\n", picture.c_str());
   return product.refusals.empty() ? 0 : 1;
 }
 
@@ -67,6 +70,15 @@ void RequireOneSize(const Image& image, const Image& first, const std::filesyste
   };
   throw InputError(file, "",
                    "has " + size(image) + " channels, but " + first_file.filename().string() + " has " + size(first));
+}
+
+void RequireSizeOf(const Camera& camera, const Image& image, const std::filesystem::path& file,
+                   const std::filesystem::path& camera_file) {
+  if (image.width == camera.width && image.height == camera.height) return;
+  throw InputError(file, "",
+                   "is " + std::to_string(image.width) + " x " + std::to_string(image.height) + " pixels, but " +
+                       camera_file.filename().string() + " is for " + std::to_string(camera.width) + " x " +
+                       std::to_string(camera.height));
 }
 
 int CalibrateCamera(const CommandLine& line) {
@@ -233,6 +245,114 @@ int CalibrateColour(const CommandLine& line) {
   return Finish(ColourProduct(chart, readings, {&linear, encoded, photo.is_jpeg}), line.calibrate.images, line);
 }
 
+std::filesystem::path Required(const std::filesystem::path& file, const char* option) {
+  if (file.empty()) throw InputError("", option, "this option is needed here");
+  return file;
+}
+
+int CalibratePose(const CommandLine& line) {
+  const Camera camera = ReadCamera(line.calibrate.camera);
+  const bool by_board = !line.calibrate.target.empty();
+  if (by_board != line.calibrate.jig.empty())
+    throw InputError("", "--jig", "give either the markers around the object (--jig FILE) or a board (--board KIND)");
+  const Board board = by_board ? BoardOf(line) : Board{};
+  const Jig jig = by_board ? Jig{} : ReadJig(line.calibrate.jig);
+  Progress progress(line.progress);
+  std::vector<ImageFile> photos;
+  std::vector<PosedPhotograph> posed;
+  photos.reserve(line.calibrate.images.size());
+  for (const auto& file : line.calibrate.images) {
+    progress.Show("markers", static_cast<double>(photos.size()) / static_cast<double>(line.calibrate.images.size()),
+                  file.filename().string());
+    photos.push_back(ReadImageFile(file));
+    RequireSizeOf(camera, photos.back().image, file, line.calibrate.camera);
+    posed.push_back({file.stem().string(), &photos.back().image,
+                     by_board ? FindBoard(photos.back(), board) : FindJig(photos.back(), jig)});
+  }
+  progress.Clear();
+  auto inputs = line.calibrate.images;
+  inputs.push_back(line.calibrate.camera);
+  return Finish(MarkerPosesProduct(posed, camera), inputs, line);
+}
+
+/// NAME=FILE.
+std::pair<std::string, std::filesystem::path> NamedFile(const std::string& text, const char* option) {
+  const size_t equals = text.find('=');
+  if (equals == std::string::npos || equals == 0 || equals + 1 == text.size())
+    throw InputError("", option, "expected NAME=FILE, such as left=ball_left.dng, found '" + text + "'");
+  return {text.substr(0, equals), text.substr(equals + 1)};
+}
+
+int CalibrateLights(const CommandLine& line) {
+  const CalibrateLine& asked = line.calibrate;
+  if (asked.lights.empty() == asked.rig.empty())
+    throw InputError("", "", "give either photographs of mirror balls (NAME=FILE) or a measured rig (--rig FILE)");
+  std::optional<Camera> camera;
+  if (!asked.camera.empty()) camera = ReadCamera(asked.camera);
+  Progress progress(line.progress);
+  std::vector<std::filesystem::path> inputs;
+  std::vector<std::string> notes;
+  std::vector<Light> lights;
+  double saturation = 0.98;
+  const auto read = [&](const std::filesystem::path& file) {
+    progress.Show("reading", 0.3, file.filename().string());
+    inputs.push_back(file);
+    ImageFile photo = ReadLinear({file}, asked.is_linear)[0];
+    saturation = RemoveBlack(photo.image, asked.noise);
+    photo.is_srgb_encoded = false;
+    return photo;
+  };
+  std::vector<ImageFile> balls;
+  balls.reserve(asked.lights.size());
+  if (!asked.rig.empty()) {
+    lights = ReadLightRig(asked.rig).lights;
+    inputs.push_back(asked.rig);
+  } else {
+    if (camera && asked.ball_mm <= 0) throw InputError("", "--ball-mm", "the balls' diameter is needed to place them");
+    if (asked.balls.size() % 3) throw InputError("", "--ball", "expected X,Y,RADIUS for every ball");
+    std::vector<BallPhotograph> photographs;
+    for (const std::string& text : asked.lights) {
+      const auto [name, file] = NamedFile(text, "BALLS");
+      balls.push_back(read(file));
+      BallPhotograph photo{name, &balls.back().image, {}};
+      for (size_t b = 0; b + 2 < asked.balls.size(); b += 3)
+        photo.balls.push_back({{asked.balls[b], asked.balls[b + 1]}, asked.balls[b + 2], 0});
+      if (photo.balls.empty()) photo.balls = FindBalls(balls.back(), asked.ball_count);
+      if (photo.balls.empty())
+        throw InputError(file, "", "no ball was found",
+                         "Say where they are: --ball X,Y,RADIUS in pixels, once for each.");
+      photographs.push_back(photo);
+    }
+    lights = LightsFromBalls(photographs, camera ? &*camera : nullptr, 0.5 * asked.ball_mm, notes);
+  }
+  std::vector<ImageFile> cards;
+  cards.reserve(asked.cards.size());
+  std::vector<CardPhotograph> card_photographs;
+  if (!asked.cards.empty()) {
+    const auto poses = ReadPoses(Required(asked.card_poses, "--card-pose"));
+    if (!camera) throw InputError("", "--camera", "is needed to read cards");
+    if (asked.card_mm.size() != 4)
+      throw InputError("", "--card-mm", "say which part of the card to read: X0,Y0,X1,Y1 in mm");
+    for (const std::string& text : asked.cards) {
+      const auto [name, file] = NamedFile(text, "--card");
+      cards.push_back(read(file));
+      RequireSizeOf(*camera, cards.back().image, file, asked.camera);
+      card_photographs.push_back({name,
+                                  &cards.back().image,
+                                  *camera,
+                                  PoseOf(poses, file, asked.card_poses).camera_from_object,
+                                  {asked.card_mm[0], asked.card_mm[1]},
+                                  {asked.card_mm[2], asked.card_mm[3]},
+                                  glm::dvec3(asked.card_reflectance),
+                                  saturation});
+    }
+  }
+  progress.Show("fitting", 0.7);
+  const Product product = LightsProduct(lights, card_photographs, asked.refine, notes);
+  progress.Clear();
+  return Finish(product, inputs, line);
+}
+
 int MergeSeries(const CommandLine& line) {
   auto files = line.calibrate.images;
   if (line.calibrate.times.size() != files.size())
@@ -313,8 +433,8 @@ int WriteTarget(const CommandLine& line) {
 
 int RunCalibrate(const CommandLine& line) {
   const std::map<std::string, std::function<int(const CommandLine&)>> tasks{
-      {"camera", CalibrateCamera}, {"noise", CalibrateNoise},  {"blur", CalibrateBlur},
-      {"colour", CalibrateColour}, {"exposures", MergeSeries}, {"target", WriteTarget}};
+      {"camera", CalibrateCamera}, {"noise", CalibrateNoise},   {"blur", CalibrateBlur},    {"pose", CalibratePose},
+      {"lights", CalibrateLights}, {"colour", CalibrateColour}, {"exposures", MergeSeries}, {"target", WriteTarget}};
   return tasks.at(line.calibrate.task)(line);
 }
 

@@ -24,6 +24,13 @@ struct CalibrateLine {
   std::string chart = "colorchecker_classic_2014";  ///< colour
   std::vector<double> chart_corners;                ///< colour: x, y of four corners
   std::optional<std::filesystem::path> flat_field;  ///< colour: of a white card
+  std::filesystem::path camera, jig, rig, card_poses;
+  std::vector<std::string> lights, cards;  ///< NAME=FILE
+  std::vector<double> balls;               ///< x, y, radius of each, in pixels
+  double ball_mm = 0, card_reflectance = 0.9;
+  int ball_count = 1;
+  std::vector<double> card_mm;  ///< low x, low y, high x, high y of the part to read
+  bool refine = false;
   bool is_linear = false;  ///< the files are proportional to the light, whatever they say of themselves
   bool is_series = false;  ///< noise: neighbours in the list are pairs
   double inside_mm = 16;   ///< target jig

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "photo/photograph.h"
+
 namespace crownfit {
 namespace {
 
@@ -39,6 +41,23 @@ void DrawRectangle(Image& image, glm::dvec2 low, glm::dvec2 high, const glm::dve
 void FillRectangle(Image& image, glm::dvec2 low, glm::dvec2 high, const glm::dvec3& colour) {
   for (int y = static_cast<int>(low.y); y < high.y; ++y)
     for (int x = static_cast<int>(low.x); x < high.x; ++x) Paint(image, x, y, colour);
+}
+
+Image DisplayCopy(const Image& linear, double zoom) {
+  Image picture(std::max(1, static_cast<int>(linear.width * zoom)), std::max(1, static_cast<int>(linear.height * zoom)),
+                3);
+  std::vector<float> values = linear.values;
+  const auto at = values.begin() + static_cast<std::ptrdiff_t>(values.size() * 99 / 100);
+  std::nth_element(values.begin(), at, values.end());
+  const double white = std::max(1e-9f, *at);
+  for (int y = 0; y < picture.height; ++y)
+    for (int x = 0; x < picture.width; ++x)
+      for (int c = 0; c < 3; ++c)
+        picture.at(x, y, c) = static_cast<float>(SrgbFromLinear(
+            linear.at(std::min(linear.width - 1, static_cast<int>(x / zoom)),
+                      std::min(linear.height - 1, static_cast<int>(y / zoom)), std::min(c, linear.channels - 1)) /
+            white));
+  return picture;
 }
 
 glm::dvec3 DistinctColour(size_t index) {

@@ -12,6 +12,9 @@ void DrawDot(Image& image, glm::dvec2 centre, double radius, const glm::dvec3& c
 void DrawRectangle(Image& image, glm::dvec2 low, glm::dvec2 high, const glm::dvec3& colour);
 void FillRectangle(Image& image, glm::dvec2 low, glm::dvec2 high, const glm::dvec3& colour);
 
+/// A linear picture for the eye, `zoom` times as large: its 99th percentile is white, shades as sRGB.
+Image DisplayCopy(const Image& linear, double zoom);
+
 /// Colours that are easy to tell apart on white, over and over.
 glm::dvec3 DistinctColour(size_t index);
 

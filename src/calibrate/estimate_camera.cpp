@@ -7,6 +7,8 @@
 #include <numeric>
 #include <opencv2/calib3d.hpp>
 
+#include "calibrate/opencv_camera.h"
+
 namespace crownfit {
 namespace {
 
@@ -151,17 +153,6 @@ Solution SolveFor(const std::vector<Corners>& views, cv::Size size, std::optiona
   return solution;
 }
 
-RigidTransform OurTransform(const cv::Mat& rotation_vector, const cv::Mat& translation) {
-  cv::Mat matrix;
-  cv::Rodrigues(rotation_vector, matrix);
-  RigidTransform t;
-  for (int r = 0; r < 3; ++r) {
-    for (int c = 0; c < 3; ++c) t.rotation[c][r] = matrix.at<double>(r, c);
-    t.translation_mm[r] = translation.at<double>(r);
-  }
-  return t;
-}
-
 Camera OurCamera(const Solution& solution, cv::Size size) {
   Camera camera;
   camera.width = size.width;
@@ -236,7 +227,7 @@ std::optional<CameraEstimate> EstimateCamera(const std::vector<CameraView>& view
       estimate.view_rms_px[v] = RmsUnder(OpenCvCorners(views[v].corners), solution);
   for (size_t i = 0; i < used.size(); ++i) {
     estimate.view_rms_px[used[i]] = Rms(solution.residuals[i]);
-    estimate.camera_from_board.push_back(OurTransform(solution.rotations[i], solution.translations[i]));
+    estimate.camera_from_board.push_back(FromOpenCv(solution.rotations[i], solution.translations[i]));
   }
   for (const auto& a : estimate.camera_from_board)
     for (const auto& b : estimate.camera_from_board) {

@@ -256,18 +256,7 @@ namespace {
 Image ColourPicture(const Chart& chart, const std::vector<PatchReading>& readings, const ColourEstimate* estimate,
                     const Image& photograph) {
   const double zoom = std::clamp(900.0 / photograph.width, 0.2, 3.0);
-  Image picture(static_cast<int>(photograph.width * zoom), static_cast<int>(photograph.height * zoom), 3);
-  std::vector<float> values = photograph.values;
-  std::nth_element(values.begin(), values.begin() + static_cast<std::ptrdiff_t>(values.size() * 99 / 100),
-                   values.end());
-  const double white = std::max(1e-9f, values[values.size() * 99 / 100]);
-  for (int y = 0; y < picture.height; ++y)
-    for (int x = 0; x < picture.width; ++x)
-      for (int c = 0; c < 3; ++c)
-        picture.at(x, y, c) =
-            static_cast<float>(SrgbFromLinear(photograph.at(static_cast<int>(x / zoom), static_cast<int>(y / zoom),
-                                                            std::min(c, photograph.channels - 1)) /
-                                              white));
+  Image picture = DisplayCopy(photograph, zoom);
   for (size_t p = 0; p < readings.size(); ++p) {
     glm::dvec3 colour;
     for (int c = 0; c < 3; ++c) colour[c] = SrgbFromLinear(chart.patches[p].linear_rgb[c]);

@@ -9,7 +9,7 @@ namespace crownfit {
 namespace {
 
 std::vector<std::string> KeysOf(const std::string& type) {
-  std::vector<std::string> keys{"name", "type", "frame", "intensity_scale", "stddev_mm"};
+  std::vector<std::string> keys{"name", "type", "frame", "intensity_scale", "stddev_mm", "stddev_deg"};
   const auto add = [&](std::initializer_list<const char*> more) { keys.insert(keys.end(), more.begin(), more.end()); };
   if (type == "directional") add({"direction", "irradiance_rgb", "angular_radius_deg"});
   if (type == "point") add({"position_mm", "radiant_intensity_rgb", "radius_mm"});
@@ -23,7 +23,7 @@ std::vector<std::string> KeysOf(const std::string& type) {
 
 std::string TypeOf(const JsonNode& node) {
   // The type decides which keys are allowed, so it is read before the others are compared.
-  std::vector<std::string> every{"name", "type", "frame", "intensity_scale", "stddev_mm"};
+  std::vector<std::string> every{"name", "type", "frame", "intensity_scale", "stddev_mm", "stddev_deg"};
   for (const char* type : {"directional", "point", "disk", "rectangle", "ring", "dome", "environment"})
     for (const auto& key : KeysOf(type)) every.push_back(key);
   return JsonObject(node, every)
@@ -74,7 +74,7 @@ LightShape ReadShape(const JsonObject& o, const std::string& type, std::vector<s
 
 LightRig ReadLightRig(const std::filesystem::path& path) {
   const JsonFile file(path);
-  const JsonObject root = file.RootOfFormat("crownfit-light-rig/1", {"lights"});
+  const JsonObject root = file.RootOfFormat("crownfit-light-rig/1", {"lights", "quality", "provenance"});
   LightRig rig;
   std::set<std::string> names;
   for (const auto& item : root.Require("lights").Items()) {
@@ -91,12 +91,77 @@ LightRig ReadLightRig(const std::filesystem::path& path) {
       light.scale_is_free = initial.has_value();
       light.intensity_scale = (fixed ? *fixed : *initial).Positive();
     }
-    if (const auto stddev = object.Find("stddev_mm")) light.states_errors = stddev->Positive() > 0;
+    if (const auto stddev = object.Find("stddev_mm")) light.stddev_mm = stddev->Positive();
+    if (const auto stddev = object.Find("stddev_deg")) light.stddev_deg = stddev->Positive();
+    light.states_errors = light.stddev_mm > 0 || light.stddev_deg > 0;
     light.shape = ReadShape(object, type, rig.files);
     rig.lights.push_back(light);
   }
   if (rig.lights.empty()) root.Require("lights").Fail("the rig holds no lights");
   return rig;
+}
+
+JsonValue::Array LightsJson(const std::vector<Light>& lights) {
+  struct Write {
+    JsonValue::Object& o;
+    void operator()(const DirectionalLight& l) const {
+      o.emplace_back("type", "directional");
+      o.emplace_back("direction", VectorJson(l.direction));
+      o.emplace_back("irradiance_rgb", VectorJson(l.irradiance));
+      o.emplace_back("angular_radius_deg", l.angular_radius * 180.0 / std::numbers::pi);
+    }
+    void operator()(const PointLight& l) const {
+      o.emplace_back("type", "point");
+      o.emplace_back("position_mm", VectorJson(l.position_mm));
+      o.emplace_back("radiant_intensity_rgb", VectorJson(l.radiant_intensity));
+      o.emplace_back("radius_mm", l.radius_mm);
+    }
+    void operator()(const DiskLight& l) const {
+      const bool ring = l.inner_radius_mm > 0;
+      o.emplace_back("type", ring ? "ring" : "disk");
+      o.emplace_back("centre_mm", VectorJson(l.centre_mm));
+      o.emplace_back(ring ? "axis" : "normal", VectorJson(l.normal));
+      if (ring) o.emplace_back("inner_radius_mm", l.inner_radius_mm);
+      o.emplace_back(ring ? "outer_radius_mm" : "radius_mm", l.outer_radius_mm);
+      o.emplace_back("radiance_rgb", VectorJson(l.radiance));
+    }
+    void operator()(const RectangleLight& l) const {
+      o.emplace_back("type", "rectangle");
+      o.emplace_back("centre_mm", VectorJson(l.centre_mm));
+      o.emplace_back("half_axis_u_mm", VectorJson(l.half_axis_u_mm));
+      o.emplace_back("half_axis_v_mm", VectorJson(l.half_axis_v_mm));
+      o.emplace_back("radiance_rgb", VectorJson(l.radiance));
+    }
+    void operator()(const DomeLight& l) const {
+      o.emplace_back("type", "dome");
+      o.emplace_back("radiance_rgb", VectorJson(l.radiance));
+    }
+    void operator()(const EnvironmentLight&) const {}
+  };
+  JsonValue::Array all;
+  for (const Light& light : lights) {
+    if (std::holds_alternative<EnvironmentLight>(light.shape)) continue;
+    JsonValue::Object o{{"name", light.name}};
+    std::visit(Write{o}, light.shape);
+    o.emplace_back("frame", light.in_camera_frame ? "camera" : "object");
+    if (light.stddev_mm > 0) o.emplace_back("stddev_mm", light.stddev_mm);
+    if (light.stddev_deg > 0) o.emplace_back("stddev_deg", light.stddev_deg);
+    all.emplace_back(o);
+  }
+  return all;
+}
+
+LightShape Scaled(const LightShape& shape, const glm::dvec3& factor) {
+  struct Scale {
+    const glm::dvec3& factor;
+    LightShape operator()(DirectionalLight l) const { return l.irradiance *= factor, l; }
+    LightShape operator()(PointLight l) const { return l.radiant_intensity *= factor, l; }
+    LightShape operator()(DiskLight l) const { return l.radiance *= factor, l; }
+    LightShape operator()(RectangleLight l) const { return l.radiance *= factor, l; }
+    LightShape operator()(DomeLight l) const { return l.radiance *= factor, l; }
+    LightShape operator()(EnvironmentLight l) const { return l.scale *= factor, l; }
+  };
+  return std::visit(Scale{factor}, shape);
 }
 
 LightShape Transformed(const LightShape& shape, const RigidTransform& t) {

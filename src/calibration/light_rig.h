@@ -50,7 +50,8 @@ struct Light {
   bool in_camera_frame = false;
   bool scale_is_free = false;  ///< intensity_scale {"initial"}: solved in closed form
   double intensity_scale = 1.0;
-  bool states_errors = false;  ///< of its place ("stddev_mm")
+  bool states_errors = false;            ///< of its place
+  double stddev_mm = 0, stddev_deg = 0;  ///< of its place, or of a directional light's direction; 0: not stated
   LightShape shape;
 };
 
@@ -61,6 +62,12 @@ struct LightRig {
 
 /// Reads light_rig.json ("crownfit-light-rig/1") and the maps it names, whose paths are relative to it.
 LightRig ReadLightRig(const std::filesystem::path& file);
+
+/// The lights as a rig file holds them. An environment's map stays where it is: lights of that kind are not written.
+JsonValue::Array LightsJson(const std::vector<Light>& lights);
+
+/// The light with every intensity multiplied, channel by channel.
+LightShape Scaled(const LightShape& shape, const glm::dvec3& factor);
 
 /// The light in another frame.
 LightShape Transformed(const LightShape& shape, const RigidTransform& target_from_source);

@@ -4,6 +4,14 @@
 
 namespace crownfit {
 
+JsonValue VectorJson(const glm::dvec3& v) { return std::vector<double>{v.x, v.y, v.z}; }
+
+JsonValue::Object RigidTransformJson(const RigidTransform& t) {
+  JsonValue::Array rows;
+  for (int r = 0; r < 3; ++r) rows.emplace_back(VectorJson({t.rotation[0][r], t.rotation[1][r], t.rotation[2][r]}));
+  return {{"rotation", rows}, {"translation_mm", VectorJson(t.translation_mm)}};
+}
+
 glm::dvec3 ReadVector(const JsonNode& node) {
   const auto v = node.Numbers(3);
   return {v[0], v[1], v[2]};

@@ -22,6 +22,10 @@ struct RigidTransform {
 /// Reads {"rotation": 3 rows of 3, "translation_mm": [x, y, z]}; refuses what is not a rotation (to 1e-3).
 RigidTransform ReadRigidTransform(const JsonNode& node);
 
+/// The same as JSON.
+JsonValue::Object RigidTransformJson(const RigidTransform& transform);
+JsonValue VectorJson(const glm::dvec3& v);
+
 glm::dvec3 ReadVector(const JsonNode& node);       ///< three finite numbers
 glm::dvec3 ReadUnitVector(const JsonNode& node);   ///< three numbers, not all 0, normalised
 glm::dvec3 ReadNonNegative(const JsonNode& node);  ///< three numbers >= 0, or one number for all channels

@@ -1,0 +1,30 @@
+#pragma once
+// Poses of photographs on their way into a capture (`crownfit calibrate pose`).
+
+#include <array>
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "calibration/rigid_transform.h"
+
+namespace crownfit {
+
+struct StatedPose {
+  std::string photograph;  ///< file name without its extension
+  RigidTransform camera_from_object;
+  /// Of (rotation vector in radians, translation in mm), both applied in the camera frame after the pose; row by row.
+  std::optional<std::array<double, 36>> covariance = {};
+};
+
+/// poses.json ("crownfit-poses/1"): {"poses": [{"photograph", "camera_from_object": {"rotation", "translation_mm",
+/// "covariance"}}]}.
+std::vector<StatedPose> ReadPoses(const std::filesystem::path& file);
+JsonValue::Array PosesJson(const std::vector<StatedPose>& poses);
+
+/// The pose of a photograph. Throws InputError naming those there are.
+const StatedPose& PoseOf(const std::vector<StatedPose>& poses, const std::filesystem::path& photograph,
+                         const std::filesystem::path& poses_file);
+
+}  // namespace crownfit
