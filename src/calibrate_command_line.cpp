@@ -99,13 +99,29 @@ void AddCalibrate(CLI::App& app, CommandLine& line) {
   colour->add_option("--noise", line.calibrate.noise, "noise.json of the camera: black level and saturation.");
   colour->add_flag("--linear", line.calibrate.is_linear, "Take the file as linear.");
 
-  auto* pose = AddTask(calibrate, line, "pose",
-                       "Where the object is in photographs, by the markers of a jig or board around it.");
+  auto* pose = AddTask(
+      calibrate, line, "pose",
+      "Where the object is in photographs: by markers of a jig or board around it, or by the scan's own outline.");
   AddImages(pose, line, "Photographs of one camera; the poses are named after the files.");
   pose->add_option("--camera", line.calibrate.camera, "camera.json of the camera.")->required();
   pose->add_option("--jig", line.calibrate.jig, "The jig's markers, as `crownfit calibrate target jig` writes them.");
   pose->add_option("--board", line.calibrate.target, "In its place: chessboard, charuco or apriltag.");
   AddBoard(pose, line);
+  pose->add_option("--mesh", line.calibrate.meshes,
+                   "In place of markers: the scan in mm (PLY, STL, OBJ); repeat it for more crowns.")
+      ->allow_extra_args(false)
+      ->group("Scan");
+  pose->add_option("--start", line.calibrate.start, "poses.json with a rough pose of every photograph.")->group("Scan");
+  pose->add_option("--search-mm", line.calibrate.search_mm, "How far off the rough poses may be (default 5).")
+      ->check(CLI::Range(0.0, 100.0))
+      ->group("Scan");
+  pose->add_option("--search-deg", line.calibrate.search_deg, "The same in degrees (default 5).")
+      ->check(CLI::Range(0.0, 45.0))
+      ->group("Scan");
+  pose->add_flag(
+          "--together", line.calibrate.together,
+          "The rough poses are right relative to each other (from a jig): find one motion of the object for all.")
+      ->group("Scan");
 
   auto* lights =
       AddTask(calibrate, line, "lights",

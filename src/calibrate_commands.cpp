@@ -16,7 +16,9 @@
 #include "calibrate/exposure_series.h"
 #include "calibrate/find_chart.h"
 #include "calibrate/printed_targets.h"
+#include "calibrate/scan_poses_product.h"
 #include "commands.h"
+#include "geometry/mesh_file.h"
 
 namespace crownfit {
 namespace {
@@ -250,11 +252,62 @@ std::filesystem::path Required(const std::filesystem::path& file, const char* op
   return file;
 }
 
+int AlignScanInPhotographs(const CommandLine& line) {
+  const CalibrateLine& asked = line.calibrate;
+  const Camera camera = ReadCamera(asked.camera);
+  const auto starts = ReadPoses(Required(asked.start, "--start"));
+  Progress progress(line.progress);
+  progress.Show("reading", 0.0);
+  TriangleMesh mesh;
+  for (const auto& file : asked.meshes) {
+    const TriangleMesh part = ReadMeshFile(file);
+    const int first = static_cast<int>(mesh.vertices.size());
+    mesh.vertices.insert(mesh.vertices.end(), part.vertices.begin(), part.vertices.end());
+    for (const auto& t : part.triangles) mesh.triangles.push_back(t + first);
+  }
+  std::vector<Image> pictures;
+  std::vector<ScanPhotograph> photographs;
+  std::vector<std::string> names;
+  pictures.reserve(asked.images.size());
+  for (const auto& file : asked.images) {
+    ImageFile photo = ReadImageFile(file);
+    RequireSizeOf(camera, photo.image, file, asked.camera);
+    if (photo.image.channels < 3) throw InputError(file, "", "is grey; outlines are found by colour");
+    if (photo.is_srgb_encoded)
+      for (float& v : photo.image.values) v = static_cast<float>(LinearFromSrgb(v));
+    pictures.push_back(std::move(photo.image));
+    names.push_back(file.stem().string());
+    photographs.push_back({&pictures.back(), camera, PoseOf(starts, file, asked.start).camera_from_object});
+  }
+  AlignOptions options;
+  options.search_mm = asked.search_mm;
+  options.search_deg = asked.search_deg;
+  options.threads = line.fit.threads;
+  options.seed = line.fit.seed;
+  std::vector<AlignedScan> aligned;
+  if (asked.together) {
+    aligned.push_back(AlignScan(mesh, photographs, options, [&](double share) { progress.Show("aligning", share); }));
+  } else {
+    for (size_t k = 0; k < photographs.size(); ++k)
+      aligned.push_back(AlignScan(mesh, {photographs[k]}, options, [&](double share) {
+        progress.Show("aligning", (static_cast<double>(k) + share) / static_cast<double>(photographs.size()), names[k]);
+      }));
+  }
+  progress.Clear();
+  auto inputs = asked.images;
+  inputs.insert(inputs.end(), asked.meshes.begin(), asked.meshes.end());
+  inputs.push_back(asked.camera);
+  return Finish(ScanPosesProduct(mesh, names, photographs, aligned), inputs, line);
+}
+
 int CalibratePose(const CommandLine& line) {
+  if (!line.calibrate.meshes.empty()) return AlignScanInPhotographs(line);
   const Camera camera = ReadCamera(line.calibrate.camera);
   const bool by_board = !line.calibrate.target.empty();
   if (by_board != line.calibrate.jig.empty())
-    throw InputError("", "--jig", "give either the markers around the object (--jig FILE) or a board (--board KIND)");
+    throw InputError("", "--jig",
+                     "say how: markers around the object (--jig FILE), a board (--board KIND), or its scan (--mesh "
+                     "FILE --start FILE)");
   const Board board = by_board ? BoardOf(line) : Board{};
   const Jig jig = by_board ? Jig{} : ReadJig(line.calibrate.jig);
   Progress progress(line.progress);

@@ -30,6 +30,10 @@ struct CalibrateLine {
   double ball_mm = 0, card_reflectance = 0.9;
   int ball_count = 1;
   std::vector<double> card_mm;  ///< low x, low y, high x, high y of the part to read
+  std::vector<std::filesystem::path> meshes;
+  std::filesystem::path start;
+  bool together = false;
+  double search_mm = 5, search_deg = 5;
   bool refine = false;
   bool is_linear = false;  ///< the files are proportional to the light, whatever they say of themselves
   bool is_series = false;  ///< noise: neighbours in the list are pairs

@@ -16,6 +16,7 @@
 #include "calibration/rigid_transform.h"
 #include "geometry/mesh_file.h"
 #include "photo/image_io.h"
+#include "support/scanned_mouth.h"
 
 namespace crownfit {
 namespace {
@@ -24,79 +25,6 @@ using Path = std::filesystem::path;
 using Object = JsonValue::Object;
 using List = std::vector<double>;
 constexpr int kErosion_px = 12;
-constexpr double kPixelsPerModelPixel = 1.8;
-
-/// X_model = scale * rotation * X_scan + translation.
-struct Similarity {
-  double scale = 1.0;
-  glm::dmat3 rotation{1.0};
-  glm::dvec3 translation{0.0};
-  glm::dvec3 Point(const glm::dvec3& p) const { return scale * (rotation * p) + translation; }
-  glm::dvec3 InversePoint(const glm::dvec3& p) const { return glm::transpose(rotation) * (p - translation) / scale; }
-};
-
-glm::dmat3 ReadRows(const JsonNode& node) {
-  glm::dmat3 m(1.0);
-  const auto rows = node.Items();
-  for (int r = 0; r < 3; ++r)
-    for (int c = 0; c < 3; ++c) m[c][r] = rows[r].Numbers(3)[c];
-  return m;
-}
-
-glm::dmat3 RotationFromVector(const glm::dvec3& v) {  // Rodrigues
-  const double angle = glm::length(v);
-  const glm::dvec3 k = v / angle;
-  const glm::dmat3 cross(glm::dvec3(0, k.z, -k.y), glm::dvec3(-k.z, 0, k.x), glm::dvec3(k.y, -k.x, 0));
-  return glm::dmat3(1.0) + std::sin(angle) * cross + (1 - std::cos(angle)) * cross * cross;
-}
-
-struct Case {
-  explicit Case(const Path& folder)
-      : folder_(folder),
-        similarities(folder / "derived_scan_to_camera_frame.json"),
-        cameras(folder / "published_cameras.json") {
-    const JsonObject s(similarities.root(), {"note", "upper", "lower"});
-    upper = ReadSimilarity(s.Require("upper"));
-    lower = ReadSimilarity(s.Require("lower"));
-    const JsonObject c = CameraKeys();
-    lower_to_upper = ReadRows(c.Require("relative_R_lower_to_upper"));
-    lower_to_upper_shift = ReadVector(c.Require("relative_t_lower_to_upper"));
-  }
-  static Similarity ReadSimilarity(const JsonNode& node) {
-    const JsonObject o(node, {"s", "R", "T", "rms_model_units"});
-    return {o.Require("s").Positive(), ReadRows(o.Require("R")), ReadVector(o.Require("T"))};
-  }
-  JsonObject CameraKeys() const {
-    return JsonObject(cameras.root(), {"source", "image_width_px_of_these_parameters", "note", "model", "views",
-                                       "relative_R_lower_to_upper", "relative_t_lower_to_upper"});
-  }
-  /// Upper crown's scan frame from a crown of either jaw.
-  glm::dvec3 InUpperScan(const glm::dvec3& p, bool is_lower) const {
-    if (!is_lower) return p;
-    // The published transform multiplies row vectors from the right.
-    return upper.InversePoint(glm::transpose(lower_to_upper) * lower.Point(p) + lower_to_upper_shift);
-  }
-  Camera ReadView(const std::string& name, RigidTransform& camera_from_scan) const {
-    const JsonObject views(CameraKeys().Require("views"),
-                           {"upper_occlusal", "lower_occlusal", "left", "right", "frontal"});
-    const JsonObject v(views.Require(name), {"rotvec", "t", "focal_length_mm", "pixel_pitch_mm", "fx_px", "u0", "v0"});
-    const glm::dmat3 rotation = RotationFromVector(ReadVector(v.Require("rotvec")));
-    camera_from_scan.rotation = rotation * upper.rotation;
-    camera_from_scan.translation_mm = (rotation * upper.translation + ReadVector(v.Require("t"))) / upper.scale;
-    Camera camera;
-    camera.width = 1440;
-    camera.height = 1080;
-    camera.fx = camera.fy = kPixelsPerModelPixel * v.Require("fx_px").Number();
-    camera.cx = kPixelsPerModelPixel * v.Require("u0").Number();
-    camera.cy = kPixelsPerModelPixel * v.Require("v0").Number();
-    return camera;
-  }
-  Path folder_;
-  JsonFile similarities, cameras;
-  Similarity upper, lower;
-  glm::dmat3 lower_to_upper{1.0};
-  glm::dvec3 lower_to_upper_shift{0.0};
-};
 
 /// Fills the outline around `seed`, then erodes.
 Image MaskFromOutline(const Path& file, const glm::dvec2& seed) {
@@ -139,7 +67,7 @@ Image MaskFromOutline(const Path& file, const glm::dvec2& seed) {
   return mask;
 }
 
-TriangleMesh Neighbours(const Case& scan, const std::string& fdi) {
+TriangleMesh Neighbours(const ScannedMouth& scan, const std::string& fdi) {
   TriangleMesh all;
   for (int quadrant = 1; quadrant <= 4; ++quadrant) {
     for (int tooth = 1; tooth <= 7; ++tooth) {
@@ -161,7 +89,7 @@ JsonValue::Array Rows(const glm::dmat3& m) {
 }
 
 void WriteCapture(const Path& folder, const std::string& fdi, const Path& out, const std::vector<std::string>& views) {
-  const Case scan(folder);
+  const ScannedMouth scan(folder);
   const TriangleMesh crown = ReadMeshFile(folder / "crowns-byFDI" / ("FDI" + fdi + ".obj"));
   WritePly(out / "mesh/crown.ply", crown);
   WritePly(out / "mesh/neighbours.ply", Neighbours(scan, fdi));

@@ -1,0 +1,64 @@
+#pragma once
+// The pose of a scanned crown or arch in photographs, from its own outlines: no markers.
+//
+// Region first (after PWP3D, Prisacariu and Reid 2012): colours inside and around the rough pose tell object from
+// surroundings, and a search over poses makes the rendered object cover the former. Then edges (after RAPID, Harris and
+// Stennett 1990): outlines and the lines between crowns are brought onto the edges that the photograph shows along
+// their normals, by robust least squares.
+
+#include <array>
+#include <functional>
+#include <vector>
+
+#include "calibration/camera.h"
+#include "calibration/rigid_transform.h"
+#include "geometry/ray_caster.h"
+#include "geometry/triangle_mesh.h"
+#include "photo/image.h"
+
+namespace crownfit {
+
+struct ScanPhotograph {
+  const Image* linear;  ///< three channels
+  Camera camera;
+  RigidTransform start;  ///< camera_from_object, rough
+};
+
+struct AlignOptions {
+  double search_mm = 5, search_deg = 5;  ///< standard deviation of the starts that are tried
+  int starts = 300;
+  uint64_t seed = 1;
+  int threads = 0;
+};
+
+struct AlignedScan {
+  std::vector<RigidTransform> camera_from_object;
+  /// Of each photograph's pose, as in StatedPose; from edges with independent errors of the size that is left, a point
+  /// every `kCorrelation_px` counting once.
+  std::vector<std::array<double, 36>> covariance;
+  std::vector<double> rms_px;    ///< of matched contour points to their edges, robust
+  std::vector<double> matched;   ///< share of contour points that found an edge
+  std::vector<double> contrast;  ///< how well colours tell inside from outside: 0 not at all, 1 entirely
+};
+
+/// One motion of the object, the same for all photographs: the starts are right relative to each other. For poses that
+/// are independent, call it once for each photograph.
+AlignedScan AlignScan(const TriangleMesh& mesh, const std::vector<ScanPhotograph>& photographs,
+                      const AlignOptions& options, const std::function<void(double)>& progress = {});
+
+/// A place where the object's outline, or the line between two of its parts, is seen.
+struct ContourPoint {
+  glm::dvec3 on_object_mm;
+  glm::dvec2 pixel, outward;  ///< unit, from the nearer part to what is behind it
+  bool is_outer;              ///< nothing of the object behind it
+};
+
+/// Contours of a mesh as a camera sees it; `parts`: connected part of every triangle. Found on a grid of `step_px` and
+/// bisected to a sixteenth of it.
+std::vector<ContourPoint> Contours(const RayCaster& caster, const std::vector<int>& parts, const Camera& camera,
+                                   const RigidTransform& camera_from_object, int step_px);
+
+/// Connected part of every triangle.
+std::vector<int> ConnectedParts(const TriangleMesh& mesh);
+
+}  // namespace crownfit

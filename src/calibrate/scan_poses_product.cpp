@@ -1,0 +1,77 @@
+#include "calibrate/scan_poses_product.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "calibrate/draw.h"
+#include "calibration/poses.h"
+
+namespace crownfit {
+namespace {
+
+Image Overlay(const RayCaster& caster, const std::vector<int>& parts, const ScanPhotograph& photo,
+              const RigidTransform& pose) {
+  const double zoom = std::min(1.0, 900.0 / photo.linear->width);
+  Image picture = DisplayCopy(*photo.linear, zoom);
+  const int step = std::max(1, static_cast<int>(std::lround(1.0 / zoom)));
+  for (const auto& c : Contours(caster, parts, photo.camera, photo.start, step))
+    DrawDot(picture, zoom * c.pixel, 0.8, {0.9, 0.1, 0.1});
+  for (const auto& c : Contours(caster, parts, photo.camera, pose, step))
+    DrawDot(picture, zoom * c.pixel, 0.8, {0.1, 0.9, 0.1});
+  return picture;
+}
+
+/// One below the other.
+void Append(Image& all, const Image& next) {
+  Image both(std::max(all.width, next.width), all.height + next.height, 3, 1.0f);
+  for (const auto& [from, top] : {std::pair<const Image*, int>{&all, 0}, {&next, all.height}})
+    for (int y = 0; y < from->height; ++y)
+      for (int x = 0; x < from->width; ++x)
+        for (int c = 0; c < 3; ++c) both.at(x, top + y, c) = from->at(x, y, c);
+  all = both;
+}
+
+}  // namespace
+
+Product ScanPosesProduct(const TriangleMesh& mesh, const std::vector<std::string>& names,
+                         const std::vector<ScanPhotograph>& photographs, const std::vector<AlignedScan>& aligned) {
+  constexpr double kLeastContrast = 0.3, kLeastMatched = 0.25, kGoodMatched = 0.4, kLargestRms_px = 4.0;
+  const RayCaster caster({&mesh});
+  const std::vector<int> parts = ConnectedParts(mesh);
+  Product product;
+  product.format = "crownfit-poses/1";
+  std::vector<StatedPose> poses;
+  for (size_t k = 0; k < photographs.size(); ++k) {
+    const bool together = aligned.size() == 1;
+    const AlignedScan& a = aligned[together ? 0 : k];
+    const size_t i = together ? k : 0;
+    const std::string& name = names[k];
+    const auto& c = a.covariance[i];
+    const double scale = std::max(1.0, photographs[k].linear->width / 1440.0);
+    product.figures.push_back({name + "_contour_rms", a.rms_px[i], "px"});
+    product.figures.push_back({name + "_contour_matched", 100 * a.matched[i], "%"});
+    product.figures.push_back({name + "_colour_contrast", a.contrast[i], ""});
+    product.figures.push_back(
+        {name + "_rotation_stddev", std::sqrt(std::max({c[0], c[7], c[14]})) * 180 / std::numbers::pi, "deg"});
+    product.figures.push_back({name + "_translation_stddev", std::sqrt(std::max({c[21], c[28], c[35]})), "mm"});
+    if (a.contrast[i] < kLeastContrast)
+      product.refusals.push_back(name + ": the object has the colours of what surrounds it (contrast " +
+                                 Text(a.contrast[i]) + ", of at least " + Text(kLeastContrast) +
+                                 "): photograph it on a ground of another colour, or use a jig");
+    else if (a.matched[i] < kLeastMatched || a.rms_px[i] > kLargestRms_px * scale)
+      product.refusals.push_back(
+          name + ": " + Text(100 * a.matched[i], "%") + " of the outline found an edge, left " +
+          Text(a.rms_px[i], "px") +
+          " off: the rough pose is too far away, the scan is another object or not in mm, or the camera file is wrong");
+    else if (a.matched[i] < kGoodMatched)
+      product.notes.push_back(name + ": only " + Text(100 * a.matched[i], "%") +
+                              " of the outline found an edge; look at the picture.");
+    poses.push_back({name, a.camera_from_object[i], c});
+    Append(product.picture, Overlay(caster, parts, photographs[k], a.camera_from_object[i]));
+  }
+  product.content = {{"poses", PosesJson(poses)}};
+  return product;
+}
+
+}  // namespace crownfit
