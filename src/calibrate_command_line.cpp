@@ -11,6 +11,7 @@ CLI::App* AddTask(CLI::App* calibrate, CommandLine& line, const char* name, cons
   task->add_option("-o,--output", line.output, "The file to write.");
   task->add_option("--picture", line.calibrate.picture, "PNG to look at (default: beside the file, .png).");
   task->add_flag("--json", line.json, "Print JSON.");
+  AddCommonOptions(task, line);
   return task;
 }
 
@@ -164,6 +165,42 @@ void AddCalibrate(CLI::App& app, CommandLine& line) {
   target->add_option("-o,--output", line.output, "The SVG to write; a jig's markers go beside it, .json.")->required();
   AddBoard(target, line);
   target->add_option("--inside-mm", line.calibrate.inside_mm, "jig: width of the place for the crown (default 16).");
+}
+
+void AddCapture(CLI::App& app, CommandLine& line) {
+  auto* capture = app.add_subcommand("capture", "Makes captures: see crownfit capture init --help.");
+  capture->require_subcommand(1);
+  auto* init = capture->add_subcommand(
+      "init",
+      "Gathers meshes, photographs and calibration products into a folder with capture.json, and checks it. "
+      "Scattering,\n"
+      "absorption and roughness are left free, exposures fixed to 1; edit capture.json for the rest.");
+  CalibrateLine& c = line.calibrate;
+  init->add_option("-o,--output", line.output, "The capture's folder (made when missing).")->required();
+  init->add_option("--mesh", c.init_meshes,
+                   "LAYER=FILE: surface of a layer in mm, such as enamel=crown.stl; outermost first.")
+      ->take_all()
+      ->required();
+  init->add_option("--layer", c.parts.more_layers, "A further layer inside, without a mesh, such as dentine.")
+      ->take_all();
+  init->add_option("--thickness-mm", c.parts.thickness_mm, "Of the layer above such a one (default 0.8).")
+      ->check(CLI::PositiveNumber);
+  init->add_option("--photo", c.init_photographs, "NAME=FILE: a photograph; repeat it.")->take_all()->required();
+  init->add_option("--camera", c.parts.camera, "camera.json of `crownfit calibrate camera`.")->required();
+  init->add_option("--poses", c.parts.poses,
+                   "poses.json of `crownfit calibrate pose`; poses are found by the files' names.")
+      ->required();
+  init->add_option("--lights", c.parts.lights, "light_rig.json of `crownfit calibrate lights`.")->required();
+  init->add_option("--lit", c.init_lit, "NAME=LIGHT,LIGHT: the lights that were on (default: all).")->take_all();
+  init->add_option("--polarisation", c.init_polarisation, "NAME=none, cross or parallel.")->take_all();
+  init->add_option("--mask", c.init_masks, "NAME=FILE: use only where this picture is above 0.5.")->take_all();
+  init->add_option("--noise", c.parts.noise, "noise.json of `crownfit calibrate noise`.");
+  init->add_option("--colour", c.parts.colour, "colour.json of `crownfit calibrate colour`.");
+  init->add_option("--blur", c.parts.blur, "blur.json of `crownfit calibrate blur`.");
+  init->add_option("--holdout", c.parts.holdouts, "NAME of a photograph that the fit is not to see.")->take_all();
+  AddCommonOptions(init, line);
+  init->add_flag("--exposure-free", c.parts.exposure_is_free,
+                 "Exposures are unknown: no card gave the lights' intensity.");
 }
 
 }  // namespace crownfit

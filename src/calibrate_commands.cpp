@@ -2,6 +2,7 @@
 #include <cstdio>
 #include <functional>
 #include <map>
+#include <sstream>
 
 #include "base/error.h"
 #include "base/files.h"
@@ -489,6 +490,30 @@ int RunCalibrate(const CommandLine& line) {
       {"camera", CalibrateCamera}, {"noise", CalibrateNoise},   {"blur", CalibrateBlur},    {"pose", CalibratePose},
       {"lights", CalibrateLights}, {"colour", CalibrateColour}, {"exposures", MergeSeries}, {"target", WriteTarget}};
   return tasks.at(line.calibrate.task)(line);
+}
+
+int RunCaptureInit(const CommandLine& line) {
+  CaptureParts parts = line.calibrate.parts;
+  for (const auto& text : line.calibrate.init_meshes) parts.meshes.push_back(NamedFile(text, "--mesh"));
+  for (const auto& text : line.calibrate.init_photographs) parts.photographs.push_back(NamedFile(text, "--photo"));
+  for (const auto& text : line.calibrate.init_masks) parts.masks.push_back(NamedFile(text, "--mask"));
+  for (const auto& text : line.calibrate.init_polarisation) {
+    const auto [name, filter] = NamedFile(text, "--polarisation");
+    parts.polarisation.emplace_back(name, filter.string());
+  }
+  for (const auto& text : line.calibrate.init_lit) {
+    const auto [name, list] = NamedFile(text, "--lit");
+    std::vector<std::string> lights;
+    std::istringstream words(list.string());
+    for (std::string light; std::getline(words, light, ',');) lights.push_back(light);
+    parts.lit.emplace_back(name, lights);
+  }
+  InitCapture(parts, line.output);
+  std::printf("Written: %s\n\n", (line.output / "capture.json").c_str());
+  CommandLine check = line;
+  check.capture = line.output;
+  check.output.clear();
+  return RunCheck(check);
 }
 
 }  // namespace crownfit

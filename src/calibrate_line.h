@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "calibrate/boards.h"
+#include "init_capture.h"
 
 namespace crownfit {
 
@@ -34,6 +35,9 @@ struct CalibrateLine {
   std::filesystem::path start;
   bool together = false;
   double search_mm = 5, search_deg = 5;
+  /// capture init: NAME=FILE, NAME=LIGHT,LIGHT and NAME=FILTER as they were written.
+  std::vector<std::string> init_meshes, init_photographs, init_masks, init_lit, init_polarisation;
+  CaptureParts parts;
   bool refine = false;
   bool is_linear = false;  ///< the files are proportional to the light, whatever they say of themselves
   bool is_series = false;  ///< noise: neighbours in the list are pairs

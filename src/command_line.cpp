@@ -10,14 +10,6 @@
 namespace crownfit {
 namespace {
 
-void AddCommonOptions(CLI::App* app, CommandLine& line) {
-  app->add_option("--threads", line.fit.threads, "Threads to use; 0: one per processor. Results do not depend on it.")
-      ->check(CLI::Range(0, 1024));
-  app->add_option("--progress", line.progress, "auto: a bar when stderr is a terminal; none; json: lines on stderr.")
-      ->transform(CLI::CheckedTransformer(std::map<std::string, ProgressMode>{
-          {"auto", ProgressMode::kAuto}, {"none", ProgressMode::kNone}, {"json", ProgressMode::kJson}}));
-}
-
 /// Values of `fit` that need more than CLI11's types.
 struct FitText {
   std::vector<std::string> captures, fixes;
@@ -185,6 +177,7 @@ CommandLine Parse(const std::vector<std::string>& arguments, std::ostream& error
       "  crownfit synthesize RECIPE -o CAPTURE  path-traced photographs with a known answer\n"
       "  crownfit slab SLAB.json                reflectance and transmittance of a flat layered sample\n"
       "  crownfit calibrate WHAT IMAGES         camera, noise, blur, colour, lights and poses from photographs\n"
+      "  crownfit capture init ...              meshes, photographs and calibration gathered into a capture\n"
       "  crownfit compare A B                   CIEDE2000 between two pictures\n\n"
       "CAPTURE is a folder that holds capture.json, or that file. docs/file_formats.md describes it.\n"
       "Exit codes: 0 done; 1 finished, but the result must not be used (reasons are printed); 2 wrong input;\n"
@@ -232,6 +225,7 @@ CommandLine Parse(const std::vector<std::string>& arguments, std::ostream& error
   AddView(app, line);
   AddMatch(app, line);
   AddCalibrate(app, line);
+  AddCapture(app, line);
   BatchWords more;
   const CLI::App* batch = AddBatch(app, line, text, more);
 
@@ -269,7 +263,8 @@ CommandLine Parse(const std::vector<std::string>& arguments, std::ostream& error
     return line;
   }
   line.command = app.get_subcommands().front()->get_name();
-  if (line.command == "calibrate") line.calibrate.task = app.get_subcommands().front()->get_subcommands().front()->get_name();
+  if (line.command == "calibrate")
+    line.calibrate.task = app.get_subcommands().front()->get_subcommands().front()->get_name();
   line.fit.use_priors = !text.no_priors;
   if (slab->parsed() && slab->count("--model") == 0) line.fit.model = "layered";
   const auto complain = [&](const std::string& message) {
@@ -338,6 +333,14 @@ std::string FaultOfFit(const std::vector<std::string>& fit_arguments) {
 }
 
 }  // namespace
+
+void AddCommonOptions(CLI::App* app, CommandLine& line) {
+  app->add_option("--threads", line.fit.threads, "Threads to use; 0: one per processor. Results do not depend on it.")
+      ->check(CLI::Range(0, 1024));
+  app->add_option("--progress", line.progress, "auto: a bar when stderr is a terminal; none; json: lines on stderr.")
+      ->transform(CLI::CheckedTransformer(std::map<std::string, ProgressMode>{
+          {"auto", ProgressMode::kAuto}, {"none", ProgressMode::kNone}, {"json", ProgressMode::kJson}}));
+}
 
 CommandLine ParseCommandLine(int argc, char** argv) {
   return Parse(std::vector<std::string>(argv, argv + argc), std::cerr, /*brief=*/false);

@@ -9,6 +9,9 @@ namespace crownfit {
 
 struct CommandLine;
 
+/// --threads and --progress.
+void AddCommonOptions(CLI::App* app, CommandLine& line);
 void AddCalibrate(CLI::App& app, CommandLine& line);
+void AddCapture(CLI::App& app, CommandLine& line);
 
 }  // namespace crownfit

@@ -145,9 +145,9 @@ int RunRender(const CommandLine& line) {
     } else {
       WriteImageFile(file, picture, line.half_float);
     }
-    WriteImageFile(line.output / (photo.name + ".png"),
-                   DisplayPicture(picture, ComparisonScale(picture, r.on_object, photo.rgb_from_sensor),
-                                  photo.rgb_from_sensor));
+    WriteImageFile(
+        line.output / (photo.name + ".png"),
+        DisplayPicture(picture, ComparisonScale(picture, r.on_object, photo.rgb_from_sensor), photo.rgb_from_sensor));
     progress.Clear();
     std::printf("%s\n", file.c_str());
   });

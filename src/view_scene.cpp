@@ -243,8 +243,7 @@ void ViewScene::ShowAsBrightAsPhotograph() {
   if (!picture_ || !HasLightOf(picture_of_)) return;
   std::vector<uint8_t> mask = LitPixels(DrawPhotograph(picture_of_, kCrownAlone));
   for (size_t i = 0; i < mask.size(); ++i) mask[i] = mask[i] && picture_->usable[i];
-  brightness_[picture_of_] =
-      ComparisonScale(picture_->linear, mask, capture_.photographs[picture_of_].rgb_from_sensor);
+  brightness_[picture_of_] = ComparisonScale(picture_->linear, mask, capture_.photographs[picture_of_].rgb_from_sensor);
 }
 
 void ViewScene::StartMask(size_t photograph) {

@@ -1,0 +1,33 @@
+#pragma once
+// A capture made of calibration products, meshes and photographs.
+
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace crownfit {
+
+using NamedFiles = std::vector<std::pair<std::string, std::filesystem::path>>;
+
+struct CaptureParts {
+  NamedFiles meshes;                     ///< layers with a surface of their own, outermost first
+  std::vector<std::string> more_layers;  ///< inside them, made by thickness
+  double thickness_mm = 0.8;             ///< of every layer that has another below it without a mesh
+  NamedFiles photographs, masks;
+  std::filesystem::path camera, poses, lights;
+  std::optional<std::filesystem::path> noise, colour, blur;
+  /// By photograph: lights that were on (default: all), filters, and what is held out.
+  std::vector<std::pair<std::string, std::vector<std::string>>> lit;
+  std::vector<std::pair<std::string, std::string>> polarisation;
+  std::vector<std::string> holdouts;
+  bool exposure_is_free = false;
+};
+
+/// Copies everything into `folder` (mesh/, photos/, calib/) and writes capture.json: scattering, absorption and
+/// roughness free, the rest fixed to textbook values for layers called enamel and dentine. Throws InputError naming
+/// what is missing or unknown.
+void InitCapture(const CaptureParts& parts, const std::filesystem::path& folder);
+
+}  // namespace crownfit
