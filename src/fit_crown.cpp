@@ -20,6 +20,7 @@ CrownFit FitCrown(const Capture& stated, const FitOptions& options, Progress& pr
   CastOptions cast_options;
   cast_options.threads = options.threads;
   if (options.twelve_taps) cast_options.kernel = TwelveTapKernel();
+  cast_options.shade_scenery = AnyBlurred(fit.capture);  // a lens spreads its light over the object
 
   SolveOptions solve_options;
   solve_options.use_priors = options.use_priors;

@@ -42,6 +42,92 @@ double MedianDepth(const Crown& crown) {
   return depth[depth.size() / 2];
 }
 
+/// Per pixel of a photograph with stated blur: whether more than a hundredth of what it shows comes from where nothing
+/// is known, the object's rim and what lies behind it. Blur would decide there.
+std::vector<uint8_t> IsBlurredIntoTheUnknown(const PhotographSpec& spec, const PhotographCast& cast, int threads) {
+  Image unknown(spec.camera.width, spec.camera.height, 1, 1.0f);
+  for (const BackgroundPixel& b : cast.background) unknown.at(b.x, b.y, 0) = 0.0f;
+  for (const PixelCast& pixel : cast.pixels)
+    if (!pixel.at_silhouette) unknown.at(pixel.x, pixel.y, 0) = 0.0f;
+  const Image share = Seen(unknown, {spec.blur->psf, 0.0}, threads);
+  std::vector<uint8_t> is(share.values.size());
+  std::transform(share.values.begin(), share.values.end(), is.begin(), [](float v) { return v > 0.01f; });
+  return is;
+}
+
+/// A prediction as the lens shows it. Around the object stands what scenery shows, and elsewhere the photograph itself,
+/// which is blurred already: wrong within a blur's width of the rim, where nothing is known.
+Image SeenOverPhotograph(const Image& prediction, const PhotographCast& cast, const Photograph& photo, const Blur& blur,
+                         double exposure, int threads) {
+  Image whole = photo.linear;
+  for (const BackgroundPixel& b : cast.background)
+    for (int c = 0; c < kChannels; ++c) whole.at(b.x, b.y, c) = static_cast<float>(exposure * b.value[c]);
+  for (const PixelCast& pixel : cast.pixels)
+    if (!pixel.at_silhouette)
+      for (int c = 0; c < kChannels; ++c) whole.at(pixel.x, pixel.y, c) = prediction.at(pixel.x, pixel.y, c);
+  const Image seen = Seen(whole, blur, threads);
+  Image result = prediction;
+  for (const PixelCast& pixel : cast.pixels)
+    for (int c = 0; c < kChannels; ++c) result.at(pixel.x, pixel.y, c) = seen.at(pixel.x, pixel.y, c);
+  return result;
+}
+
+/// Which sharp pixels the lens spreads into the chosen ones.
+void AddBlur(const PhotographSpec& spec, const PhotographCast& cast, const Photograph& photo, FitPixels& p) {
+  if (!spec.blur) {
+    p.sources = p.pixels;
+    for (size_t i = 0; i <= p.pixels.size(); ++i) p.first_term.push_back(static_cast<int>(i));
+    for (size_t i = 0; i < p.pixels.size(); ++i) p.terms.push_back({static_cast<int>(i), 1.0f});
+    return;
+  }
+  const PsfKernel kernel = KernelOf(*spec.blur);
+  const auto kept = static_cast<float>(1.0 - spec.blur->veiling_glare);
+  const int width = photo.linear.width, height = photo.linear.height;
+  constexpr int kUnknown = -1, kScenery = -2;
+  std::vector<int> at(static_cast<size_t>(width) * height, kUnknown);  // index into the cast's pixels
+  Image scenery(width, height, 3);
+  for (size_t k = 0; k < cast.pixels.size(); ++k)
+    if (!cast.pixels[k].at_silhouette)
+      at[static_cast<size_t>(cast.pixels[k].y) * width + cast.pixels[k].x] = static_cast<int>(k);
+  for (const BackgroundPixel& b : cast.background) {
+    at[static_cast<size_t>(b.y) * width + b.x] = kScenery;
+    for (int c = 0; c < kChannels; ++c) scenery.at(b.x, b.y, c) = static_cast<float>(b.value[c]);
+  }
+  glm::dvec3 mean(0.0);  // of what veils the picture
+  for (size_t i = 0; i < photo.linear.values.size(); ++i)
+    mean[static_cast<int>(i % 3)] += photo.linear.values[i] / (static_cast<double>(width) * height);
+
+  std::vector<int> source_of(cast.pixels.size(), -1);
+  p.first_term.push_back(0);
+  for (size_t i = 0; i < p.pixels.size(); ++i) {
+    const PixelCast& pixel = cast.pixels[p.pixels[i]];
+    double unknown = 0;
+    glm::dvec3 of_scenery(0.0);
+    std::vector<std::pair<int, float>> of_object;
+    for (int dy = -kernel.radius; dy <= kernel.radius; ++dy)
+      for (int dx = -kernel.radius; dx <= kernel.radius; ++dx) {
+        const int x = std::clamp(pixel.x + dx, 0, width - 1), y = std::clamp(pixel.y + dy, 0, height - 1);
+        const float weight = kept * kernel.at(dx, dy);
+        const int k = at[static_cast<size_t>(y) * width + x];
+        if (k == kUnknown) unknown += weight;
+        if (k == kScenery)
+          for (int c = 0; c < kChannels; ++c) of_scenery[c] += weight * scenery.at(x, y, c);
+        if (k >= 0) of_object.emplace_back(k, weight);
+      }
+    for (const auto& [k, weight] : of_object) {
+      if (source_of[k] < 0) {
+        source_of[k] = static_cast<int>(p.sources.size());
+        p.sources.push_back(k);
+      }
+      // What little is unknown looks like its surroundings.
+      p.terms.push_back({source_of[k], static_cast<float>(weight / (1.0 - unknown))});
+    }
+    p.first_term.push_back(static_cast<int>(p.terms.size()));
+    p.values[i] -= spec.blur->veiling_glare * mean;
+    p.scenery.push_back(of_scenery);
+  }
+}
+
 }  // namespace
 
 CrownInput ReadInput(const Capture& capture, int threads, bool with_images) {
@@ -115,19 +201,28 @@ Eigen::VectorXd HalfWay(const FreeParameters& free, const Eigen::VectorXd& cast_
   return x;
 }
 
+bool AnyBlurred(const Capture& capture) {
+  return std::any_of(capture.photographs.begin(), capture.photographs.end(),
+                     [](const auto& p) { return p.blur.has_value(); });
+}
+
 std::vector<FitPixels> ChoosePixels(const CrownInput& input, const CastState& state, size_t max_pixels) {
   std::vector<FitPixels> chosen;
   std::map<std::string, int> exposure_groups;
   for (size_t i = 0; i < input.capture.photographs.size(); ++i) {
     const PhotographSpec& spec = input.capture.photographs[i];
     if (spec.is_holdout) continue;
-    FitPixels p{i, -1, {}, {}, {}};
+    FitPixels p{i, -1, {}, {}, {}, {}, {}, {}, {}};
     if (spec.exposure_is_free)
       p.exposure =
           exposure_groups.try_emplace(spec.exposure_group, static_cast<int>(exposure_groups.size())).first->second;
     const PhotographCast& cast = state.photographs[i];
     const Photograph& photo = input.photographs[i];
-    const auto is_usable = [&](const PixelCast& c) { return !c.at_silhouette && IsUsable(photo, c); };
+    std::vector<uint8_t> is_blurred(photo.usable.size(), 0);
+    if (spec.blur) is_blurred = IsBlurredIntoTheUnknown(spec, cast, 0);
+    const auto is_usable = [&](const PixelCast& c) {
+      return !c.at_silhouette && IsUsable(photo, c) && !is_blurred[static_cast<size_t>(c.y) * photo.linear.width + c.x];
+    };
     const auto usable = std::count_if(cast.pixels.begin(), cast.pixels.end(), is_usable);
     const double every = std::sqrt(static_cast<double>(usable) / static_cast<double>(max_pixels));
     const int stride = std::max(1, static_cast<int>(std::ceil(every)));
@@ -143,6 +238,7 @@ std::vector<FitPixels> ChoosePixels(const CrownInput& input, const CastState& st
       p.values.push_back(value);
       p.stddev.push_back(stddev);
     }
+    AddBlur(spec, cast, photo, p);
     if (p.pixels.empty())
       throw InputError(input.capture.file, spec.key, "photograph '" + spec.name + "' has no usable pixel on the object",
                        "Check its mask, its saturation and whether scenery hides the object.");
@@ -191,16 +287,23 @@ std::vector<PhotographResult> ComparePhotographs(const CrownInput& input, const 
         }
       if (bottom > 0) r.exposure = top / bottom;
     }
+    for (size_t k = 0; k < values.size(); ++k)
+      for (int c = 0; c < kChannels; ++c)
+        r.prediction.at(cast_pixels[k].x, cast_pixels[k].y, c) = static_cast<float>(r.exposure * values[k][c]);
+    if (spec.blur)
+      r.prediction = SeenOverPhotograph(r.prediction, state.photographs[i], photo, *spec.blur, r.exposure, threads);
+    std::vector<uint8_t> is_blurred(photo.usable.size(), 0);
+    if (spec.blur) is_blurred = IsBlurredIntoTheUnknown(spec, state.photographs[i], threads);
     double chi2 = 0;
     size_t count = 0;
     for (size_t k = 0; k < values.size(); ++k) {
       const PixelCast& pixel = cast_pixels[k];
-      const bool compared = !pixel.at_silhouette && IsUsable(photo, pixel);
+      const bool compared = !pixel.at_silhouette && IsUsable(photo, pixel) &&
+                            !is_blurred[static_cast<size_t>(pixel.y) * photo.linear.width + pixel.x];
       r.compared[static_cast<size_t>(pixel.y) * photo.linear.width + pixel.x] = compared;
       for (int c = 0; c < kChannels; ++c) {
-        const double predicted = r.exposure * values[k][c];
-        r.prediction.at(pixel.x, pixel.y, c) = static_cast<float>(predicted);
         if (!compared) continue;
+        const double predicted = r.prediction.at(pixel.x, pixel.y, c);
         const double seen = photo.linear.at(pixel.x, pixel.y, c), d = predicted - seen;
         chi2 += d * d / (photo.variance.at(pixel.x, pixel.y, c) + NeckVariance(pixel, seen));
         ++count;

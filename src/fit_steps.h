@@ -42,6 +42,9 @@ bool GeometryIsStale(const FreeParameters& free, const Eigen::VectorXd& cast_at,
 /// they correct, and full steps go back and forth (seen: 0.6013, 0.5989, 0.6013, ... around 0.6000).
 Eigen::VectorXd HalfWay(const FreeParameters& free, const Eigen::VectorXd& cast_at, Eigen::VectorXd x);
 
+/// Whether a photograph states its blur.
+bool AnyBlurred(const Capture& capture);
+
 /// Pixels for the fit: usable ones whose square lies on the object, every n-th in both directions when there are more
 /// than `max_pixels`. Holdouts are left out. Throws InputError when a photograph offers none.
 std::vector<FitPixels> ChoosePixels(const CrownInput& input, const CastState& state, size_t max_pixels);

@@ -37,6 +37,7 @@ std::vector<std::string> RenderByShader(const CrownInput& input, const Material&
       r.on_object[static_cast<size_t>(cast.pixels[k].y) * photo.camera.width + cast.pixels[k].x] = 1;
     }
     for (const auto& b : cast.background) put(b.x, b.y, b.value);
+    if (photo.blur) r.picture = Seen(r.picture, *photo.blur, options.threads);
     done(r);
   }
   return {};
@@ -68,6 +69,10 @@ std::vector<std::string> RenderByPath(const CrownInput& input, const Material& m
         r.variance->values[3 * p + c] = static_cast<float>(variance[c]);
       }
       r.on_object.push_back(e.on_object);
+    }
+    if (photo.blur) {
+      r.picture = Seen(r.picture, *photo.blur, options.threads);
+      r.variance = SeenVariance(*r.variance, *photo.blur, options.threads);
     }
     done(r);
   }

@@ -7,6 +7,7 @@
 
 #include "base/random.h"
 #include "calibrate/align_scan.h"
+#include "calibrate/contours.h"
 #include "geometry/mesh_file.h"
 #include "photo/image_io.h"
 #include "photo/photograph.h"

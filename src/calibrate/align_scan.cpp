@@ -4,11 +4,12 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
-#include <numeric>
 #include <optional>
 
 #include "base/parallel.h"
 #include "base/random.h"
+#include "calibrate/contours.h"
+#include "calibrate/object_colours.h"
 
 namespace crownfit {
 namespace {
@@ -37,125 +38,6 @@ RigidTransform Joined(const RigidTransform& a, const RigidTransform& b) {
   return {a.rotation * b.rotation, a.rotation * b.translation_mm + a.translation_mm};
 }
 
-/// A picture smaller by a whole factor, averaged.
-Image Reduced(const Image& image, int factor) {
-  Image small(image.width / factor, image.height / factor, image.channels);
-  for (int y = 0; y < small.height * factor; ++y)
-    for (int x = 0; x < small.width * factor; ++x)
-      for (int c = 0; c < image.channels; ++c)
-        small.at(x / factor, y / factor, c) += image.at(x, y, c) / static_cast<float>(factor * factor);
-  return small;
-}
-
-Camera ReducedCamera(const Camera& camera, int factor) {
-  Camera small = camera;
-  small.width = camera.width / factor;
-  small.height = camera.height / factor;
-  for (double* v : {&small.fx, &small.fy, &small.cx, &small.cy}) *v /= factor;
-  return small;
-}
-
-/// Which pixels' rays meet the object. Directions are computed once.
-class Silhouette {
- public:
-  explicit Silhouette(const Camera& camera) : width_(camera.width), height_(camera.height) {
-    for (int y = 0; y < height_; ++y)
-      for (int x = 0; x < width_; ++x) directions_.push_back(DirectionFromPixel(camera, {x + 0.5, y + 0.5}));
-  }
-  std::vector<uint8_t> Mask(const RayCaster& caster, const RigidTransform& camera_from_object) const {
-    const RigidTransform back = camera_from_object.Inverse();
-    std::vector<uint8_t> mask(directions_.size());
-    for (size_t i = 0; i < directions_.size(); ++i)
-      mask[i] = caster.Occluded(back.translation_mm, back.Direction(directions_[i]));
-    return mask;
-  }
-  int width() const { return width_; }
-
- private:
-  int width_, height_;
-  std::vector<glm::dvec3> directions_;
-};
-
-/// Log odds of object against surroundings by colour: red and blue shares of the light, and its amount.
-struct ColourOdds {
-  static constexpr int kShares = 24, kLevels = 6;
-  std::vector<double> odds = std::vector<double>(kShares * kShares * kLevels, 0.0);
-  double contrast = 0;
-
-  static int BinOf(const Image& image, size_t pixel, double white) {
-    const double r = std::max(0.0f, image.values[3 * pixel]), g = std::max(0.0f, image.values[3 * pixel + 1]),
-                 b = std::max(0.0f, image.values[3 * pixel + 2]);
-    const double sum = r + g + b + 1e-9;
-    const int i = std::clamp(static_cast<int>(kShares * (r / sum - 0.2) / 0.6), 0, kShares - 1);
-    const int j = std::clamp(static_cast<int>(kShares * (b / sum) / 0.5), 0, kShares - 1);
-    const int k =
-        std::clamp(static_cast<int>(kLevels * (1.0 + std::log2(sum / (3 * white) + 1e-9) / kLevels)), 0, kLevels - 1);
-    return (k * kShares + i) * kShares + j;
-  }
-  ColourOdds(const Image& image, const std::vector<uint8_t>& mask, double white) {
-    // Surroundings: what is not further from the object than a tenth of the picture.
-    std::vector<double> inside(odds.size(), 0.0), outside(odds.size(), 0.0);
-    const std::vector<uint8_t> near = Dilated(mask, image.width, image.height, image.width / 10);
-    for (size_t p = 0; p < mask.size(); ++p)
-      if (near[p]) (mask[p] ? inside : outside)[BinOf(image, p, white)] += 1;
-    Smooth(inside);
-    Smooth(outside);
-    const double in = std::accumulate(inside.begin(), inside.end(), 1e-9),
-                 out = std::accumulate(outside.begin(), outside.end(), 1e-9);
-    for (size_t b = 0; b < odds.size(); ++b) {
-      const double a = inside[b] / in, o = outside[b] / out;
-      odds[b] = std::log((a + 1e-4) / (o + 1e-4));
-      contrast += 0.5 * std::abs(a - o);
-    }
-  }
-  static std::vector<uint8_t> Dilated(const std::vector<uint8_t>& mask, int width, int height, int radius) {
-    Image soft(width, height, 1);
-    for (size_t p = 0; p < mask.size(); ++p) soft.values[p] = mask[p];
-    soft = BoxMean(soft, radius);
-    std::vector<uint8_t> grown(mask.size());
-    for (size_t p = 0; p < mask.size(); ++p) grown[p] = soft.values[p] > 0;
-    return grown;
-  }
-  static void Smooth(std::vector<double>& histogram) {
-    for (int pass = 0; pass < 2; ++pass) {
-      std::vector<double> from = histogram;
-      for (int k = 0; k < kLevels; ++k)
-        for (int i = 0; i < kShares; ++i)
-          for (int j = 0; j < kShares; ++j) {
-            const auto at = [&](int a, int b) {
-              return from[(k * kShares + std::clamp(a, 0, kShares - 1)) * kShares + std::clamp(b, 0, kShares - 1)];
-            };
-            histogram[(k * kShares + i) * kShares + j] =
-                0.5 * at(i, j) + 0.125 * (at(i - 1, j) + at(i + 1, j) + at(i, j - 1) + at(i, j + 1));
-          }
-    }
-  }
-};
-
-/// One photograph, made ready at some reduction.
-struct Level {
-  Image image;
-  Camera camera;
-  double white;
-  Level(const ScanPhotograph& photo, int factor)
-      : image(factor > 1 ? Reduced(*photo.linear, factor) : *photo.linear),
-        camera(ReducedCamera(photo.camera, factor)) {
-    std::vector<float> values = image.values;
-    const auto at = values.begin() + static_cast<std::ptrdiff_t>(values.size() * 98 / 100);
-    std::nth_element(values.begin(), at, values.end());
-    white = std::max(1e-9f, *at);
-  }
-};
-
-/// Log odds of every pixel, limited so that no single colour decides.
-Image OddsImage(const Level& level, const ColourOdds& colours) {
-  Image odds(level.image.width, level.image.height, 1);
-  for (size_t p = 0; p < odds.values.size(); ++p)
-    odds.values[p] =
-        static_cast<float>(std::clamp(colours.odds[ColourOdds::BinOf(level.image, p, level.white)], -3.0, 3.0));
-  return odds;
-}
-
 double Bilinear(const Image& image, const glm::dvec2& pixel, int c) {
   const double px = pixel.x - 0.5, py = pixel.y - 0.5;
   const int x = std::clamp(static_cast<int>(std::floor(px)), 0, image.width - 2),
@@ -164,103 +46,6 @@ double Bilinear(const Image& image, const glm::dvec2& pixel, int c) {
   return (1 - v) * ((1 - u) * image.at(x, y, c) + u * image.at(x + 1, y, c)) +
          v * ((1 - u) * image.at(x, y + 1, c) + u * image.at(x + 1, y + 1, c));
 }
-
-}  // namespace
-
-std::vector<int> ConnectedParts(const TriangleMesh& mesh) {
-  std::vector<int> root(mesh.vertices.size());
-  std::iota(root.begin(), root.end(), 0);
-  const auto find = [&](int v) {
-    while (root[v] != v) v = root[v] = root[root[v]];
-    return v;
-  };
-  for (const auto& t : mesh.triangles) {
-    root[find(t.y)] = find(t.x);
-    root[find(t.z)] = find(t.x);
-  }
-  std::vector<int> parts;
-  for (const auto& t : mesh.triangles) parts.push_back(find(t.x));
-  return parts;
-}
-
-std::vector<ContourPoint> Contours(const RayCaster& caster, const std::vector<int>& parts, const Camera& camera,
-                                   const RigidTransform& camera_from_object, int step_px) {
-  const RigidTransform back = camera_from_object.Inverse();
-  struct Seen {
-    int part = -1;
-    double distance = 0;
-    glm::dvec3 at{0.0};
-  };
-  const auto look = [&](const glm::dvec2& pixel) {
-    const glm::dvec3 d = back.Direction(DirectionFromPixel(camera, pixel));
-    const auto hit = caster.Nearest(back.translation_mm, d);
-    return hit ? Seen{parts[hit->point.triangle], hit->distance_mm, back.translation_mm + hit->distance_mm * d}
-               : Seen{};
-  };
-  const auto differ = [](const Seen& a, const Seen& b) {
-    return a.part != b.part || (a.part >= 0 && std::abs(a.distance - b.distance) > 0.8);
-  };
-  const int columns = camera.width / step_px, rows = camera.height / step_px;
-  std::vector<Seen> grid(static_cast<size_t>(columns) * rows);
-  const auto centre = [&](int x, int y) { return glm::dvec2((x + 0.5) * step_px, (y + 0.5) * step_px); };
-  ParallelFor(rows, 0, [&](size_t y) {
-    for (int x = 0; x < columns; ++x) grid[y * columns + x] = look(centre(x, static_cast<int>(y)));
-  });
-  std::vector<std::vector<ContourPoint>> of_row(rows);
-  ParallelFor(rows, 0, [&](size_t row) {
-    const int y = static_cast<int>(row);
-    for (int x = 0; x < columns; ++x)
-      for (const auto& [dx, dy] : {std::pair{1, 0}, {0, 1}}) {
-        if (x + dx >= columns || y + dy >= rows) continue;
-        Seen a = grid[y * columns + x], b = grid[(y + dy) * columns + x + dx];
-        if (!differ(a, b)) continue;
-        glm::dvec2 pa = centre(x, y), pb = centre(x + dx, y + dy);
-        for (int k = 0; k < 4; ++k) {
-          const glm::dvec2 middle = 0.5 * (pa + pb);
-          const Seen m = look(middle);
-          if (differ(a, m)) {
-            pb = middle, b = m;
-          } else {
-            pa = middle, a = m;
-          }
-        }
-        const bool a_is_nearer = b.part < 0 || (a.part >= 0 && a.distance < b.distance);
-        ContourPoint point{a_is_nearer ? a.at : b.at, 0.5 * (pa + pb), glm::dvec2(dx, dy) * (a_is_nearer ? 1.0 : -1.0),
-                           a.part < 0 || b.part < 0};
-        of_row[row].push_back(point);
-      }
-  });
-  std::vector<ContourPoint> contours;
-  for (const auto& points : of_row) contours.insert(contours.end(), points.begin(), points.end());
-  // Normals: across the line through the neighbours, on the side that the grid's step pointed to.
-  std::vector<glm::dvec2> normals(contours.size());
-  ParallelFor(contours.size(), 0, [&](size_t i) {
-    glm::dvec2 mean(0.0);
-    double n = 0;
-    double xx = 0, xy = 0, yy = 0;
-    const double reach = 3.5 * step_px;
-    for (int pass = 0; pass < 2; ++pass)
-      for (size_t j = i > 400 ? i - 400 : 0; j < std::min(contours.size(), i + 400); ++j) {
-        const glm::dvec2 d = contours[j].pixel - contours[i].pixel;
-        if (glm::dot(d, d) > reach * reach || contours[j].is_outer != contours[i].is_outer) continue;
-        if (pass == 0) {
-          mean += d;
-          ++n;
-        } else {
-          const glm::dvec2 e = d - mean / n;
-          xx += e.x * e.x, xy += e.x * e.y, yy += e.y * e.y;
-        }
-      }
-    const double angle = 0.5 * std::atan2(2 * xy, xx - yy);
-    glm::dvec2 normal(-std::sin(angle), std::cos(angle));
-    if (n < 3) normal = contours[i].outward;
-    normals[i] = glm::dot(normal, contours[i].outward) < 0 ? -normal : normal;
-  });
-  for (size_t i = 0; i < contours.size(); ++i) contours[i].outward = normals[i];
-  return contours;
-}
-
-namespace {
 
 /// The search by regions, all photographs at once.
 struct RegionSearch {
@@ -275,7 +60,7 @@ struct RegionSearch {
   RegionSearch(const RayCaster& c, const std::vector<ScanPhotograph>& p, const glm::dvec3& middle)
       : caster(c), photographs(p), centre(middle) {
     for (const auto& photo : photographs) {
-      levels.emplace_back(photo, std::max(1, photo.linear->width / 180));
+      levels.emplace_back(*photo.linear, photo.camera, std::max(1, photo.linear->width / 180));
       silhouettes.emplace_back(levels.back().camera);
     }
     contrast.assign(photographs.size(), 0.0);
@@ -494,7 +279,7 @@ AlignedScan AlignScan(const TriangleMesh& mesh, const std::vector<ScanPhotograph
   search.Learn(best);
   ContourFit edges{caster, parts, photographs, centre, options.threads, {}, {}};
   for (size_t k = 0; k < photographs.size(); ++k) {
-    edges.levels.emplace_back(photographs[k], 1);
+    edges.levels.emplace_back(*photographs[k].linear, photographs[k].camera, 1);
     const ColourOdds colours(search.levels[k].image, search.silhouettes[k].Mask(caster, edges.PoseOf(k, best)),
                              search.levels[k].white);
     edges.odds.push_back(BoxMean(OddsImage(edges.levels[k], colours), 1));

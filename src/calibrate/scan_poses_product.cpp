@@ -4,6 +4,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "calibrate/contours.h"
 #include "calibrate/draw.h"
 #include "calibration/poses.h"
 

@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "calibration/blur.h"
 #include "calibration/camera.h"
 #include "calibration/light_rig.h"
 #include "calibration/parameters.h"
@@ -94,6 +95,7 @@ struct PhotographSpec {
   bool is_holdout = false;
   bool has_noise_file = false;
   ColourTransform rgb_from_sensor;
+  std::optional<Blur> blur;
   bool has_colour_file = false;
 };
 

@@ -35,7 +35,7 @@ ImageResiduals::ImageResiduals(const Capture& capture, const CastState& state, c
     count_ += kChannels * static_cast<int>(p.pixels.size());
     free_exposures_ = std::max(free_exposures_, p.exposure + 1);
     for (size_t light : capture.photographs[p.photograph].lights) used[light] = 1;
-    vertices_.push_back(VerticesAround(*state.crown, state.photographs[p.photograph], p.pixels));
+    vertices_.push_back(VerticesAround(*state.crown, state.photographs[p.photograph], p.sources));
   }
   for (size_t l = 0; l < capture.lights.size(); ++l)
     if (capture.lights[l].scale_is_free && used[l]) free_lights_.push_back(static_cast<int>(l));
@@ -45,9 +45,10 @@ double ImageResiduals::ExposureOf(const FitPixels& p, const LinearScales& scales
   return p.exposure < 0 ? capture_.photographs[p.photograph].exposure_scale : scales.exposure[p.exposure];
 }
 
-void ImageResiduals::Predict(const Material& material, const std::vector<double>& light_scale,
+void ImageResiduals::Predict(const Material& material, const std::vector<double>& light_scale, bool with_scenery,
                              Eigen::VectorXd& prediction) const {
   prediction.resize(count_);
+  std::vector<double> sharp;
   int row = 0;
   for (size_t g = 0; g < pixels_.size(); ++g) {
     const FitPixels& p = pixels_[g];
@@ -58,9 +59,14 @@ void ImageResiduals::Predict(const Material& material, const std::vector<double>
       const DiffuserTable<double> table(optics.stack(), state_.crown->kernel.outer_radius_mm);
       const ShaderPrediction<double> model(*state_.crown, cast, optics, table, c, light_scale, vertices_[g],
                                            options_.threads);
-      ParallelFor(p.pixels.size(), options_.threads, [&](size_t i) {
-        prediction[row + kChannels * static_cast<int>(i) + c] = model.Pixel(cast.pixels[p.pixels[i]], specular);
-      });
+      sharp.resize(p.sources.size());
+      ParallelFor(sharp.size(), options_.threads,
+                  [&](size_t i) { sharp[i] = model.Pixel(cast.pixels[p.sources[i]], specular); });
+      for (size_t i = 0; i < p.pixels.size(); ++i) {
+        double sum = with_scenery && !p.scenery.empty() ? p.scenery[i][c] : 0.0;
+        for (int t = p.first_term[i]; t < p.first_term[i + 1]; ++t) sum += p.terms[t].weight * sharp[p.terms[t].source];
+        prediction[row + kChannels * static_cast<int>(i) + c] = sum;
+      }
     }
     row += kChannels * static_cast<int>(p.pixels.size());
   }
@@ -80,7 +86,7 @@ Eigen::MatrixXd ImageResiduals::PredictPerScale(const Material& material) const 
       else if (group > 0)
         scale[l] = 1.0;
     }
-    Predict(material, scale, column);
+    Predict(material, scale, /*with_scenery=*/g == 0, column);
     parts.col(g) = column;
   }
   return parts;
@@ -189,9 +195,14 @@ void ImageResiduals::PredictWithDerivativesBy(const std::vector<int>& moved, con
       const DiffuserTable<Jet> table(optics.stack(), state_.crown->kernel.outer_radius_mm);
       const ShaderPrediction<Jet> model(*state_.crown, cast, optics, table, c, scales.light, vertices_[g],
                                         options_.threads);
+      std::vector<Jet> sharp(p.sources.size());
+      ParallelFor(sharp.size(), options_.threads,
+                  [&](size_t i) { sharp[i] = model.Pixel(cast.pixels[p.sources[i]], specular); });
       ParallelFor(p.pixels.size(), options_.threads, [&](size_t i) {
         const int k = row + kChannels * static_cast<int>(i) + c;
-        const Jet value = model.Pixel(cast.pixels[p.pixels[i]], specular);
+        Jet value(p.scenery.empty() ? 0.0 : p.scenery[i][c]);
+        for (int t = p.first_term[i]; t < p.first_term[i + 1]; ++t)
+          value += static_cast<double>(p.terms[t].weight) * sharp[p.terms[t].source];
         const double factor = exposure / p.stddev[i][c];
         out.residuals[k] = factor * value.a - p.values[i][c] / p.stddev[i][c];
         out.jacobian.row(k).noalias() = factor * (value.v.transpose() * slot_by_x);

@@ -12,12 +12,21 @@
 
 namespace crownfit {
 
-/// One photograph's pixels that the fit uses.
+/// One photograph's pixels that the fit uses. What a pixel shows is a sum over sharp ones: itself alone, or those that
+/// the lens spreads into it.
 struct FitPixels {
   size_t photograph;
   int exposure;             ///< index of the free exposure, -1: fixed
   std::vector<int> pixels;  ///< indices into PhotographCast::pixels
   std::vector<glm::dvec3> values, stddev;
+  struct Term {
+    int source;  ///< index into `sources`
+    float weight;
+  };
+  std::vector<int> sources;     ///< the sharp pixels that are predicted: indices into PhotographCast::pixels
+  std::vector<int> first_term;  ///< per pixel + 1
+  std::vector<Term> terms;
+  std::vector<glm::dvec3> scenery;  ///< per pixel: what scenery adds, at exposure 1; empty: nothing
 };
 
 /// Free factors of the light, solved in closed form.
@@ -48,7 +57,8 @@ class ImageResiduals {
   double ExposureOf(const FitPixels& pixels, const LinearScales& scales) const;
 
  private:
-  void Predict(const Material& material, const std::vector<double>& light_scale, Eigen::VectorXd& prediction) const;
+  void Predict(const Material& material, const std::vector<double>& light_scale, bool with_scenery,
+               Eigen::VectorXd& prediction) const;
   void PredictWithDerivatives(const Eigen::VectorXd& x, const LinearScales& scales, Evaluation& out) const;
   template <int kJetSize>
   void PredictWithDerivativesBy(const std::vector<int>& moved_slots, const Eigen::VectorXd& x,
