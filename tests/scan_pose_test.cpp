@@ -8,6 +8,7 @@
 #include "base/random.h"
 #include "calibrate/align_scan.h"
 #include "calibrate/contours.h"
+#include "calibration/poses.h"
 #include "geometry/mesh_file.h"
 #include "photo/image_io.h"
 #include "photo/photograph.h"
@@ -125,26 +126,8 @@ TEST(ScanPose, SeveralPhotographsTogetherFixWhatOneLeavesOpen) {
   for (int k = 0; k < 3; ++k) {
     EXPECT_LT(Misplaced_px(mesh, aligned.camera_from_object[k], truths[k]), 3.0) << k;
     // Shift in the camera frame of the object's middle against the stated deviation.
-    const auto& c = aligned.covariance[k];
     const glm::dvec3 at = truths[k].Point(centre), off = aligned.camera_from_object[k].Point(centre) - at;
-    // d(point) = w x at + t.
-    glm::dmat3 cov(0.0);
-    for (int i = 0; i < 3; ++i)
-      for (int j = 0; j < 3; ++j) {
-        const auto row = [&](int axis) {
-          std::array<double, 6> r{};
-          for (int a = 0; a < 3; ++a) {
-            glm::dvec3 w(0.0);
-            w[a] = 1;
-            r[a] = glm::cross(w, at)[axis];
-          }
-          r[3 + axis] = 1;
-          return r;
-        };
-        const auto a = row(i), b = row(j);
-        for (int p = 0; p < 6; ++p)
-          for (int q = 0; q < 6; ++q) cov[j][i] += a[p] * c[6 * p + q] * b[q];
-      }
+    const glm::dmat3 cov = PlaceCovariance(aligned.covariance[k], at);
     for (int i = 0; i < 2; ++i)
       EXPECT_LT(std::abs(off[i]), 4 * std::sqrt(cov[i][i]) + 0.01) << "photograph " << k << " axis " << i;
   }

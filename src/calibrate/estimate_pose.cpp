@@ -130,11 +130,14 @@ Product MarkerPosesProduct(const std::vector<PosedPhotograph>& photographs, cons
     }
     const auto& c = pose->covariance;
     const double rotation = std::sqrt(std::max({c[0], c[7], c[14]})) * 180 / std::numbers::pi;
-    const double translation = std::sqrt(std::max({c[21], c[28], c[35]}));
+    glm::dvec3 middle(0.0);
+    for (const auto& p : photo.view.board_mm) middle += p / static_cast<double>(photo.view.board_mm.size());
+    const glm::dmat3 place = PlaceCovariance(c, pose->camera_from_board.Point(middle));
     product.figures.push_back({photo.name + "_rms", pose->rms_px, "px"});
     product.figures.push_back({photo.name + "_corners", static_cast<double>(pose->corners), ""});
     product.figures.push_back({photo.name + "_rotation_stddev", rotation, "deg"});
-    product.figures.push_back({photo.name + "_translation_stddev", translation, "mm"});
+    product.figures.push_back({photo.name + "_across_stddev", std::sqrt(std::max(place[0][0], place[1][1])), "mm"});
+    product.figures.push_back({photo.name + "_along_view_stddev", std::sqrt(place[2][2]), "mm"});
     if (pose->left_out)
       product.notes.push_back(photo.name + ": " + std::to_string(pose->left_out) +
                               " corners lie elsewhere and were left out.");

@@ -13,7 +13,7 @@ namespace {
 
 Image Overlay(const RayCaster& caster, const std::vector<int>& parts, const ScanPhotograph& photo,
               const RigidTransform& pose) {
-  const double zoom = std::min(1.0, 900.0 / photo.linear->width);
+  const double zoom = std::min(4.0, 900.0 / photo.linear->width);
   Image picture = DisplayCopy(*photo.linear, zoom);
   const int step = std::max(1, static_cast<int>(std::lround(1.0 / zoom)));
   for (const auto& c : Contours(caster, parts, photo.camera, photo.start, step))
@@ -40,6 +40,8 @@ Product ScanPosesProduct(const TriangleMesh& mesh, const std::vector<std::string
   constexpr double kLeastContrast = 0.3, kLeastMatched = 0.25, kGoodMatched = 0.4, kLargestRms_px = 4.0;
   const RayCaster caster({&mesh});
   const std::vector<int> parts = ConnectedParts(mesh);
+  const auto [low, high] = Bounds(mesh);
+  const glm::dvec3 centre = 0.5 * (low + high);
   Product product;
   product.format = "crownfit-poses/1";
   std::vector<StatedPose> poses;
@@ -55,7 +57,9 @@ Product ScanPosesProduct(const TriangleMesh& mesh, const std::vector<std::string
     product.figures.push_back({name + "_colour_contrast", a.contrast[i], ""});
     product.figures.push_back(
         {name + "_rotation_stddev", std::sqrt(std::max({c[0], c[7], c[14]})) * 180 / std::numbers::pi, "deg"});
-    product.figures.push_back({name + "_translation_stddev", std::sqrt(std::max({c[21], c[28], c[35]})), "mm"});
+    const glm::dmat3 place = PlaceCovariance(c, a.camera_from_object[i].Point(centre));
+    product.figures.push_back({name + "_across_stddev", std::sqrt(std::max(place[0][0], place[1][1])), "mm"});
+    product.figures.push_back({name + "_along_view_stddev", std::sqrt(place[2][2]), "mm"});
     if (a.contrast[i] < kLeastContrast)
       product.refusals.push_back(name + ": the object has the colours of what surrounds it (contrast " +
                                  Text(a.contrast[i]) + ", of at least " + Text(kLeastContrast) +

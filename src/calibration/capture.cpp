@@ -219,7 +219,7 @@ PhotographSpec ReadPhotographSpec(const JsonNode& node, Capture& capture) {
     photo.has_noise_file = true;
   }
   if (const auto blur = o.Find("blur")) photo.blur = ReadBlur(ReadPath(*blur, capture));
-      if (const auto scale = o.Find("exposure_scale")) {
+  if (const auto scale = o.Find("exposure_scale")) {
     const JsonObject spec(*scale, {"fixed", "initial", "stddev"});
     const auto fixed = spec.Find("fixed"), initial = spec.Find("initial");
     if (fixed.has_value() == initial.has_value()) scale->Fail("expected either {\"fixed\": v} or {\"initial\": v}");

@@ -4,6 +4,17 @@
 
 namespace crownfit {
 
+glm::dmat3 PlaceCovariance(const std::array<double, 36>& covariance, const glm::dvec3& p) {
+  // A turn w and a shift t move the point by w x p + t: rows of 3 x 6.
+  const double by[3][6] = {{0, p.z, -p.y, 1, 0, 0}, {-p.z, 0, p.x, 0, 1, 0}, {p.y, -p.x, 0, 0, 0, 1}};
+  glm::dmat3 result(0.0);
+  for (int r = 0; r < 3; ++r)
+    for (int c = 0; c < 3; ++c)
+      for (int i = 0; i < 6; ++i)
+        for (int j = 0; j < 6; ++j) result[c][r] += by[r][i] * covariance[6 * i + j] * by[c][j];
+  return result;
+}
+
 std::vector<StatedPose> ReadPoses(const std::filesystem::path& path) {
   const JsonFile file(path);
   const JsonObject root = file.RootOfFormat("crownfit-poses/1", {"poses", "quality", "provenance"});

@@ -18,6 +18,9 @@ struct StatedPose {
   std::optional<std::array<double, 36>> covariance = {};
 };
 
+/// Covariance in mm^2 of where a point of the object is, in the camera frame: across the view x and y, along it z.
+glm::dmat3 PlaceCovariance(const std::array<double, 36>& pose_covariance, const glm::dvec3& point_in_camera_mm);
+
 /// poses.json ("crownfit-poses/1"): {"poses": [{"photograph", "camera_from_object": {"rotation", "translation_mm",
 /// "covariance"}}]}.
 std::vector<StatedPose> ReadPoses(const std::filesystem::path& file);

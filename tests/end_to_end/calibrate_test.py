@@ -1,0 +1,83 @@
+#!/usr/bin/env python3
+"""calibrate_test.py CROWNFIT CAPTURE: calibration commands say what is wrong and what to do, write nothing when they refuse, and
+`capture init` puts a capture together that `check` accepts. (What the estimators find is tested in calibrate_*_test.cpp.)"""
+import json
+import subprocess
+import sys
+import tempfile
+from pathlib import Path
+
+program, capture = sys.argv[1], Path(sys.argv[2])
+
+
+def run(*arguments, expect=0):
+    done = subprocess.run([program, *map(str, arguments)], capture_output=True, text=True)
+    assert done.returncode == expect, (arguments, done.returncode, done.stderr)
+    return done
+
+
+def picture(file, width, height, value):
+    """8-bit PPM; value(x, y) gives a grey or three channels."""
+    pixels = bytearray()
+    for y in range(height):
+        for x in range(width):
+            v = value(x, y)
+            pixels += bytes(v if isinstance(v, tuple) else (v, v, v))
+    file.write_bytes(b"P6\n%d %d\n255\n" % (width, height) + bytes(pixels))
+    return file
+
+
+with tempfile.TemporaryDirectory() as folder:
+    folder = Path(folder)
+    out = folder / "out.json"
+    plain = picture(folder / "plain.ppm", 160, 120, lambda x, y: 90 + x // 8)
+
+    def refused(*arguments, saying, expect=2):
+        done = run("calibrate", *arguments, "-o", out, expect=expect)
+        assert all(words in done.stderr for words in saying), (arguments, done.stderr)
+        assert not out.exists(), "nothing may be written"
+
+    refused("camera", plain, "--board", "charuco", "--corners", "9x6", "--square-mm", 10, saying=["0 of 1 photographs", "mirror"])
+    refused("camera", plain, "--board", "charuco", "--corners", "nine", "--square-mm", 10, saying=["--corners", "9x6"])
+    refused("camera", plain, "--board", "charuco", "--corners", "9x6", saying=["--square-mm", "measured"])
+    refused("camera", plain, "--board", "paper", "--corners", "9x6", "--square-mm", 10, saying=["'paper' is no board"])
+    refused("camera", plain, "--board", "charuco", "--corners", "9x6", "--square-mm", 10, "--dictionary", "9X9_9", saying=["9X9_9", "Known: "])
+    refused("noise", plain, plain, saying=["plain.ppm", "encoded for display", "--linear"])
+    refused("noise", plain, "--linear", saying=["pairs", "--series"])
+    refused("exposures", plain, plain, "--times", "1,2,3", saying=["3 times for 2 photographs"])
+    refused("blur", plain, "--linear", saying=["no dark square", "calibrate target jig"])
+    refused("blur", plain, "--linear", "--region", "0,0,9999,20", saying=["--region", "not inside"])
+    refused("colour", plain, saying=["no ColorChecker was found", "--chart-corners"])
+    refused("colour", plain, "--chart", folder / "absent.json", saying=["absent.json"])
+    refused("lights", saying=["NAME=FILE", "--rig"])
+    refused("lights", "left", saying=["NAME=FILE", "found 'left'"])
+    refused("lights", f"left={plain}", "--linear", "--balls", 1, saying=["no ball was found", "--ball X,Y,RADIUS"])
+
+    # A jig that is not in the picture: measured, and refused.
+    run("calibrate", "target", "jig", "-o", folder / "jig.svg")
+    assert (folder / "jig.svg").read_text().startswith("<svg")
+    camera = folder / "camera.json"
+    camera.write_text('{"format": "crownfit-camera/1", "width": 160, "height": 120, "fx": 900, "fy": 900, "cx": 80, "cy": 60}')
+    refused("pose", plain, "--camera", camera, "--jig", folder / "jig.json", saying=["plain: shows 0 corners", "Nothing was written"], expect=1)
+    refused("pose", plain, "--camera", camera, saying=["--jig", "--mesh"])
+    refused("pose", plain, "--camera", capture / "calib/camera.json", "--jig", folder / "jig.json", saying=["160 x 120", "camera.json is for"])
+
+    # A capture from the parts of another.
+    stated = json.loads((capture / "capture.json").read_text())
+    poses = []
+    for photo in stated["photographs"]:
+        pose = {k: photo["camera_from_object"][k] for k in ("rotation", "translation_mm")}
+        poses.append({"photograph": Path(photo["file"]).stem, "camera_from_object": pose})
+    (folder / "poses.json").write_text(json.dumps({"format": "crownfit-poses/1", "poses": poses}))
+    parts = ["--mesh", f"enamel={capture / stated['object']['layers'][0]['surface']}", "--layer", "dentine", "--thickness-mm", 0.7,
+             "--camera", capture / "calib/camera.json", "--poses", folder / "poses.json", "--lights", capture / stated["light_rig"]]
+    for photo in stated["photographs"][:2]:
+        parts += ["--photo", f"{photo['name']}={capture / photo['file']}", "--lit", f"{photo['name']}={','.join(photo['lights'])}"]
+    first, second = stated["photographs"][0]["name"], stated["photographs"][1]["name"]
+    made = run("capture", "init", "-o", folder / "made", *parts, "--polarisation", f"{first}=cross", "--holdout", second)
+    assert "capture.json: valid" in made.stdout and "dentine" in made.stdout and "held out" in made.stdout, made.stdout
+    written = json.loads((folder / "made/capture.json").read_text())
+    assert written["photographs"][0]["polarisation"] == "cross" and written["photographs"][0]["lights"] == stated["photographs"][0]["lights"]
+    assert "'sun' is not known" in run("capture", "init", "-o", folder / "made", *parts, "--lit", f"{first}=sun", expect=2).stderr
+    assert "holds no pose of plain" in run("capture", "init", "-o", folder / "made", *parts, "--photo", f"x={plain}", expect=2).stderr
+print("commands refuse in words")
