@@ -138,6 +138,10 @@ void AddCalibrate(CLI::App& app, CommandLine& line) {
       ->add_option("--ball", line.calibrate.balls,
                    "X,Y,RADIUS in pixels of a ball, where they are not found; repeat it.")
       ->delimiter(',');
+  lights
+      ->add_option("--lamp-mm", line.calibrate.lamp_mm,
+                   "The lamps' radius (default: seen under a degree). Highlights on a smooth surface show it.")
+      ->check(CLI::PositiveNumber);
   lights->add_option("--rig", line.calibrate.rig,
                      "In place of balls: light_rig.json as measured, in the camera frame (ring and twin flashes).");
   lights

@@ -212,6 +212,9 @@ int CalibrateLights(const CommandLine& line) {
     }
     lights = LightsFromBalls(photographs, camera ? &*camera : nullptr, 0.5 * asked.ball_mm, notes);
   }
+  for (Light& light : lights)
+    if (auto* point = std::get_if<PointLight>(&light.shape); point && asked.lamp_mm > 0)
+      point->radius_mm = asked.lamp_mm;
   std::vector<ImageFile> cards;
   cards.reserve(asked.cards.size());
   std::vector<CardPhotograph> card_photographs;

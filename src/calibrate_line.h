@@ -29,6 +29,7 @@ struct CalibrateLine {
   std::vector<std::string> lights, cards;  ///< NAME=FILE
   std::vector<double> balls;               ///< x, y, radius of each, in pixels
   double ball_mm = 0, card_reflectance = 0.9;
+  double lamp_mm = 0;  ///< radius of the lamps; 0: seen under a degree
   int ball_count = 1;
   std::vector<double> card_mm;  ///< low x, low y, high x, high y of the part to read
   std::vector<std::filesystem::path> meshes;

@@ -1,5 +1,6 @@
 #include "calibrate/product.h"
 
+#include <algorithm>
 #include <cstdio>
 
 #include "base/files.h"
@@ -18,7 +19,11 @@ JsonValue ProductJson(const Product& product, const std::vector<std::filesystem:
   root.insert(root.end(), product.content.begin(), product.content.end());
   for (const Figure& figure : product.figures) quality.emplace_back(figure.name, figure.value);
   if (!product.notes.empty()) quality.emplace_back("notes", product.notes);
-  for (const auto& input : inputs) digests.emplace_back(input.filename().string(), Sha256OfFile(input));
+  for (const auto& input : inputs) {
+    const auto is_this = [&](const auto& digest) { return digest.first == input.string(); };
+    if (std::none_of(digests.begin(), digests.end(), is_this))
+      digests.emplace_back(input.string(), Sha256OfFile(input));
+  }
   root.emplace_back("quality", std::move(quality));
   root.emplace_back("provenance", JsonValue::Object{{"inputs_sha256", std::move(digests)}});
   return root;

@@ -49,7 +49,7 @@ SensorNoise ReadSensorNoise(const std::filesystem::path& path) {
     if (const auto node = root.Find(key)) {
       const std::vector<double> values = node->IsNumber() ? std::vector<double>(3, node->Number()) : node->Numbers(3);
       for (int c = 0; c < 3; ++c) {
-        if (values[c] < 0) node->Fail("must not be negative");
+        if (values[c] < 0 && key != std::string("black")) node->Fail("must not be negative");
         out[c] = values[c];
       }
     }
