@@ -91,7 +91,9 @@ void InitCapture(const CaptureParts& parts, const Path& folder) {
   if (parts.blur) side.emplace_back("blur", Copied(*parts.blur, folder, "calib/blur.json"));
 
   JsonValue::Array photos;
-  for (const auto& [name, file] : parts.photographs) {
+  for (const auto& photograph : parts.photographs) {
+    const std::string& name = photograph.first;
+    const Path& file = photograph.second;
     const auto find = [&](const auto& list) {
       return std::find_if(list.begin(), list.end(), [&](const auto& item) { return item.first == name; });
     };

@@ -1,8 +1,9 @@
+#include "photo/colour.h"
+
 #include <gtest/gtest.h>
 
 #include <cmath>
 
-#include "photo/colour.h"
 #include "report/colour_difference.h"
 #include "report/crown_fit.h"
 

@@ -96,7 +96,8 @@ TEST(ScanPose, ACrownIsFoundByItsOutlineAlone) {
     const RigidTransform truth = LookingAt(centre, 250, 180 - 20 * trial, 60 * trial, 10 * trial);
     const Image image = CrownPicture(mesh, kCamera, truth, trial + 1);
     const RigidTransform start = Perturbed(truth, centre, 5.0, 1.5, 50 + trial);
-    const AlignedScan aligned = AlignScan(mesh, {{&image, kCamera, start}}, {.search_mm = 1.5, .search_deg = 5});
+    const AlignedScan aligned =
+        AlignScan(mesh, {{&image, kCamera, start}}, {.search_mm = 1.5, .search_deg = 5, .starts = 120});
     EXPECT_GT(aligned.contrast[0], 0.8);
     EXPECT_GT(aligned.matched[0], 0.7) << trial;
     EXPECT_GT(Misplaced_px(mesh, start, truth), 15) << "a start that is right would prove nothing";
@@ -122,7 +123,7 @@ TEST(ScanPose, SeveralPhotographsTogetherFixWhatOneLeavesOpen) {
   for (int k = 0; k < 3; ++k)
     photographs.push_back(
         {&images[k], kCamera, {truths[k].rotation * wrong.rotation, truths[k].Point(wrong.translation_mm)}});
-  const AlignedScan aligned = AlignScan(mesh, photographs, {.search_mm = 1.0, .search_deg = 5});
+  const AlignedScan aligned = AlignScan(mesh, photographs, {.search_mm = 1.0, .search_deg = 5, .starts = 120});
   for (int k = 0; k < 3; ++k) {
     EXPECT_LT(Misplaced_px(mesh, aligned.camera_from_object[k], truths[k]), 3.0) << k;
     // Shift in the camera frame of the object's middle against the stated deviation.

@@ -96,7 +96,9 @@ struct Match {
 std::optional<glm::dvec2> EdgeNear(const Level& level, const Image& odds, const ContourPoint& point, double reach_px) {
   double best = 0, at = 0;
   const double scale = std::max(1.0, reach_px / 12.0), limit = 0.06;
-  for (double d = -reach_px; d <= reach_px; d += 0.5) {
+  const int halves = static_cast<int>(2 * reach_px);
+  for (int half = -halves; half <= halves; ++half) {
+    const double d = 0.5 * half;
     const glm::dvec2 inner = point.pixel + (d - scale) * point.outward,
                      outer = point.pixel + (d + scale) * point.outward;
     if (inner.x < 1 || inner.y < 1 || outer.x < 1 || outer.y < 1 || inner.x > level.image.width - 1 ||
@@ -256,7 +258,8 @@ AlignedScan AlignScan(const TriangleMesh& mesh, const std::vector<ScanPhotograph
     tried.resize(std::min<size_t>(6, tried.size()));
     ParallelFor(tried.size(), options.threads, [&](size_t i) {
       auto& [score, x] = tried[i];
-      for (double step = 0.5 * spread; step > 0.02; step *= 0.6)
+      double step = 0.5 * spread;
+      while (step > 0.02) {
         for (bool better = true; better;) {
           better = false;
           for (int k = 0; k < 6; ++k)
@@ -267,6 +270,8 @@ AlignedScan AlignScan(const TriangleMesh& mesh, const std::vector<ScanPhotograph
               if (value > score) score = value, x = y, better = true;
             }
         }
+        step *= 0.6;
+      }
     });
     best = std::max_element(tried.begin(), tried.end(), [](const auto& a, const auto& b) {
              return a.first < b.first;

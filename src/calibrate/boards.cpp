@@ -108,7 +108,8 @@ BoardView FindChessboard(const cv::Mat& grey, const Board& board) {
   Refine(grey, 0.3 * nearest, corners);
   BoardView view;
   for (int i = 0; i < board.columns * board.rows; ++i) {
-    view.board_mm.emplace_back(board.square_mm * (i % board.columns), board.square_mm * (i / board.columns), 0.0);
+    const int column = i % board.columns, row = i / board.columns;
+    view.board_mm.emplace_back(board.square_mm * column, board.square_mm * row, 0.0);
     view.pixel.push_back(OurPixel(corners[i]));
   }
   return view;
@@ -145,7 +146,8 @@ BoardView FindTags(const cv::Mat& grey, const Board& board) {
   BoardView view;
   for (size_t m = 0; m < found.ids.size(); ++m) {
     if (found.ids[m] >= board.columns * board.rows) continue;
-    const glm::dvec3 origin(step * (found.ids[m] % board.columns), step * (found.ids[m] / board.columns), 0.0);
+    const int column = found.ids[m] % board.columns, row = found.ids[m] / board.columns;
+    const glm::dvec3 origin(step * column, step * row, 0.0);
     const glm::dvec3 offsets[] = {{0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {0, 1, 0}};
     for (int k = 0; k < 4; ++k) {
       view.board_mm.push_back(origin + board.square_mm * offsets[k]);

@@ -64,7 +64,8 @@ std::vector<PatchReading> ReadPatches(const Image& linear, const Chart& chart, c
   const Projective place(corners);
   std::vector<PatchReading> readings;
   for (int i = 0; i < static_cast<int>(chart.patches.size()); ++i) {
-    const double u = (i % chart.columns) * (1 + gap), v = (i / chart.columns) * (1 + gap);
+    const int column = i % chart.columns, row = i / chart.columns;
+    const double u = column * (1 + gap), v = row * (1 + gap);
     PatchReading reading;
     const glm::dvec2 of_patch[] = {
         {margin, margin}, {1 - margin, margin}, {1 - margin, 1 - margin}, {margin, 1 - margin}};
@@ -134,7 +135,8 @@ ChartCorners RefineCorners(const Image& linear, const Chart& chart, const ChartC
   double least = unevenness(best);
   const double patch_px = glm::length(corners[1] - corners[0]) / (chart.columns * (1 + gap));
   // Shifts, stretches and each corner alone, in ever smaller steps.
-  for (double step = 0.4 * patch_px; step > 0.03 * patch_px; step *= 0.6)
+  double step = 0.4 * patch_px;
+  for (int finer = 0; finer < 6; ++finer, step *= 0.6)
     for (bool moved = true; moved;) {
       moved = false;
       const ChartCorners from = best;

@@ -131,9 +131,8 @@ void AddFallOff(const Chart& chart, const std::vector<PatchReading>& readings, C
   Eigen::VectorXd right(n);
   for (Eigen::Index i = 0; i < n; ++i) {
     const size_t p = light[i];
-    const double column = static_cast<double>(static_cast<int>(p) % chart.columns) / (chart.columns - 1);
-    const double row = static_cast<double>(static_cast<int>(p) / chart.columns) / std::max(1, chart.rows() - 1);
-    left.row(i) << 1.0, column, row;
+    const int column = static_cast<int>(p) % chart.columns, row = static_cast<int>(p) / chart.columns;
+    left.row(i) << 1.0, column / (chart.columns - 1.0), row / std::max(1.0, chart.rows() - 1.0);
     right(i) = std::log(std::max(1e-6, Luminance(estimate.transform(readings[p].mean))) /
                         std::max(1e-6, Luminance(chart.patches[p].linear_rgb)));
   }

@@ -81,7 +81,8 @@ std::vector<CardReading> ReadCards(const std::vector<const CardPhotograph*>& car
   for (size_t k = 0; k < cards.size(); ++k) {
     const CardPhotograph& card = *cards[k];
     for (int i = 0; i < kGrid * kGrid; ++i) {
-      const glm::dvec2 share((i % kGrid + 0.5) / kGrid, (i / kGrid + 0.5) / kGrid);
+      const int column = i % kGrid, row = i / kGrid;
+      const glm::dvec2 share((column + 0.5) / kGrid, (row + 0.5) / kGrid);
       const glm::dvec3 at = card.camera_from_card.Point(glm::dvec3(glm::mix(card.low_mm, card.high_mm, share), 0.0));
       const auto pixel = PixelFromPoint(card.camera, at);
       if (!pixel) continue;

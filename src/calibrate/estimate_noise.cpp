@@ -181,11 +181,9 @@ std::optional<ChannelNoise> EstimateChannelNoise(const std::vector<std::pair<con
   const double full = noise.saturation.value_or(1.0) - noise.black;
   std::vector<Level> levels;
   for (const auto& [a, b] : pairs) {
-    const bool a_is_brighter = a->values[channel] >= 0 && [&] {
-      double sum = 0;
-      for (size_t i = channel; i < a->values.size(); i += a->channels) sum += a->values[i] - b->values[i];
-      return sum >= 0;
-    }();
+    double more = 0;
+    for (size_t i = channel; i < a->values.size(); i += a->channels) more += a->values[i] - b->values[i];
+    const bool a_is_brighter = more >= 0;
     AddLevels(a_is_brighter ? *a : *b, a_is_brighter ? *b : *a, channel, noise.black, full, levels, noise.shift_px);
   }
   if (levels.size() < 2) return std::nullopt;
@@ -259,7 +257,8 @@ Image NoisePicture(const std::vector<ChannelNoise>& channels) {
       DrawLine(picture, at(p.x, p.y - p.z), at(p.x, p.y + p.z), colours[c]);
       DrawDot(picture, at(p.x, p.y), 3, colours[c]);
     }
-    for (double v = 1e-3; v < 1.0; v *= 1.02) {
+    for (int i = 0; i < 348; ++i) {
+      const double v = 1e-3 * std::pow(1.02, i);
       const auto& n = channels[c];
       DrawLine(picture, at(v, n.gain * v + n.read_noise * n.read_noise),
                at(1.02 * v, n.gain * 1.02 * v + n.read_noise * n.read_noise), colours[c]);

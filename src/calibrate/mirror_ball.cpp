@@ -37,7 +37,9 @@ BallOutline Refined(const cv::Mat& grey, const BallOutline& start) {
       const glm::dvec2 out(std::cos(angle), std::sin(angle));
       double strongest = 3.0;  // of 255
       glm::dvec2 at(0.0);
-      for (double r = ball.radius_px * (1 - reach); r < ball.radius_px * (1 + reach); r += 0.25) {
+      const int quarters = static_cast<int>(4 * ball.radius_px * reach);
+      for (int quarter = -quarters; quarter < quarters; ++quarter) {
+        const double r = ball.radius_px + 0.25 * quarter;
         const auto value = [&](double radius) {
           const glm::dvec2 p = ball.centre_px + radius * out - 0.5;
           const int x = static_cast<int>(std::floor(p.x)), y = static_cast<int>(std::floor(p.y));
@@ -81,7 +83,8 @@ std::vector<BallOutline> FindBalls(const ImageFile& photo, int count, double lea
   cv::LUT(small, lifted, small);
   cv::GaussianBlur(small, small, {0, 0}, 1.5);
   std::vector<cv::Vec3f> circles;
-  cv::HoughCircles(small, circles, cv::HOUGH_GRADIENT, 1.5, std::max(20.0, 1.5 * least_px * scale), 120, 40,
+  const double votes = 40, edge = 120, resolution = 1.5, apart = std::max(20.0, 1.5 * least_px * scale);
+  cv::HoughCircles(small, circles, cv::HOUGH_GRADIENT, resolution, apart, edge, votes,
                    static_cast<int>(least_px * scale), 0);
   std::vector<BallOutline> balls;
   for (const auto& c : circles) {
