@@ -45,10 +45,6 @@ Eigen::VectorXd HalfWay(const FreeParameters& free, const Eigen::VectorXd& cast_
 /// Whether a photograph states its blur.
 bool AnyBlurred(const Capture& capture);
 
-/// Pixels for the fit: usable ones whose square lies on the object, every n-th in both directions when there are more
-/// than `max_pixels`. Holdouts are left out. Throws InputError when a photograph offers none.
-std::vector<FitPixels> ChoosePixels(const CrownInput& input, const CastState& state, size_t max_pixels);
-
 /// Predicts every photograph, held-out ones included, and compares.
 std::vector<PhotographResult> ComparePhotographs(const CrownInput& input, const CastState& state,
                                                  const Material& material, const LinearScales& scales,

@@ -5,6 +5,7 @@
 #include <cstdio>
 
 #include "base/json_file.h"
+#include "fit_pixels.h"
 #include "fit_steps.h"
 #include "studio_capture.h"
 #include "walk/path_photograph.h"
@@ -79,7 +80,7 @@ CrownInput Walk(const Capture& studio, const Material& material, CrownSource sou
 std::vector<ColourDifference> Differences(const CrownInput& input, const CastState& state, const Material& material,
                                           const std::vector<FitPixels>& pixels, int threads) {
   std::vector<ColourDifference> differences;
-  const LinearScales scales{{}, StatedLightScales(input.capture)};
+  const LinearScales scales{{}, StatedLightScales(input.capture), {}};
   for (const PhotographResult& r : ComparePhotographs(input, state, material, scales, pixels, threads))
     differences.push_back(r.difference);
   return differences;
@@ -100,7 +101,8 @@ ViewMatch MatchView(const Capture& capture, const Material& material, const Matc
   cast_options.threads = options.threads;
   const CastState state = CastAll(input, ThicknessesOf(studio, material), cast_options, progress);
   const auto pixels = ChoosePixels(input, state, static_cast<size_t>(options.pixels) * options.pixels);
-  const ImageResiduals residuals(studio, state, free, pixels, {1.0, options.threads});
+  const CalibrationState exact;
+  const ImageResiduals residuals(studio, state, free, pixels, exact, {1.0, options.threads});
   const SolveResult solved =
       Solve(residuals, free, StartVector(free), {.use_priors = false},
             [&](int iteration, double) { progress.Show("matching", 1.0 - std::exp(-0.15 * iteration)); });

@@ -18,24 +18,10 @@ constexpr double kCorrelation_px = 8.0;
 
 using Vector6 = Eigen::Matrix<double, 6, 1>;
 
-glm::dmat3 RotationOf(const glm::dvec3& w) {
-  const double angle = glm::length(w);
-  if (angle < 1e-12) return glm::dmat3(1.0);
-  const glm::dvec3 a = w / angle;
-  const auto turned = [&](const glm::dvec3& v) {
-    return v * std::cos(angle) + glm::cross(a, v) * std::sin(angle) + a * glm::dot(a, v) * (1 - std::cos(angle));
-  };
-  return {turned({1, 0, 0}), turned({0, 1, 0}), turned({0, 0, 1})};
-}
-
 /// A turn about `centre` and a shift, in the object's frame.
 RigidTransform MotionOf(const Vector6& x, const glm::dvec3& centre) {
-  const glm::dmat3 r = RotationOf({x(0), x(1), x(2)});
+  const glm::dmat3 r = RotationFromVector({x(0), x(1), x(2)});
   return {r, centre + glm::dvec3(x(3), x(4), x(5)) - r * centre};
-}
-
-RigidTransform Joined(const RigidTransform& a, const RigidTransform& b) {
-  return {a.rotation * b.rotation, a.rotation * b.translation_mm + a.translation_mm};
 }
 
 double Bilinear(const Image& image, const glm::dvec2& pixel, int c) {
@@ -68,8 +54,7 @@ struct RegionSearch {
   void Learn(const Vector6& x) {
     odds.clear();
     for (size_t k = 0; k < photographs.size(); ++k) {
-      const ColourOdds colours(levels[k].image,
-                               silhouettes[k].Mask(caster, Joined(photographs[k].start, MotionOf(x, centre))),
+      const ColourOdds colours(levels[k].image, silhouettes[k].Mask(caster, photographs[k].start * MotionOf(x, centre)),
                                levels[k].white);
       contrast[k] = colours.contrast;
       odds.push_back(OddsImage(levels[k], colours));
@@ -79,7 +64,7 @@ struct RegionSearch {
   double Score(const Vector6& x) const {
     double score = 0;
     for (size_t k = 0; k < photographs.size(); ++k) {
-      const auto mask = silhouettes[k].Mask(caster, Joined(photographs[k].start, MotionOf(x, centre)));
+      const auto mask = silhouettes[k].Mask(caster, photographs[k].start * MotionOf(x, centre));
       for (size_t p = 0; p < mask.size(); ++p) score += mask[p] ? odds[k].values[p] : 0.0;
     }
     return score;
@@ -137,7 +122,7 @@ struct ContourFit {
         0;  ///< share of contour points that lie on an edge, each less by the square of its distance over 6 px
   };
 
-  RigidTransform PoseOf(size_t k, const Vector6& x) const { return Joined(photographs[k].start, MotionOf(x, centre)); }
+  RigidTransform PoseOf(size_t k, const Vector6& x) const { return photographs[k].start * MotionOf(x, centre); }
 
   /// Contours are found again after every step, and edges are looked for in an ever smaller reach.
   State Fit(const Vector6& start, const std::vector<double>& reaches, int step_px,
@@ -168,7 +153,7 @@ struct ContourFit {
 
   double Residual(const Match& m, const RigidTransform& motion) const {
     const auto pixel = PixelFromPoint(photographs[m.photograph].camera,
-                                      Joined(photographs[m.photograph].start, motion).Point(m.on_object_mm));
+                                      (photographs[m.photograph].start * motion).Point(m.on_object_mm));
     return pixel ? glm::dot(*pixel - m.edge, m.normal) : 0.0;
   }
 
@@ -316,7 +301,7 @@ AlignedScan AlignScan(const TriangleMesh& mesh, const std::vector<ScanPhotograph
   const Eigen::Matrix<double, 6, 6> covariance =
       kCorrelation_px / 3.0 * sigma * sigma * normal.completeOrthogonalDecomposition().pseudoInverse();
   for (const auto& photo : photographs) {
-    const RigidTransform pose = Joined(photo.start, MotionOf(best, centre));
+    const RigidTransform pose = photo.start * MotionOf(best, centre);
     result.camera_from_object.push_back(pose);
     // From a turn about the object's centre and a shift in its frame to a turn about the camera and a shift in its
     // frame.

@@ -59,7 +59,6 @@ std::vector<Light> LightsFromBalls(const std::vector<BallPhotograph>& photograph
       light.stddev_deg = std::sqrt(variance) / n * 180 / std::numbers::pi;
       light.shape = DirectionalLight{glm::normalize(direction), glm::dvec3(1.0), std::numbers::pi / 180};
     }
-    light.states_errors = true;
     lights.push_back(light);
   }
   return lights;
@@ -177,7 +176,6 @@ std::optional<CardFit> FitCards(const Light& start, const std::vector<const Card
     if (covariance.Compute(blocks, &problem) && covariance.GetCovarianceBlock(&shift.x, &shift.x, block))
       fit.light.stddev_mm = std::sqrt(std::max({block[0], block[4], block[8]}));
     fit.light.shape = Transformed(start.shape, {glm::dmat3(1.0), shift});
-    fit.light.states_errors = true;
     fit.moved_mm = glm::length(shift);
   }
   const auto ratios = residuals.Ratios(shift);

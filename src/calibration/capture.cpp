@@ -6,6 +6,7 @@
 #include "base/error.h"
 #include "base/json_file.h"
 #include "calibration/colour_file.h"
+#include "calibration/poses.h"
 
 namespace crownfit {
 namespace {
@@ -190,8 +191,7 @@ PhotographSpec ReadPhotographSpec(const JsonNode& node, Capture& capture) {
   photo.camera = ReadCamera(photo.camera_file);
   const JsonNode pose = o.Require("camera_from_object");
   photo.camera_from_object = ReadRigidTransform(pose);
-  const JsonObject pose_keys(pose, {"rotation", "translation_mm", "covariance", "stddev"});
-  photo.states_errors = pose_keys.Find("covariance") || pose_keys.Find("stddev");
+  photo.pose_covariance = ReadPoseCovariance(pose);
   for (const auto& light : o.Require("lights").Items())
     photo.lights.push_back(IndexOf(capture.lights, light.String(), light, "light"));
   if (const auto p = o.Find("polarisation")) {
@@ -225,7 +225,7 @@ PhotographSpec ReadPhotographSpec(const JsonNode& node, Capture& capture) {
     if (fixed.has_value() == initial.has_value()) scale->Fail("expected either {\"fixed\": v} or {\"initial\": v}");
     photo.exposure_is_free = initial.has_value();
     photo.exposure_scale = (fixed ? *fixed : *initial).Positive();
-    if (const auto stddev = spec.Find("stddev")) photo.states_errors |= stddev->Positive() > 0;
+    if (const auto stddev = spec.Find("stddev"); stddev && fixed) photo.exposure_stddev = stddev->Positive();
   }
   photo.exposure_group = photo.name;
   if (const auto group = o.Find("exposure_group")) photo.exposure_group = "group " + group->String();

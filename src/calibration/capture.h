@@ -90,7 +90,9 @@ struct PhotographSpec {
   std::vector<size_t> scenery;
   bool exposure_is_free = false;
   double exposure_scale = 1.0;
-  bool states_errors = false;  ///< of its pose or exposure ("stddev", "covariance")
+  /// How well the pose is known, as in StatedPose: of a turn (rad) and a shift (mm) in the camera frame after it.
+  std::optional<std::array<double, 36>> pose_covariance;
+  double exposure_stddev = 0;  ///< 0: exact, or free
   std::string exposure_group;  ///< photographs of one group share one free exposure
   bool is_holdout = false;
   bool has_noise_file = false;

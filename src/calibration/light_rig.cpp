@@ -85,15 +85,15 @@ LightRig ReadLightRig(const std::filesystem::path& path) {
     if (!names.insert(light.name).second) object.Require("name").Fail("two lights are called '" + light.name + "'");
     if (const auto frame = object.Find("frame")) light.in_camera_frame = frame->OneOf({"object", "camera"}) == "camera";
     if (const auto scale = object.Find("intensity_scale")) {
-      const JsonObject spec(*scale, {"fixed", "initial"});
+      const JsonObject spec(*scale, {"fixed", "initial", "stddev"});
       const auto fixed = spec.Find("fixed"), initial = spec.Find("initial");
       if (fixed.has_value() == initial.has_value()) scale->Fail("expected either {\"fixed\": v} or {\"initial\": v}");
       light.scale_is_free = initial.has_value();
       light.intensity_scale = (fixed ? *fixed : *initial).Positive();
+      if (const auto stddev = spec.Find("stddev"); stddev && fixed) light.intensity_stddev = stddev->Positive();
     }
     if (const auto stddev = object.Find("stddev_mm")) light.stddev_mm = stddev->Positive();
     if (const auto stddev = object.Find("stddev_deg")) light.stddev_deg = stddev->Positive();
-    light.states_errors = light.stddev_mm > 0 || light.stddev_deg > 0;
     light.shape = ReadShape(object, type, rig.files);
     rig.lights.push_back(light);
   }
@@ -144,6 +144,9 @@ JsonValue::Array LightsJson(const std::vector<Light>& lights) {
     JsonValue::Object o{{"name", light.name}};
     std::visit(Write{o}, light.shape);
     o.emplace_back("frame", light.in_camera_frame ? "camera" : "object");
+    if (light.intensity_stddev > 0)
+      o.emplace_back("intensity_scale",
+                     JsonValue::Object{{"fixed", light.intensity_scale}, {"stddev", light.intensity_stddev}});
     if (light.stddev_mm > 0) o.emplace_back("stddev_mm", light.stddev_mm);
     if (light.stddev_deg > 0) o.emplace_back("stddev_deg", light.stddev_deg);
     all.emplace_back(o);

@@ -50,7 +50,7 @@ struct Light {
   bool in_camera_frame = false;
   bool scale_is_free = false;  ///< intensity_scale {"initial"}: solved in closed form
   double intensity_scale = 1.0;
-  bool states_errors = false;            ///< of its place
+  double intensity_stddev = 0;           ///< 0: exact, or free
   double stddev_mm = 0, stddev_deg = 0;  ///< of its place, or of a directional light's direction; 0: not stated
   LightShape shape;
 };

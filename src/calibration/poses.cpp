@@ -1,5 +1,7 @@
 #include "calibration/poses.h"
 
+#include <numbers>
+
 #include "base/error.h"
 
 namespace crownfit {
@@ -15,6 +17,36 @@ glm::dmat3 PlaceCovariance(const std::array<double, 36>& covariance, const glm::
   return result;
 }
 
+std::optional<std::array<double, 36>> ReadPoseCovariance(const JsonNode& transform) {
+  const JsonObject o(transform, {"rotation", "translation_mm", "covariance", "stddev"});
+  std::array<double, 36> result{};
+  if (const auto covariance = o.Find("covariance")) {
+    const auto rows = covariance->Items();
+    if (rows.size() != 6) covariance->Fail("expected 6 rows of 6 numbers");
+    for (size_t r = 0; r < 6; ++r) {
+      const auto row = rows[r].Numbers(6);
+      std::copy(row.begin(), row.end(), result.begin() + static_cast<std::ptrdiff_t>(6 * r));
+    }
+    return result;
+  }
+  const auto stddev = o.Find("stddev");
+  if (!stddev) return std::nullopt;
+  const JsonObject of(*stddev, {"rotation_deg", "translation_mm"});
+  const double turn = of.Require("rotation_deg").Number(0, 180) * std::numbers::pi / 180,
+               shift = of.Require("translation_mm").Number(0, 1e4);
+  // Turning by w about the origin's place t instead of about the camera shifts by -w x t.
+  const glm::dvec3 t = ReadRigidTransform(transform).translation_mm;
+  for (int axis = 0; axis < 6; ++axis) {
+    std::array<double, 6> by{};
+    by[axis] = axis < 3 ? turn : shift;
+    const glm::dvec3 back = -glm::cross(glm::dvec3(by[0], by[1], by[2]), t);
+    for (int k = 0; k < 3; ++k) by[3 + k] += back[k];
+    for (int r = 0; r < 6; ++r)
+      for (int c = 0; c < 6; ++c) result[6 * r + c] += by[r] * by[c];
+  }
+  return result;
+}
+
 std::vector<StatedPose> ReadPoses(const std::filesystem::path& path) {
   const JsonFile file(path);
   const JsonObject root = file.RootOfFormat("crownfit-poses/1", {"poses", "quality", "provenance"});
@@ -25,16 +57,7 @@ std::vector<StatedPose> ReadPoses(const std::filesystem::path& path) {
     pose.photograph = item.Require("photograph").String();
     const JsonNode transform = item.Require("camera_from_object");
     pose.camera_from_object = ReadRigidTransform(transform);
-    if (const auto covariance =
-            JsonObject(transform, {"rotation", "translation_mm", "covariance", "stddev"}).Find("covariance")) {
-      const auto rows = covariance->Items();
-      if (rows.size() != 6) covariance->Fail("expected 6 rows of 6 numbers");
-      pose.covariance.emplace();
-      for (size_t r = 0; r < 6; ++r) {
-        const auto row = rows[r].Numbers(6);
-        std::copy(row.begin(), row.end(), pose.covariance->begin() + static_cast<std::ptrdiff_t>(6 * r));
-      }
-    }
+    pose.covariance = ReadPoseCovariance(transform);
     poses.push_back(pose);
   }
   if (poses.empty()) root.Require("poses").Fail("holds no poses");

@@ -21,6 +21,10 @@ struct StatedPose {
 /// Covariance in mm^2 of where a point of the object is, in the camera frame: across the view x and y, along it z.
 glm::dmat3 PlaceCovariance(const std::array<double, 36>& pose_covariance, const glm::dvec3& point_in_camera_mm);
 
+/// What a transform states about its error: its "covariance", or the one that its "stddev" {"rotation_deg",
+/// "translation_mm"} amounts to, of a turn about the object's origin and a shift, both along the camera's axes.
+std::optional<std::array<double, 36>> ReadPoseCovariance(const JsonNode& transform);
+
 /// poses.json ("crownfit-poses/1"): {"poses": [{"photograph", "camera_from_object": {"rotation", "translation_mm",
 /// "covariance"}}]}.
 std::vector<StatedPose> ReadPoses(const std::filesystem::path& file);

@@ -4,6 +4,14 @@
 
 namespace crownfit {
 
+glm::dmat3 RotationFromVector(const glm::dvec3& vector) {
+  const double angle = glm::length(vector);
+  if (angle == 0) return glm::dmat3(1.0);
+  const glm::dvec3 a = vector / angle;
+  const glm::dmat3 cross(glm::dvec3(0, a.z, -a.y), glm::dvec3(-a.z, 0, a.x), glm::dvec3(a.y, -a.x, 0));
+  return glm::dmat3(1.0) + std::sin(angle) * cross + (1.0 - std::cos(angle)) * cross * cross;
+}
+
 JsonValue VectorJson(const glm::dvec3& v) { return std::vector<double>{v.x, v.y, v.z}; }
 
 JsonValue::Object RigidTransformJson(const RigidTransform& t) {

@@ -19,6 +19,14 @@ struct RigidTransform {
   }
 };
 
+/// First b, then a.
+inline RigidTransform operator*(const RigidTransform& a, const RigidTransform& b) {
+  return {a.rotation * b.rotation, a.Point(b.translation_mm)};
+}
+
+/// A turn about `vector` by its length in radians (Rodrigues).
+glm::dmat3 RotationFromVector(const glm::dvec3& vector);
+
 /// Reads {"rotation": 3 rows of 3, "translation_mm": [x, y, z]}; refuses what is not a rotation (to 1e-3).
 RigidTransform ReadRigidTransform(const JsonNode& node);
 

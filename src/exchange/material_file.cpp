@@ -15,7 +15,7 @@ const char* const kFormat = "crownfit-material/1";
 
 JsonObject RootOf(const JsonFile& file) {
   return file.RootOfFormat(kFormat, {"model", "status", "reasons", "caveats", "channels", "layers", "surface", "viewer",
-                                     "image_error", "identifiability", "linear_scales", "provenance"});
+                                     "image_error", "identifiability", "linear_scales", "calibration", "provenance"});
 }
 
 std::vector<std::string> LayerKeys() {

@@ -89,20 +89,27 @@ std::vector<int> VerticesAround(const Crown& crown, const PhotographCast& cast, 
 }
 
 std::vector<glm::dvec3> PredictPixels(const Capture& capture, const CastState& state, size_t photograph,
-                                      const Material& material, std::span<const double> light_scale, int threads) {
-  const PhotographCast& cast = state.photographs[photograph];
+                                      const PhotographCast& cast, std::span<const int> pixels, const Material& material,
+                                      std::span<const double> light_scale, int threads) {
   const double specular = SpecularFactor(capture.photographs[photograph].polarisation);
-  std::vector<glm::dvec3> values(cast.pixels.size());
-  std::vector<int> all(cast.pixels.size());
-  std::iota(all.begin(), all.end(), 0);
-  const std::vector<int> vertices = VerticesAround(*state.crown, cast, all);
+  std::vector<glm::dvec3> values(pixels.size());
+  const std::vector<int> vertices = VerticesAround(*state.crown, cast, pixels);
   for (int c = 0; c < kChannels; ++c) {
     const auto optics = OpticsFromSlots(capture, SlotValues(capture, material, state, c));
     const DiffuserTable<double> table(optics.stack(), state.crown->kernel.outer_radius_mm);
     const ShaderPrediction<double> prediction(*state.crown, cast, optics, table, c, light_scale, vertices, threads);
-    ParallelFor(values.size(), threads, [&](size_t i) { values[i][c] = prediction.Pixel(cast.pixels[i], specular); });
+    ParallelFor(values.size(), threads,
+                [&](size_t i) { values[i][c] = prediction.Pixel(cast.pixels[pixels[i]], specular); });
   }
   return values;
+}
+
+std::vector<glm::dvec3> PredictPixels(const Capture& capture, const CastState& state, size_t photograph,
+                                      const Material& material, std::span<const double> light_scale, int threads) {
+  const PhotographCast& cast = state.photographs[photograph];
+  std::vector<int> all(cast.pixels.size());
+  std::iota(all.begin(), all.end(), 0);
+  return PredictPixels(capture, state, photograph, cast, all, material, light_scale, threads);
 }
 
 }  // namespace crownfit

@@ -65,7 +65,12 @@ void CheckShaderSupports(const Capture& capture);
 /// The vertices around the places that these pixels (indices into the cast's) show, without doubles.
 std::vector<int> VerticesAround(const Crown& crown, const PhotographCast& cast, std::span<const int> pixels);
 
-/// Pixel values at exposure 1, one per cast pixel.
+/// Pixel values at exposure 1 of some of a cast's pixels.
+std::vector<glm::dvec3> PredictPixels(const Capture& capture, const CastState& state, size_t photograph,
+                                      const PhotographCast& cast, std::span<const int> pixels, const Material& material,
+                                      std::span<const double> light_scale, int threads);
+
+/// The same of all pixels of the state's own cast.
 std::vector<glm::dvec3> PredictPixels(const Capture& capture, const CastState& state, size_t photograph,
                                       const Material& material, std::span<const double> light_scale, int threads);
 

@@ -345,7 +345,7 @@ VertexCast CastVertices(const Capture& capture, const Crown& crown, const std::v
 }
 
 PhotographCast CastPhotograph(const Capture& capture, const Crown& crown, const std::vector<TriangleMesh>& scenery,
-                              size_t photograph, const CastOptions& options) {
+                              size_t photograph, const CastOptions& options, const std::vector<uint8_t>& wanted) {
   const PhotographSpec& photo = capture.photographs[photograph];
   const Caster caster(capture, crown, scenery, photograph, options);
   PhotographCast cast;
@@ -357,6 +357,7 @@ PhotographCast CastPhotograph(const Capture& capture, const Crown& crown, const 
   for (size_t begin = 0; begin < pixels; begin += kAtOnce) {
     std::vector<PixelResult> results(std::min(kAtOnce, pixels - begin));
     ParallelFor(results.size(), options.threads, [&](size_t i) {
+      if (!wanted.empty() && !wanted[begin + i]) return;
       const int x = static_cast<int>((begin + i) % width), y = static_cast<int>((begin + i) / width);
       results[i] = CastPixel(caster, crown, cast, options.shade_scenery, x, y);
     });

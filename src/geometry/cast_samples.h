@@ -90,8 +90,9 @@ std::vector<TriangleMesh> ReadScenery(const Capture& capture);
 VertexCast CastVertices(const Capture& capture, const Crown& crown, const std::vector<TriangleMesh>& scenery,
                         size_t photograph, const CastOptions& options);
 
-/// Casts one photograph: every pixel that shows the object, and scenery when options say so.
+/// Casts one photograph: every pixel that shows the object, and scenery when options say so. `wanted`: of these pixels
+/// alone (row by row; empty: all).
 PhotographCast CastPhotograph(const Capture& capture, const Crown& crown, const std::vector<TriangleMesh>& scenery,
-                              size_t photograph, const CastOptions& options);
+                              size_t photograph, const CastOptions& options, const std::vector<uint8_t>& wanted = {});
 
 }  // namespace crownfit

@@ -23,7 +23,7 @@ struct FitOptions {
 
 struct PhotographResult {
   std::string name;
-  bool is_holdout = false, exposure_is_free = false;
+  bool is_holdout = false, exposure_is_fitted = false;
   double exposure = 1.0;
   double reduced_chi2 = 0;
   int saturated_pixels = 0;
@@ -33,6 +33,13 @@ struct PhotographResult {
   ColourDifference difference;
 };
 
+/// How far a fit moved a pose or a lamp from where the capture states it.
+struct MovedCalibration {
+  std::string what;
+  int freedom = 0;
+  double chi2 = 0;  ///< sum of squares in standard deviations
+};
+
 struct CrownFit {
   Capture capture;  ///< with the overrides applied
   FitOptions options;
@@ -40,7 +47,8 @@ struct CrownFit {
   Uncertainty uncertainty;
   LinearScales scales;
   std::vector<PhotographResult> photographs;
-  std::vector<double> mean_thickness_mm;  ///< per layer, of the fitted geometry
+  std::vector<MovedCalibration> calibration;  ///< as far as the capture states its errors
+  std::vector<double> mean_thickness_mm;      ///< per layer, of the fitted geometry
   bool converged = false, usable = false, ends_at_neck = false;
   int iterations = 0, casts = 0;
   size_t fitted_pixels = 0;

@@ -138,11 +138,14 @@ std::string MaterialJson(const CrownFit& fit) {
   for (const auto& p : fit.photographs) {
     (p.is_holdout ? held_out : used).push_back(&p);
     by_name.emplace_back(p.name, ErrorJson({&p}));
-    if (p.exposure_is_free) scales.emplace_back("exposure_scale " + p.name, p.exposure);
+    if (p.exposure_is_fitted) scales.emplace_back("exposure_scale " + p.name, p.exposure);
   }
   for (size_t l = 0; l < fit.capture.lights.size(); ++l)
-    if (fit.capture.lights[l].scale_is_free)
+    if (fit.capture.lights[l].scale_is_free || fit.capture.lights[l].intensity_stddev > 0)
       scales.emplace_back("intensity_scale " + fit.capture.lights[l].name, fit.scales.light[l]);
+  JsonValue::Object moved;
+  for (const MovedCalibration& m : fit.calibration)
+    moved.emplace_back(m.what, JsonValue::Object{{"moved_stddevs", std::sqrt(m.chi2 / m.freedom)}});
   const Uncertainty& u = fit.uncertainty;
   return ToJsonText(JsonValue::Object{
       {"format", "crownfit-material/1"},
@@ -163,6 +166,7 @@ std::string MaterialJson(const CrownFit& fit) {
                                             {"block_chi2", u.block_chi2},
                                             {"variance_inflation", u.inflation}}},
       {"linear_scales", scales},
+      {"calibration", moved},
       {"provenance", ProvenanceJson(fit)}});
 }
 

@@ -1,10 +1,13 @@
 #include <algorithm>
+#include <cmath>
 #include <cstdio>
 
 #include "report/crown_fit.h"
 
 namespace crownfit {
 namespace {
+
+constexpr double kFarMoved = 3.0;  // standard deviations, root mean square
 
 std::string Number(double v) {
   char text[32];
@@ -21,13 +24,10 @@ std::string Names(const Uncertainty& u, Status status) {
 
 void AddCaveats(CrownFit& fit) {
   const Capture& capture = fit.capture;
-  bool states_errors = false;
-  for (const auto& p : capture.photographs) states_errors |= p.states_errors;
-  for (const auto& light : capture.lights) states_errors |= light.states_errors;
-  if (states_errors)
-    fit.caveats.push_back(
-        "The capture states errors of its calibration (\"stddev\"); this version does not carry them into the "
-        "intervals, which are too narrow by that much.");
+  for (const MovedCalibration& moved : fit.calibration)
+    if (const double far = std::sqrt(moved.chi2 / moved.freedom); far > kFarMoved)
+      fit.caveats.push_back("The photographs disagree with " + moved.what + ": the fit moved it by " + Number(far) +
+                            " times its stated error. Calibrate it again; a lamp or the crown may have been moved.");
   if (fit.ends_at_neck)
     fit.caveats.push_back("The scan is open at the neck: what lies beyond is assumed, and pixels within " +
                           Number(kNeckReachMm) + " mm of it count for less (up to 30 % error at the cut).");

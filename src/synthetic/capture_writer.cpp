@@ -138,12 +138,7 @@ class CaptureMaker {
     RigidTransform pose = photos[photograph].camera_from_object;
     const glm::dvec3 turn =
         recipe_.error.pose_deg * std::numbers::pi / 180.0 * glm::dvec3(error(0), error(1), error(2));
-    if (const double angle = glm::length(turn); angle > 0) {
-      const glm::dvec3 a = turn / angle;
-      const glm::dmat3 cross(glm::dvec3(0, a.z, -a.y), glm::dvec3(-a.z, 0, a.x), glm::dvec3(a.y, -a.x, 0));
-      pose.rotation =
-          (glm::dmat3(1.0) + std::sin(angle) * cross + (1.0 - std::cos(angle)) * cross * cross) * pose.rotation;
-    }
+    pose.rotation = RotationFromVector(turn) * pose.rotation;
     pose.translation_mm += recipe_.error.pose_mm * glm::dvec3(error(3), error(4), error(5));
     JsonValue::Array rows;
     for (int r = 0; r < 3; ++r)

@@ -27,13 +27,6 @@ inline glm::dmat3 ReadRows(const JsonNode& node) {
   return m;
 }
 
-inline glm::dmat3 RotationFromVector(const glm::dvec3& v) {  // Rodrigues
-  const double angle = glm::length(v);
-  const glm::dvec3 k = v / angle;
-  const glm::dmat3 cross(glm::dvec3(0, k.z, -k.y), glm::dvec3(-k.z, 0, k.x), glm::dvec3(k.y, -k.x, 0));
-  return glm::dmat3(1.0) + std::sin(angle) * cross + (1 - std::cos(angle)) * cross * cross;
-}
-
 /// The case: crowns of both jaws, and the cameras its authors found.
 struct ScannedMouth {
   explicit ScannedMouth(const std::filesystem::path& folder)

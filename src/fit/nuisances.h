@@ -1,0 +1,98 @@
+#pragma once
+// What enters the photographs linearly beside the material: exposures and light intensities that are free or known
+// within an error, and what the calibration states of its own errors, as far as they are small. Solved in closed form
+// at every evaluation and projected out of the derivatives (variable projection, Golub and Pereyra 1973, in Kaufman's
+// 1975 form), so that their uncertainty is in every interval. Stated errors are measurements: they add rows of
+// residuals.
+
+#include <Eigen/Core>
+#include <vector>
+
+#include "calibration/capture.h"
+
+namespace crownfit {
+
+/// One photograph's pixels that the fit uses. What a pixel shows is a sum over sharp ones: itself alone, or those that
+/// the lens spreads into it.
+struct FitPixels {
+  size_t photograph;
+  int exposure;             ///< index of the fitted exposure, -1: exact
+  std::vector<int> pixels;  ///< indices into PhotographCast::pixels
+  std::vector<glm::dvec3> values, stddev;
+  struct Term {
+    int source;  ///< index into `sources`
+    float weight;
+  };
+  std::vector<int> sources;     ///< the sharp pixels that are predicted: indices into PhotographCast::pixels
+  std::vector<int> first_term;  ///< per pixel + 1
+  std::vector<Term> terms;
+  std::vector<glm::dvec3> scenery;  ///< per pixel: what scenery adds, at exposure 1; empty: nothing
+};
+
+/// How stated errors change what one photograph's pixels show, at exposure 1.
+struct CalibrationSlopes {
+  std::vector<int> errors;   ///< which
+  Eigen::MatrixXd by_error;  ///< (pixel, channel) x errors, per standard deviation
+};
+
+/// Where the calibration was cast, and what moving it changes.
+struct CalibrationState {
+  std::vector<double> amounts;            ///< per stated error, in its standard deviations
+  std::vector<CalibrationSlopes> slopes;  ///< per FitPixels; empty: the calibration stands still
+};
+
+/// Values of what is solved in closed form.
+struct LinearScales {
+  std::vector<double> exposure;     ///< per fitted exposure
+  std::vector<double> light;        ///< per light of the capture (exact ones as stated)
+  std::vector<double> calibration;  ///< per stated error: how much further than cast, in its standard deviations
+};
+
+class Nuisances {
+ public:
+  Nuisances(const Capture& capture, const std::vector<FitPixels>& pixels, const CalibrationState& calibration);
+
+  int count() const { return exposures_ + static_cast<int>(lights_.size()) + errors_; }
+  const std::vector<int>& lights() const { return lights_; }  ///< of the capture, whose intensity is fitted
+
+  LinearScales Stated() const;
+  double ExposureOf(const FitPixels& pixels, const LinearScales& scales) const;
+
+  /// Prediction at exposure 1. `parts`: column 0 all lights of exact intensity, then one per fitted light at 1.
+  Eigen::VectorXd Prediction(const Eigen::MatrixXd& parts, const LinearScales& scales) const;
+  /// What moved calibration adds to it.
+  Eigen::VectorXd Addition(const LinearScales& scales) const;
+
+  /// (exposure x prediction - value) / stddev.
+  Eigen::VectorXd Residuals(const Eigen::VectorXd& prediction, const LinearScales& scales) const;
+  /// (nuisance - stated) / stddev, 0 for free ones.
+  Eigen::VectorXd PriorResiduals(const LinearScales& scales) const;
+
+  /// The nuisances that fit best, by Gauss-Newton with Huber's weights (`huber_width` 0: least squares).
+  LinearScales Solve(const Eigen::MatrixXd& parts, double huber_width) const;
+
+  /// Takes out of `jacobian` (rows: pixels, then priors) what the nuisances can take over. `slope`: of the robust
+  /// residuals by the plain ones.
+  void Project(const Eigen::MatrixXd& parts, const LinearScales& scales, const Eigen::VectorXd& slope,
+               Eigen::Ref<Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>> jacobian) const;
+
+ private:
+  /// Derivatives of one photograph's residuals by the nuisances that it depends on.
+  struct Block {
+    int first_row;
+    std::vector<int> columns;
+    Eigen::MatrixXd by_column;
+  };
+  std::vector<Block> Blocks(const Eigen::MatrixXd& parts, const LinearScales& scales) const;
+  void SetExposuresAlone(const Eigen::MatrixXd& parts, LinearScales& scales) const;
+
+  const Capture& capture_;
+  const std::vector<FitPixels>& pixels_;
+  const CalibrationState& calibration_;
+  int rows_ = 0, exposures_ = 0, errors_ = 0;
+  std::vector<int> lights_;
+  std::vector<size_t> first_photograph_;  ///< per exposure: whose stated value it starts from
+  Eigen::VectorXd sharpness_;             ///< 1 / stated stddev per nuisance, 0 for free ones
+};
+
+}  // namespace crownfit
