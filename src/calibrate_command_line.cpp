@@ -113,6 +113,13 @@ void AddCalibrate(CLI::App& app, CommandLine& line) {
       ->allow_extra_args(false)
       ->group("Scan");
   pose->add_option("--start", line.calibrate.start, "poses.json with a rough pose of every photograph.")->group("Scan");
+  pose->add_option(
+          "--placed", line.calibrate.placed,
+          "X,Y,Z,RX,RY,RZ: where the scan's frame lies in the start's, roughly: its origin in mm and a rotation "
+          "vector in degrees. For starts that are a jig's poses.")
+      ->expected(6)
+      ->delimiter(',')
+      ->group("Scan");
   pose->add_option("--search-mm", line.calibrate.search_mm, "How far off the rough poses may be (default 5).")
       ->check(CLI::Range(0.0, 100.0))
       ->group("Scan");

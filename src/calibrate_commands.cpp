@@ -2,6 +2,7 @@
 #include <cstdio>
 #include <functional>
 #include <map>
+#include <numbers>
 #include <sstream>
 
 #include "base/error.h"
@@ -107,6 +108,9 @@ int AlignScanInPhotographs(const CommandLine& line) {
     mesh.vertices.insert(mesh.vertices.end(), part.vertices.begin(), part.vertices.end());
     for (const auto& t : part.triangles) mesh.triangles.push_back(t + first);
   }
+  RigidTransform placed;
+  if (const auto& p = asked.placed; !p.empty())
+    placed = {RotationFromVector(std::numbers::pi / 180 * glm::dvec3(p[3], p[4], p[5])), {p[0], p[1], p[2]}};
   std::vector<Image> pictures;
   std::vector<ScanPhotograph> photographs;
   std::vector<std::string> names;
@@ -119,7 +123,8 @@ int AlignScanInPhotographs(const CommandLine& line) {
       for (float& v : photo.image.values) v = static_cast<float>(LinearFromSrgb(v));
     pictures.push_back(std::move(photo.image));
     names.push_back(file.stem().string());
-    photographs.push_back({&pictures.back(), camera, PoseOf(starts, file, asked.start).camera_from_object});
+    const StatedPose& start = PoseOf(starts, file, asked.start);
+    photographs.push_back({&pictures.back(), camera, start.camera_from_object * placed, start.covariance});
   }
   AlignOptions options;
   options.search_mm = asked.search_mm;

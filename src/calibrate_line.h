@@ -34,6 +34,7 @@ struct CalibrateLine {
   std::vector<double> card_mm;  ///< low x, low y, high x, high y of the part to read
   std::vector<std::filesystem::path> meshes;
   std::filesystem::path start;
+  std::vector<double> placed;  ///< x, y, z in mm, a rotation vector in degrees: the object's frame in the start's
   bool together = false;
   double search_mm = 5, search_deg = 5;
   /// capture init: NAME=FILE, NAME=LIGHT,LIGHT and NAME=FILTER as they were written.

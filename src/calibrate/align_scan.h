@@ -8,6 +8,7 @@
 
 #include <array>
 #include <functional>
+#include <optional>
 #include <vector>
 
 #include "calibration/camera.h"
@@ -21,7 +22,8 @@ namespace crownfit {
 struct ScanPhotograph {
   const Image* linear;  ///< three channels
   Camera camera;
-  RigidTransform start;  ///< camera_from_object, rough
+  RigidTransform start;                                         ///< camera_from_object, rough
+  std::optional<std::array<double, 36>> start_covariance = {};  ///< as in StatedPose
 };
 
 struct AlignOptions {
@@ -33,8 +35,7 @@ struct AlignOptions {
 
 struct AlignedScan {
   std::vector<RigidTransform> camera_from_object;
-  /// Of each photograph's pose, as in StatedPose; from edges with independent errors of the size that is left, a point
-  /// every `kCorrelation_px` counting once.
+  /// Of each photograph's pose, as in StatedPose; with what the starts state, where several are aligned together.
   std::vector<std::array<double, 36>> covariance;
   std::vector<double> rms_px;    ///< of matched contour points to their edges, robust
   std::vector<double> matched;   ///< share of contour points that found an edge

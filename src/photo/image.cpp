@@ -1,6 +1,7 @@
 #include "photo/image.h"
 
 #include <algorithm>
+#include <cmath>
 
 namespace crownfit {
 
@@ -25,6 +26,15 @@ Image BoxMean(const Image& image, int radius) {
   run(image, across, true);
   run(across, both, false);
   return both;
+}
+
+double Bilinear(const Image& image, const glm::dvec2& pixel, int c) {
+  const double px = pixel.x - 0.5, py = pixel.y - 0.5;
+  const int x = std::clamp(static_cast<int>(std::floor(px)), 0, image.width - 2),
+            y = std::clamp(static_cast<int>(std::floor(py)), 0, image.height - 2);
+  const double u = std::clamp(px - x, 0.0, 1.0), v = std::clamp(py - y, 0.0, 1.0);
+  return (1 - v) * ((1 - u) * image.at(x, y, c) + u * image.at(x + 1, y, c)) +
+         v * ((1 - u) * image.at(x, y + 1, c) + u * image.at(x + 1, y + 1, c));
 }
 
 }  // namespace crownfit

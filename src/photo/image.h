@@ -2,6 +2,7 @@
 // Pictures as plain arrays.
 
 #include <cstddef>
+#include <glm/glm.hpp>
 #include <vector>
 
 namespace crownfit {
@@ -20,5 +21,8 @@ struct Image {
 
 /// Means over squares of 2 radius + 1 pixels, cut off at the borders.
 Image BoxMean(const Image& image, int radius);
+
+/// Between pixel centres, which lie at halves; beyond the rim as at it.
+double Bilinear(const Image& image, const glm::dvec2& pixel, int channel);
 
 }  // namespace crownfit

@@ -1,6 +1,6 @@
 // make_lab_session OUT: photographs of a lab's calibration session, computed for a camera, lamps and poses that only
-// OUT/truth/ knows: boards, a jig, mirror balls, cards, a step wedge twice, dark frames; and poses of a crown, true and
-// rough.
+// OUT/truth/ knows: boards, a jig, mirror balls, cards, a step wedge twice, dark frames; and poses of a crown, true
+// ones.
 
 #include <cmath>
 #include <cstdio>
@@ -165,14 +165,15 @@ void Write(const Path& out) {
   };
   const std::vector<StatedPose> truth{
       {"front_left", turned(0)}, {"front_right", turned(0)}, {"turned_left", turned(-38)}, {"turned", turned(38)}};
-  std::vector<StatedPose> rough = truth;  // by eye: one wrong place of the crown, the same in all
-  for (StatedPose& pose : rough) {
-    const double a = 0.05;
-    const glm::dmat3 r({std::cos(a), std::sin(a), 0}, {-std::sin(a), std::cos(a), 0}, {0, 0, 1});
-    pose.camera_from_object = {pose.camera_from_object.rotation * r, pose.camera_from_object.Point({0.8, -0.6, 1.0})};
-  }
-  for (const auto& [name, poses] : {std::pair{"truth/poses.json", truth}, {"rough_poses.json", rough}})
-    WriteTextFile(out / name, ToJsonText(Object{{"format", "crownfit-poses/1"}, {"poses", PosesJson(poses)}}));
+  WriteTextFile(out / "truth/poses.json",
+                ToJsonText(Object{{"format", "crownfit-poses/1"}, {"poses", PosesJson(truth)}}));
+  // The jig, in its holder with the crown: 6 mm behind it, and photographed wherever the crown is.
+  const RigidTransform object_from_jig{{{1, 0, 0}, {0, -1, 0}, {0, 0, -1}}, {0, 0, -6}};
+  for (size_t i = 0; i < truth.size(); ++i)
+    WriteImageFile(out / "holder" / (truth[i].photograph + ".exr"),
+                   Coloured(RenderTarget(jig, middle, kCamera, truth[i].camera_from_object * object_from_jig,
+                                         Session(0.6, 46 + i)),
+                            56 + i));
 }
 
 }  // namespace
