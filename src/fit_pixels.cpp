@@ -178,14 +178,17 @@ std::vector<CalibrationSlopes> SlopesOf(const CrownInput& input, const Capture& 
                                         std::vector<FitPixels>& pixels, Progress& progress) {
   constexpr double kStep = 0.5;  // standard deviations, to either side
   options.shade_scenery = false;
+  options.strata = 4;  // both sides use the same directions, so fewer do
+  options.gather_strata = 4;
   std::vector<CalibrationSlopes> slopes;
   for (FitPixels& p : pixels) {
+    const PhotographSpec& photo = stated.photographs[p.photograph];
     progress.Show("moving the calibration", static_cast<double>(slopes.size()) / static_cast<double>(pixels.size()),
-                  stated.photographs[p.photograph].name);
-    const PhotographCast& cast = state.photographs[p.photograph];
-    const int width = stated.photographs[p.photograph].camera.width;
-    std::vector<uint8_t> wanted(static_cast<size_t>(width) * stated.photographs[p.photograph].camera.height, 0);
-    for (int s : p.sources) wanted[static_cast<size_t>(cast.pixels[s].y) * width + cast.pixels[s].x] = 1;
+                  photo.name);
+    const PhotographCast& here = state.photographs[p.photograph];
+    const auto place = [&](const PixelCast& c) { return static_cast<size_t>(c.y) * photo.camera.width + c.x; };
+    std::vector<uint8_t> wanted(static_cast<size_t>(photo.camera.width) * photo.camera.height, 0);
+    for (int s : p.sources) wanted[place(here.pixels[s])] = 1;
     CalibrationSlopes of;
     for (size_t e = 0; e < errors.size(); ++e)
       if (std::count(errors[e].photographs.begin(), errors[e].photographs.end(), p.photograph))
@@ -193,33 +196,49 @@ std::vector<CalibrationSlopes> SlopesOf(const CrownInput& input, const Capture& 
     of.by_error.setZero(kChannels * static_cast<Eigen::Index>(p.pixels.size()),
                         static_cast<Eigen::Index>(of.errors.size()));
     std::vector<uint8_t> kept(p.pixels.size(), 1);
-    for (size_t e = 0; e < of.errors.size(); ++e)
-      for (const double step : {-kStep, kStep}) {
-        std::vector<double> there = amounts;
-        there[of.errors[e]] += step;
-        const Capture moved = Moved(stated, errors, there);
-        const PhotographCast other = CastPhotograph(moved, *state.crown, input.scenery, p.photograph, options, wanted);
-        std::vector<int> all(other.pixels.size()), at(wanted.size(), -1);
-        for (size_t k = 0; k < all.size(); ++k) {
-          all[k] = static_cast<int>(k);
-          const PixelCast& pixel = other.pixels[k];
-          if (!pixel.at_silhouette) at[static_cast<size_t>(pixel.y) * width + pixel.x] = all[k];
+    const auto add = [&](Eigen::Index column, double side, const PhotographCast& there,
+                         const std::vector<glm::dvec3>& values) {
+      std::vector<int> at(wanted.size(), -1);
+      for (size_t k = 0; k < there.pixels.size(); ++k)
+        if (!there.pixels[k].at_silhouette) at[place(there.pixels[k])] = static_cast<int>(k);
+      for (size_t i = 0; i < p.pixels.size(); ++i)
+        for (int t = p.first_term[i]; t < p.first_term[i + 1]; ++t) {
+          const int k = at[place(here.pixels[p.sources[p.terms[t].source]])];
+          if (k < 0) kept[i] = 0;
+          for (int c = 0; c < kChannels && k >= 0; ++c)
+            of.by_error(kChannels * static_cast<Eigen::Index>(i) + c, column) +=
+                side * p.terms[t].weight * values[k][c] / (2 * kStep);
         }
-        const std::vector<glm::dvec3> values =
-            PredictPixels(moved, state, p.photograph, other, all, material, light_scale, options.threads);
-        for (size_t i = 0; i < p.pixels.size(); ++i)
-          for (int t = p.first_term[i]; t < p.first_term[i + 1]; ++t) {
-            const PixelCast& source = cast.pixels[p.sources[p.terms[t].source]];
-            const int k = at[static_cast<size_t>(source.y) * width + source.x];
-            if (k < 0) kept[i] = 0;
-            for (int c = 0; c < kChannels && k >= 0; ++c)
-              of.by_error(kChannels * static_cast<Eigen::Index>(i) + c, static_cast<Eigen::Index>(e)) +=
-                  std::copysign(1.0, step) * p.terms[t].weight * values[k][c] / (2 * kStep);
-          }
+    };
+    std::vector<PhotographCast> views;  // in the same light: predicted at once
+    std::vector<std::pair<Eigen::Index, double>> column_and_side;
+    for (size_t e = 0; e < of.errors.size(); ++e)
+      for (const double side : {-1.0, 1.0}) {
+        const auto column = static_cast<Eigen::Index>(e);
+        std::vector<double> amounts_there = amounts;
+        amounts_there[of.errors[e]] += side * kStep;
+        Capture moved = Moved(stated, errors, amounts_there);
+        std::vector<size_t>& lights = moved.photographs[p.photograph].lights;
+        const std::optional<size_t> lamp = errors[of.errors[e]].light;
+        if (lamp) lights = {*lamp};  // the others' light stays
+        if (!lamp &&
+            std::none_of(lights.begin(), lights.end(), [&](size_t l) { return moved.lights[l].in_camera_frame; })) {
+          views.push_back(CastPixels(moved, *state.crown, input.scenery, p.photograph, options, here, wanted));
+          column_and_side.emplace_back(column, side);
+        } else {
+          const PhotographCast there =
+              CastPixels(moved, *state.crown, input.scenery, p.photograph, options,
+                         CastVertices(moved, *state.crown, input.scenery, p.photograph, options), wanted);
+          add(column, side, there,
+              PredictViews(moved, state, p.photograph, {&there, 1}, material, light_scale, options.threads)[0]);
+        }
       }
+    const auto values = PredictViews(stated, state, p.photograph, views, material, light_scale, options.threads);
+    for (size_t v = 0; v < views.size(); ++v)
+      add(column_and_side[v].first, column_and_side[v].second, views[v], values[v]);
     Keep(kept, p, of);
     if (p.pixels.empty())
-      throw InputError(stated.file, stated.photographs[p.photograph].key,
+      throw InputError(stated.file, photo.key,
                        "the stated errors of pose and lights leave no pixel that is surely on the object",
                        "Calibrate the pose better, or state a smaller error.");
     slopes.push_back(std::move(of));
@@ -228,7 +247,7 @@ std::vector<CalibrationSlopes> SlopesOf(const CrownInput& input, const Capture& 
 }
 
 bool MoveCalibration(const LinearScales& scales, CalibrationState& calibration) {
-  constexpr double kNear = 0.1;  // standard deviations, over which slopes are straight
+  constexpr double kNear = 0.3;  // standard deviations, over which slopes are straight
   bool far = scales.calibration.size() != calibration.amounts.size();
   for (size_t e = 0; e < scales.calibration.size(); ++e) {
     calibration.amounts[e] += scales.calibration[e];

@@ -7,6 +7,8 @@
 
 #include "base/files.h"
 #include "base/random.h"
+#include "calibration/calibration_error.h"
+#include "calibration/poses.h"
 #include "exchange/material_file.h"
 #include "fit_crown.h"
 #include "fit_steps.h"
@@ -180,6 +182,95 @@ TEST_F(SelfConsistency, NoiseIsCoveredByTheIntervals) {
   EXPECT_EQ(count, 13);
   EXPECT_GE(inside, 10);
   EXPECT_NEAR(fit.uncertainty.reduced_chi2, 1.0, 0.1);
+}
+
+/// Two photographs, the outer layer known.
+void KeepTwoPhotographs(Capture& capture, FitOptions& options) {
+  capture.photographs.resize(2);
+  for (const auto& row : kParameters)
+    if (row.owner == Owner::kLayer) {
+      ParameterSpec& outer = capture.layers[0][row.quantity];
+      if (!outer.fixed)
+        options.overrides.fix.push_back({capture.layers[0].name + "." + std::string(row.key), outer.value});
+    }
+}
+
+TEST_F(SelfConsistency, PosesAndLampsThatAreWrongWithinTheirStatedErrorsAreFound) {
+  Capture capture = Make({.pixels = 32, .initial_factor = 1.0});
+  FitOptions options;
+  KeepTwoPhotographs(capture, options);
+  const CrownFit exact = Fit(capture, options);
+  for (auto& p : capture.photographs) {
+    std::array<double, 36> covariance{};
+    for (int k = 0; k < 6; ++k) covariance[7 * k] = k < 3 ? 1e-5 * 1e-5 : 0.1 * 0.1;
+    p.pose_covariance = covariance;
+    p.camera_from_object.translation_mm += glm::dvec3(0.12, -0.08, 0.0);
+  }
+  for (auto& light : capture.lights)
+    if (auto* lamp = std::get_if<RectangleLight>(&light.shape)) {
+      lamp->centre_mm += glm::dvec3(0, 4, 0);
+      light.stddev_mm = 3;
+    }
+  const CrownFit moved = Fit(capture, options);
+  EXPECT_TRUE(moved.converged);
+  EXPECT_LT(moved.uncertainty.reduced_chi2, 1.2 * exact.uncertainty.reduced_chi2 + 0.02);
+  ASSERT_GE(moved.calibration.size(), 2u);
+  // One pose for both photographs: 0.12 and 0.08 mm of 0.1 stated, over six directions.
+  EXPECT_NEAR(moved.calibration[0].chi2, 1.44 + 0.64, 0.4);
+  for (size_t i = 0; i < exact.uncertainty.parameters.size(); ++i) {
+    const auto &a = exact.uncertainty.parameters[i], &b = moved.uncertainty.parameters[i];
+    for (size_t c = 0; c < a.stddev.size(); ++c) {
+      EXPECT_NEAR(a.value[c], b.value[c], b.stddev[c]) << a.name;
+      EXPECT_GE(b.stddev[c], 0.99 * a.stddev[c]) << a.name;
+    }
+  }
+}
+
+TEST_F(SelfConsistency, AnExposureKnownWithinAnErrorLiesBetweenAnExactAndAFreeOne) {
+  Capture capture = Make({.pixels = 16, .initial_factor = 1.0});
+  FitOptions options;
+  KeepTwoPhotographs(capture, options);
+  const auto width = [&](double stddev, bool is_free) {
+    for (auto& p : capture.photographs) p.exposure_stddev = stddev, p.exposure_is_free = is_free;
+    for (const auto& p : Fit(capture, options).uncertainty.parameters)
+      if (p.name == "dentine.absorption_per_mm") return p.stddev[0] / p.value[0];
+    return 0.0;
+  };
+  const double exact = width(0, false), free = width(0, true);
+  EXPECT_GT(std::abs(free / exact - 1), 0.05);
+  EXPECT_NEAR(width(1e-7, false), exact, 1e-3 * exact);
+  EXPECT_NEAR(width(1e5, false), free, 1e-3 * free);
+}
+
+TEST(CalibrationErrors, TheSquaresOfAPosesErrorsAreItsCovariance) {
+  Capture capture;
+  PhotographSpec photo;
+  photo.name = "front";
+  std::array<double, 36> covariance{};
+  for (int r = 0; r < 6; ++r)
+    for (int c = 0; c < 6; ++c) covariance[6 * r + c] = (r == c ? 2.0 : 0.3) * (1 + r) * (1 + c);
+  photo.pose_covariance = covariance;
+  capture.photographs = {photo, photo};  // of one pose
+  const auto errors = StatedErrors(capture);
+  ASSERT_EQ(errors.size(), 6u);
+  EXPECT_EQ(errors[0].photographs, (std::vector<size_t>{0, 1}));
+  const auto at = [](const CalibrationError& e, int k) { return k < 3 ? e.turn[k] : e.shift[k - 3]; };
+  for (int r = 0; r < 6; ++r)
+    for (int c = 0; c < 6; ++c) {
+      double sum = 0;
+      for (const auto& e : errors) sum += at(e, r) * at(e, c);
+      EXPECT_NEAR(sum, covariance[6 * r + c], 1e-9);
+    }
+}
+
+TEST(CalibrationErrors, AStatedTurnIsAboutTheObjectAndNotAboutTheCamera) {
+  TemporaryFolder folder;
+  WriteTextFile(folder.path / "pose.json", R"({"rotation": [[1, 0, 0], [0, -1, 0], [0, 0, -1]],
+    "translation_mm": [1, 2, 250], "stddev": {"rotation_deg": 0.1, "translation_mm": 0.02}})");
+  const auto covariance = ReadPoseCovariance(JsonFile(folder.path / "pose.json").root());
+  ASSERT_TRUE(covariance);
+  const glm::dmat3 place = PlaceCovariance(*covariance, {1, 2, 250});
+  for (int k = 0; k < 3; ++k) EXPECT_NEAR(place[k][k], 0.02 * 0.02, 1e-9);
 }
 
 }  // namespace

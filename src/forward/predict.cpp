@@ -1,5 +1,6 @@
 #include "forward/predict.h"
 
+#include <algorithm>
 #include <numeric>
 
 #include "base/error.h"
@@ -88,28 +89,39 @@ std::vector<int> VerticesAround(const Crown& crown, const PhotographCast& cast, 
   return vertices;
 }
 
-std::vector<glm::dvec3> PredictPixels(const Capture& capture, const CastState& state, size_t photograph,
-                                      const PhotographCast& cast, std::span<const int> pixels, const Material& material,
-                                      std::span<const double> light_scale, int threads) {
+std::vector<std::vector<glm::dvec3>> PredictViews(const Capture& capture, const CastState& state, size_t photograph,
+                                                  std::span<const PhotographCast> casts, const Material& material,
+                                                  std::span<const double> light_scale, int threads) {
   const double specular = SpecularFactor(capture.photographs[photograph].polarisation);
-  std::vector<glm::dvec3> values(pixels.size());
-  const std::vector<int> vertices = VerticesAround(*state.crown, cast, pixels);
-  for (int c = 0; c < kChannels; ++c) {
+  std::vector<std::vector<int>> around;
+  std::vector<int> around_all;
+  std::vector<std::vector<glm::dvec3>> values;
+  for (const PhotographCast& cast : casts) {
+    std::vector<int> all(cast.pixels.size());
+    std::iota(all.begin(), all.end(), 0);
+    around.push_back(VerticesAround(*state.crown, cast, all));
+    around_all.insert(around_all.end(), around.back().begin(), around.back().end());
+    values.emplace_back(cast.pixels.size());
+  }
+  std::sort(around_all.begin(), around_all.end());
+  around_all.erase(std::unique(around_all.begin(), around_all.end()), around_all.end());
+  for (int c = 0; c < kChannels && !casts.empty(); ++c) {
     const auto optics = OpticsFromSlots(capture, SlotValues(capture, material, state, c));
     const DiffuserTable<double> table(optics.stack(), state.crown->kernel.outer_radius_mm);
-    const ShaderPrediction<double> prediction(*state.crown, cast, optics, table, c, light_scale, vertices, threads);
-    ParallelFor(values.size(), threads,
-                [&](size_t i) { values[i][c] = prediction.Pixel(cast.pixels[pixels[i]], specular); });
+    const ShaderPrediction<double> first(*state.crown, casts[0], optics, table, c, light_scale, around_all, threads);
+    for (size_t k = 0; k < casts.size(); ++k) {
+      const ShaderPrediction<double> view(first, casts[k], around[k], threads);
+      ParallelFor(values[k].size(), threads,
+                  [&](size_t i) { values[k][i][c] = view.Pixel(casts[k].pixels[i], specular); });
+    }
   }
   return values;
 }
 
 std::vector<glm::dvec3> PredictPixels(const Capture& capture, const CastState& state, size_t photograph,
                                       const Material& material, std::span<const double> light_scale, int threads) {
-  const PhotographCast& cast = state.photographs[photograph];
-  std::vector<int> all(cast.pixels.size());
-  std::iota(all.begin(), all.end(), 0);
-  return PredictPixels(capture, state, photograph, cast, all, material, light_scale, threads);
+  return PredictViews(capture, state, photograph, {&state.photographs[photograph], 1}, material, light_scale,
+                      threads)[0];
 }
 
 }  // namespace crownfit

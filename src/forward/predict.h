@@ -65,12 +65,12 @@ void CheckShaderSupports(const Capture& capture);
 /// The vertices around the places that these pixels (indices into the cast's) show, without doubles.
 std::vector<int> VerticesAround(const Crown& crown, const PhotographCast& cast, std::span<const int> pixels);
 
-/// Pixel values at exposure 1 of some of a cast's pixels.
-std::vector<glm::dvec3> PredictPixels(const Capture& capture, const CastState& state, size_t photograph,
-                                      const PhotographCast& cast, std::span<const int> pixels, const Material& material,
-                                      std::span<const double> light_scale, int threads);
+/// Pixel values at exposure 1 of casts that differ in the camera's place alone.
+std::vector<std::vector<glm::dvec3>> PredictViews(const Capture& capture, const CastState& state, size_t photograph,
+                                                  std::span<const PhotographCast> casts, const Material& material,
+                                                  std::span<const double> light_scale, int threads);
 
-/// The same of all pixels of the state's own cast.
+/// Pixel values at exposure 1, one per pixel of the state's cast.
 std::vector<glm::dvec3> PredictPixels(const Capture& capture, const CastState& state, size_t photograph,
                                       const Material& material, std::span<const double> light_scale, int threads);
 

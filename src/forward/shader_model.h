@@ -82,6 +82,23 @@ class ShaderPrediction {
     });
   }
 
+  /// The same light seen from another place: a cast whose vertices hold the same. `vertices` among those of `same`.
+  ShaderPrediction(const ShaderPrediction& same, const PhotographCast& cast, std::span<const int> vertices, int threads)
+      : crown_(same.crown_),
+        cast_(cast),
+        optics_(same.optics_),
+        table_(same.table_),
+        channel_(same.channel_),
+        light_scale_(same.light_scale_),
+        surface_(same.surface_),
+        entry_ior_(same.entry_ior_),
+        diffuse_fresnel_(same.diffuse_fresnel_),
+        leaving_(same.leaving_),
+        first_order_(same.first_order_.size(), T(0.0)) {
+    ParallelFor(optics_.has_outer ? vertices.size() : 0, threads,
+                [&](size_t i) { first_order_[vertices[i]] = FirstOrder(vertices[i]); });
+  }
+
   /// Radiance by way of each term, before polarisers.
   struct Radiance {
     T diffuse, first_order, gloss;

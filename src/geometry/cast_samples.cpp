@@ -344,12 +344,12 @@ VertexCast CastVertices(const Capture& capture, const Crown& crown, const std::v
   return cast;
 }
 
-PhotographCast CastPhotograph(const Capture& capture, const Crown& crown, const std::vector<TriangleMesh>& scenery,
-                              size_t photograph, const CastOptions& options, const std::vector<uint8_t>& wanted) {
-  const PhotographSpec& photo = capture.photographs[photograph];
-  const Caster caster(capture, crown, scenery, photograph, options);
+namespace {
+
+PhotographCast CastPixelsBy(const Caster& caster, const PhotographSpec& photo, const Crown& crown,
+                            const CastOptions& options, VertexCast light, const std::vector<uint8_t>& wanted) {
   PhotographCast cast;
-  static_cast<VertexCast&>(cast) = CastVerticesBy(caster, capture, crown, photograph, options);
+  static_cast<VertexCast&>(cast) = std::move(light);
   cast.camera = photo.camera_from_object.Inverse().translation_mm;
 
   const size_t width = photo.camera.width, pixels = width * photo.camera.height;
@@ -376,6 +376,22 @@ PhotographCast CastPhotograph(const Capture& capture, const Crown& crown, const 
     }
   }
   return cast;
+}
+
+}  // namespace
+
+PhotographCast CastPhotograph(const Capture& capture, const Crown& crown, const std::vector<TriangleMesh>& scenery,
+                              size_t photograph, const CastOptions& options) {
+  const Caster caster(capture, crown, scenery, photograph, options);
+  return CastPixelsBy(caster, capture.photographs[photograph], crown, options,
+                      CastVerticesBy(caster, capture, crown, photograph, options), {});
+}
+
+PhotographCast CastPixels(const Capture& capture, const Crown& crown, const std::vector<TriangleMesh>& scenery,
+                          size_t photograph, const CastOptions& options, const VertexCast& light,
+                          const std::vector<uint8_t>& wanted) {
+  const Caster caster(capture, crown, scenery, photograph, options);
+  return CastPixelsBy(caster, capture.photographs[photograph], crown, options, light, wanted);
 }
 
 }  // namespace crownfit

@@ -90,9 +90,13 @@ std::vector<TriangleMesh> ReadScenery(const Capture& capture);
 VertexCast CastVertices(const Capture& capture, const Crown& crown, const std::vector<TriangleMesh>& scenery,
                         size_t photograph, const CastOptions& options);
 
-/// Casts one photograph: every pixel that shows the object, and scenery when options say so. `wanted`: of these pixels
-/// alone (row by row; empty: all).
+/// Casts one photograph: every pixel that shows the object, and scenery when options say so.
 PhotographCast CastPhotograph(const Capture& capture, const Crown& crown, const std::vector<TriangleMesh>& scenery,
-                              size_t photograph, const CastOptions& options, const std::vector<uint8_t>& wanted = {});
+                              size_t photograph, const CastOptions& options);
+
+/// The pixels alone, and only the `wanted` ones (row by row), in light that was cast already.
+PhotographCast CastPixels(const Capture& capture, const Crown& crown, const std::vector<TriangleMesh>& scenery,
+                          size_t photograph, const CastOptions& options, const VertexCast& light,
+                          const std::vector<uint8_t>& wanted);
 
 }  // namespace crownfit
