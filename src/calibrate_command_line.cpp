@@ -95,6 +95,13 @@ void AddCalibrate(CLI::App& app, CommandLine& line) {
           "skin); for charts that are not found.")
       ->expected(8)
       ->delimiter(',');
+  colour
+      ->add_option("--grey-card", line.calibrate.grey_card,
+                   "X,Y,WIDTH,HEIGHT in pixels, on a grey card: the white balance alone, without a chart.")
+      ->expected(4)
+      ->delimiter(',');
+  colour->add_option("--card-reflectance", line.calibrate.card_reflectance, "Of the grey card (default 0.18).")
+      ->check(CLI::Range(0.01, 1.0));
   colour->add_option("--flat-field", line.calibrate.flat_field,
                      "A white card in the chart's place: evens out the light.");
   colour->add_option("--noise", line.calibrate.noise, "noise.json of the camera: black level and saturation.");

@@ -9,6 +9,7 @@
 #include "base/files.h"
 #include "base/parallel.h"
 #include "base/progress.h"
+#include "calibrate/draw.h"
 #include "calibrate/estimate_camera.h"
 #include "calibrate/estimate_lights.h"
 #include "calibrate/estimate_pose.h"
@@ -195,6 +196,7 @@ int CalibrateLights(const CommandLine& line) {
     return photo;
   };
   std::vector<ImageFile> balls;
+  Image picture;
   balls.reserve(asked.lights.size());
   if (!asked.rig.empty()) {
     lights = ReadLightRig(asked.rig).lights;
@@ -216,6 +218,7 @@ int CalibrateLights(const CommandLine& line) {
       photographs.push_back(photo);
     }
     lights = LightsFromBalls(photographs, camera ? &*camera : nullptr, 0.5 * asked.ball_mm, notes);
+    picture = BallsPicture(photographs);
   }
   for (Light& light : lights)
     if (auto* point = std::get_if<PointLight>(&light.shape); point && asked.lamp_mm > 0)
@@ -238,12 +241,14 @@ int CalibrateLights(const CommandLine& line) {
                                   PoseOf(poses, file, asked.card_poses).camera_from_object,
                                   {asked.card_mm[0], asked.card_mm[1]},
                                   {asked.card_mm[2], asked.card_mm[3]},
-                                  glm::dvec3(asked.card_reflectance),
+                                  glm::dvec3(asked.card_reflectance.value_or(0.9)),
                                   saturation});
     }
   }
   progress.Show("fitting", 0.7);
-  const Product product = LightsProduct(lights, card_photographs, asked.refine, notes);
+  Product product = LightsProduct(lights, card_photographs, asked.refine, notes);
+  AppendBelow(picture, product.picture);
+  product.picture = picture;
   progress.Clear();
   return Finish(product, inputs, line);
 }

@@ -28,8 +28,10 @@ struct CalibrateLine {
   std::filesystem::path camera, jig, rig, card_poses;
   std::vector<std::string> lights, cards;  ///< NAME=FILE
   std::vector<double> balls;               ///< x, y, radius of each, in pixels
-  double ball_mm = 0, card_reflectance = 0.9;
-  double lamp_mm = 0;  ///< radius of the lamps; 0: seen under a degree
+  double ball_mm = 0;
+  std::optional<double> card_reflectance;  ///< lights: 0.9, grey cards: 0.18 where not said
+  std::vector<double> grey_card;           ///< colour: x, y, width, height in pixels
+  double lamp_mm = 0;                      ///< radius of the lamps; 0: seen under a degree
   int ball_count = 1;
   std::vector<double> card_mm;  ///< low x, low y, high x, high y of the part to read
   std::vector<std::filesystem::path> meshes;

@@ -7,8 +7,8 @@
 #include "base/error.h"
 #include "base/files.h"
 #include "base/progress.h"
+#include "calibrate/colour_product.h"
 #include "calibrate/estimate_blur.h"
-#include "calibrate/estimate_colour.h"
 #include "calibrate/estimate_noise.h"
 #include "calibrate/exposure_series.h"
 #include "calibrate/find_chart.h"
@@ -228,6 +228,11 @@ int CalibrateColour(const CommandLine& line) {
     Flatten(linear, card);
     saturation = 1e6;
   }
+  const ColourSource source{&linear, encoded, photo.is_jpeg};
+  if (const auto& r = line.calibrate.grey_card; !r.empty())
+    return Finish(GreyCardProduct(linear, {r[0], r[1], r[2], r[3]}, line.calibrate.card_reflectance.value_or(0.18),
+                                  saturation, source),
+                  line.calibrate.images, line);
   ChartCorners corners;
   if (!line.calibrate.chart_corners.empty()) {
     for (int k = 0; k < 4; ++k)
@@ -240,7 +245,7 @@ int CalibrateColour(const CommandLine& line) {
     corners = *found;
   }
   const auto readings = ReadPatches(linear, chart, corners, kClassicGap, saturation);
-  return Finish(ColourProduct(chart, readings, {&linear, encoded, photo.is_jpeg}), line.calibrate.images, line);
+  return Finish(ColourProduct(chart, readings, source), line.calibrate.images, line);
 }
 
 }  // namespace crownfit

@@ -169,17 +169,20 @@ std::vector<PhotographResult> ComparePhotographs(const CrownInput& input, const 
         r.prediction.at(cast_pixels[k].x, cast_pixels[k].y, c) = static_cast<float>(r.exposure * values[k][c]);
     if (spec.blur)
       r.prediction = SeenOverPhotograph(r.prediction, state.photographs[i], photo, *spec.blur, r.exposure, threads);
-    double chi2 = 0;
+    double chi2 = 0, both = 0, predicted = 0;
     const std::vector<int> compared = ComparablePixels(spec, state.photographs[i], photo, threads);
     for (int k : compared) {
       const PixelCast& pixel = cast_pixels[k];
       r.compared[static_cast<size_t>(pixel.y) * photo.linear.width + pixel.x] = 1;
       const glm::dvec3 variance = VarianceAt(photo, pixel);
       for (int c = 0; c < kChannels; ++c) {
-        const double d = r.prediction.at(pixel.x, pixel.y, c) - photo.linear.at(pixel.x, pixel.y, c);
-        chi2 += d * d / variance[c];
+        const double p = r.prediction.at(pixel.x, pixel.y, c), seen = photo.linear.at(pixel.x, pixel.y, c);
+        chi2 += (p - seen) * (p - seen) / variance[c];
+        both += p * seen / variance[c];
+        predicted += p * p / variance[c];
       }
     }
+    if (predicted > 0) r.level = both / predicted;
     r.reduced_chi2 = compared.empty() ? 0.0 : chi2 / static_cast<double>(kChannels * compared.size());
     r.difference = ComparePictures(r.photograph, r.prediction, r.compared, r.rgb_from_sensor);
   }

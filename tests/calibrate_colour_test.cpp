@@ -8,11 +8,15 @@
 #include <functional>
 #include <sstream>
 
-#include "calibrate/estimate_colour.h"
+#include "base/files.h"
+#include "base/random.h"
+#include "calibrate/colour_product.h"
 #include "calibrate/find_chart.h"
+#include "calibration/colour_file.h"
 #include "photo/photograph.h"
 #include "support/real_data.h"
 #include "support/rendered_target.h"
+#include "support/temporary_folder.h"
 
 namespace crownfit {
 namespace {
@@ -76,6 +80,12 @@ double FigureOf(const Product& product, const std::string& name) {
 
 bool AnyContains(const std::vector<std::string>& texts, const std::string& part) {
   return std::any_of(texts.begin(), texts.end(), [&](const auto& t) { return t.find(part) != std::string::npos; });
+}
+
+ColourTransform TransformIn(const Product& product) {
+  const TemporaryFolder folder;
+  WriteTextFile(folder.path / "colour.json", ToJsonText(ProductJson(product, {})));
+  return ReadColourTransform(folder.path / "colour.json");
 }
 
 const Chart& Classic() {
@@ -160,6 +170,31 @@ TEST(CalibrateColour, UnevenLightIsReported) {
     for (int x = 0; x < photo.image.width; ++x)
       for (int c = 0; c < 3; ++c) photo.image.at(x, y, c) *= static_cast<float>(1.0 + 0.3 * (x - 260) / 260.0);
   EXPECT_TRUE(AnyContains(Calibrated(photo, Classic()).notes, "--flat-field"));
+}
+
+TEST(CalibrateColour, AGreyCardGivesTheWhiteBalanceAlone) {
+  Image card(60, 40, 3);
+  const glm::dvec3 grey(0.11, 0.18, 0.13);
+  for (int y = 0; y < 40; ++y)
+    for (int x = 0; x < 60; ++x)
+      for (int c = 0; c < 3; ++c)
+        card.at(x, y, c) = static_cast<float>(grey[c] * (1 + 0.02 * (Uniform(Key(3, y, x), c) - 0.5)));
+  const Product product = GreyCardProduct(card, {5, 5, 50, 30}, 0.18, 1.0, {});
+  EXPECT_TRUE(product.refusals.empty());
+  const ColourTransform transform = TransformIn(product);
+  for (int c = 0; c < 3; ++c) EXPECT_NEAR(transform(grey)[c], 0.18, 3e-4);
+  EXPECT_EQ(transform.matrix[1][0], 0.0);
+  EXPECT_TRUE(AnyContains(product.notes, "white balance alone"));
+}
+
+TEST(CalibrateColour, AGreyCardInGlareOrTooBrightIsRefused) {
+  Image card(60, 40, 3, 0.3f);
+  EXPECT_TRUE(AnyContains(GreyCardProduct(card, {5, 5, 70, 30}, 0.18, 1.0, {}).refusals, "outside"));
+  EXPECT_TRUE(AnyContains(GreyCardProduct(card, {5, 5, 50, 30}, 0.18, 0.3, {}).refusals, "saturated"));
+  for (int y = 0; y < 40; ++y)
+    for (int x = 30; x < 60; ++x)
+      for (int c = 0; c < 3; ++c) card.at(x, y, c) = 0.4f;
+  EXPECT_TRUE(AnyContains(GreyCardProduct(card, {5, 5, 50, 30}, 0.18, 1.0, {}).refusals, "glare"));
 }
 
 TEST(CalibrateColour, APolynomialIsTakenWhereLeftOutPatchesPreferIt) {

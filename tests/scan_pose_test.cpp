@@ -8,6 +8,7 @@
 #include "base/random.h"
 #include "calibrate/align_scan.h"
 #include "calibrate/contours.h"
+#include "calibrate/scan_poses_product.h"
 #include "calibration/poses.h"
 #include "geometry/mesh_file.h"
 #include "photo/image_io.h"
@@ -132,6 +133,29 @@ TEST(ScanPose, SeveralPhotographsTogetherFixWhatOneLeavesOpen) {
     for (int i = 0; i < 2; ++i)
       EXPECT_LT(std::abs(off[i]), 4 * std::sqrt(cov[i][i]) + 0.01) << "photograph " << k << " axis " << i;
   }
+}
+
+TEST(ScanPose, AMeshOfAnotherSizeThanTheCrownIsRefused) {
+  TriangleMesh mesh = Incisor();
+  const auto [low, high] = Bounds(mesh);
+  const glm::dvec3 centre = 0.5 * (low + high);
+  std::vector<RigidTransform> truths;
+  std::vector<Image> images;
+  for (int k = 0; k < 3; ++k) {
+    truths.push_back(LookingAt(centre, 250, 180 - 35 * k, 120 * k, 0));
+    images.push_back(CrownPicture(mesh, kCamera, truths.back(), 9 + k));
+  }
+  std::vector<ScanPhotograph> photographs;
+  for (int k = 0; k < 3; ++k) photographs.push_back({&images[k], kCamera, truths[k]});
+  const AlignOptions near{.search_mm = 0.3, .search_deg = 2, .starts = 40};
+  const AlignedScan right = AlignScan(mesh, photographs, near);
+  EXPECT_LT(std::abs(right.larger), 3 * right.larger_stddev);
+  for (glm::dvec3& v : mesh.vertices) v = centre + 1.05 * (v - centre);
+  const AlignedScan wrong = AlignScan(mesh, photographs, near);
+  EXPECT_NEAR(wrong.larger, 1 / 1.05 - 1, 0.015);
+  const Product product = ScanPosesProduct(mesh, {"a", "b", "c"}, photographs, {wrong});
+  ASSERT_FALSE(product.refusals.empty());
+  EXPECT_NE(product.refusals[0].find("larger than its mesh"), std::string::npos) << product.refusals[0];
 }
 
 TEST(ScanPoseReal, CrownsReturnToTheDrawnOutlines) {

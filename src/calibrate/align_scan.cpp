@@ -133,15 +133,26 @@ AlignedScan AlignScan(const TriangleMesh& mesh, const std::vector<ScanPhotograph
   // Where colours already place the outline within two pixels, profiles across it place it exactly.
   if (state.sigma < 2.0 && edges.MeasureBlur(state.motion)) {
     const auto exact = edges.Fit(state.motion, {4, 4, 3, 3, 3}, 3, {});
-    if (*std::min_element(exact.matched.begin(), exact.matched.end()) > 0.25) state = exact;
+    // Not where the outline misses by more than a profile reaches: a mesh of another size.
+    const auto worst = [](const ContourFit::State& fit) {
+      return *std::min_element(fit.matched.begin(), fit.matched.end());
+    };
+    if (worst(exact) > 0.75 * worst(state)) {
+      state = exact;
+    } else {
+      edges.blur_px.clear();
+    }
   }
+  const auto sized = photographs.size() > 1 ? edges.FitSize(state) : state;
   tell(1.0);
   best = state.motion;
   AlignedScan result;
   result.contrast = search.contrast;
   result.rms_px = state.rms_px;
+  result.larger = sized.larger;
+  result.larger_stddev = sized.larger_stddev;
   result.matched = state.matched;
-  const Eigen::Matrix<double, 6, 6> covariance = ContourFit::Covariance(state);
+  const Eigen::Matrix<double, 6, 6> covariance = state.covariance;
   for (const auto& photo : photographs) {
     const RigidTransform pose = photo.start * MotionOf(best, centre);
     result.camera_from_object.push_back(pose);

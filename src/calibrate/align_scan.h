@@ -37,9 +37,10 @@ struct AlignedScan {
   std::vector<RigidTransform> camera_from_object;
   /// Of each photograph's pose, as in StatedPose; with what the starts state, where several are aligned together.
   std::vector<std::array<double, 36>> covariance;
-  std::vector<double> rms_px;    ///< of matched contour points to their edges, robust
-  std::vector<double> matched;   ///< share of contour points that found an edge
-  std::vector<double> contrast;  ///< how well colours tell inside from outside: 0 not at all, 1 entirely
+  double larger = 0, larger_stddev = 0;  ///< by which share the object looks larger than its mesh
+  std::vector<double> rms_px;            ///< of matched contour points to their edges, robust
+  std::vector<double> matched;           ///< share of contour points that found an edge
+  std::vector<double> contrast;          ///< how well colours tell inside from outside: 0 not at all, 1 entirely
 };
 
 /// One motion of the object, the same for all photographs: the starts are right relative to each other. For poses that

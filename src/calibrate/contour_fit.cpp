@@ -12,6 +12,9 @@
 namespace crownfit {
 namespace {
 
+/// Neighbouring points share their edge's error: contours stand three pixels apart, an error reaches over eight.
+constexpr double kShared_px = 8.0 / 3.0;
+
 /// The edge that a contour point belongs to: the steepest change along its normal within reach, nearer ones preferred.
 std::optional<glm::dvec2> EdgeNear(const Level& level, const Image& odds, const ContourPoint& point, double reach_px) {
   double best = 0, at = 0;
@@ -59,13 +62,6 @@ std::optional<ContourFit::Match> ContourFit::EdgeOf(size_t k, const ContourPoint
   return Match{k, point.on_object_mm, *edge, point.outward, 1.0};
 }
 
-Eigen::Matrix<double, 6, 6> ContourFit::Covariance(const State& state) {
-  // Neighbouring points share their edge's error: contours stand three pixels apart, an error reaches over several.
-  constexpr double kCorrelation_px = 8.0, kSpacing_px = 3.0;
-  const Eigen::Matrix<double, 6, 6> inverse = state.normal.completeOrthogonalDecomposition().pseudoInverse();
-  return kCorrelation_px / kSpacing_px * state.sigma * state.sigma * inverse + inverse * state.side_scatter * inverse;
-}
-
 bool ContourFit::MeasureBlur(const Vector6& at) {
   constexpr double kReach_px = 3.0;
   constexpr size_t kFewest = 20;
@@ -84,17 +80,30 @@ bool ContourFit::MeasureBlur(const Vector6& at) {
   return true;
 }
 
-ContourFit::State ContourFit::Fit(const Vector6& start, const std::vector<double>& reaches, int step_px,
-                                  const std::function<void(double)>& tell) const {
-  State state;
-  state.motion = start;
+RigidTransform ContourFit::PoseOf(size_t k, const Vector6& x, double larger) const {
+  // R (c + s (p - c)) + t is s times R p + (t + (1 - s) R c) / s, and a camera does not see a factor.
+  RigidTransform pose = photographs[k].start * MotionOf(x, centre);
+  const double size = 1 + larger;
+  pose.translation_mm = (pose.translation_mm + (1 - size) * (pose.rotation * centre)) / size;
+  return pose;
+}
+
+ContourFit::Poses ContourFit::PosesAt(const Vector6& motion, double larger) const {
+  Poses poses;
+  for (size_t k = 0; k < photographs.size(); ++k) poses.push_back(PoseOf(k, motion, larger));
+  return poses;
+}
+
+ContourFit::State ContourFit::Continued(State state, const std::vector<double>& reaches, int step_px, bool free_size,
+                                        const std::function<void(double)>& tell) const {
   const double scale = std::max(1.0, photographs[0].linear->width / 1440.0);
   for (size_t step = 0; step < reaches.size(); ++step) {
     const double reach = reaches[step] * scale;
     std::vector<Match> matches;
     std::vector<double> points(photographs.size(), 0.0);
     for (size_t k = 0; k < photographs.size(); ++k) {
-      const auto contours = Contours(caster, parts, photographs[k].camera, PoseOf(k, state.motion), step_px);
+      const auto contours =
+          Contours(caster, parts, photographs[k].camera, PoseOf(k, state.motion, state.larger), step_px);
       std::vector<std::optional<Match>> edges(contours.size());
       ParallelFor(contours.size(), threads, [&](size_t i) { edges[i] = EdgeOf(k, contours[i], reach); });
       for (size_t i = 0; i < contours.size(); ++i)
@@ -102,37 +111,39 @@ ContourFit::State ContourFit::Fit(const Vector6& start, const std::vector<double
       points[k] = static_cast<double>(contours.size());
     }
     if (matches.size() < 30) return state;
-    for (int inner = 0; inner < 4; ++inner) Step(matches, state);
+    for (int inner = 0; inner < 4; ++inner) Step(matches, free_size, state);
     Measure(matches, points, 6.0 * scale, state);
     if (tell) tell(static_cast<double>(step + 1) / static_cast<double>(reaches.size()));
   }
   return state;
 }
 
-double ContourFit::Residual(const Match& m, const RigidTransform& motion) const {
-  const auto pixel = PixelFromPoint(photographs[m.photograph].camera,
-                                    (photographs[m.photograph].start * motion).Point(m.on_object_mm));
+double ContourFit::Residual(const Match& m, const Poses& poses) const {
+  const auto pixel = PixelFromPoint(photographs[m.photograph].camera, poses[m.photograph].Point(m.on_object_mm));
   return pixel ? glm::dot(*pixel - m.edge, m.normal) : 0.0;
 }
 
 /// One Gauss-Newton step with Tukey's biweight on distances along the normals.
-void ContourFit::Step(const std::vector<Match>& matches, State& state) const {
-  Eigen::MatrixXd jacobian(matches.size(), 6);
+void ContourFit::Step(const std::vector<Match>& matches, bool free_size, State& state) const {
+  using Vector7 = Eigen::Matrix<double, 7, 1>;
+  using Matrix7 = Eigen::Matrix<double, 7, 7>;
+  Eigen::MatrixXd jacobian(matches.size(), 7);
   Eigen::VectorXd residual(matches.size());
-  std::array<RigidTransform, 6> moved;
+  std::array<Poses, 7> moved;
   const auto step_of = [](int k) { return k < 3 ? 1e-5 : 1e-4; };
   for (int k = 0; k < 6; ++k) {
     Vector6 y = state.motion;
     y(k) += step_of(k);
-    moved[k] = MotionOf(y, centre);
+    moved[k] = PosesAt(y, state.larger);
   }
-  const RigidTransform motion = MotionOf(state.motion, centre);
+  moved[6] = PosesAt(state.motion, state.larger + step_of(6));
+  const Poses poses = PosesAt(state.motion, state.larger);
   std::vector<double> sizes;
   for (size_t i = 0; i < matches.size(); ++i) {
     const auto row = static_cast<Eigen::Index>(i);
-    residual(row) = Residual(matches[i], motion) / matches[i].stddev_px;
+    residual(row) = Residual(matches[i], poses) / matches[i].stddev_px;
     sizes.push_back(std::abs(residual(row)));
-    for (int k = 0; k < 6; ++k)
+    for (int k = 0; k < 7; ++k)
       jacobian(row, k) = (Residual(matches[i], moved[k]) / matches[i].stddev_px - residual(row)) / step_of(k);
   }
   std::nth_element(sizes.begin(), sizes.begin() + static_cast<std::ptrdiff_t>(sizes.size() / 2), sizes.end());
@@ -142,11 +153,12 @@ void ContourFit::Step(const std::vector<Match>& matches, State& state) const {
     const double u = residual(i) / (3.5 * state.sigma);
     weights(i) = std::abs(u) < 1 ? (1 - u * u) * (1 - u * u) : 0.0;
   }
-  state.normal = jacobian.transpose() * weights.asDiagonal() * jacobian;
+  const Matrix7 normal = jacobian.transpose() * weights.asDiagonal() * jacobian;
+  const Vector7 gradient = jacobian.transpose() * (weights.asDiagonal() * residual);
   // An outline's rim is lit from one side and shines through: a side (an octant of normals) has an error in common.
   constexpr int kSides = 8;
   const double side_px = blur_px.empty() ? 0.7 : 0.3;
-  std::vector<Vector6> pulls(kSides * photographs.size(), Vector6::Zero());
+  std::vector<Vector7> pulls(kSides * photographs.size(), Vector7::Zero());
   for (size_t i = 0; i < matches.size(); ++i) {
     const auto row = static_cast<Eigen::Index>(i);
     const double turn = std::atan2(matches[i].normal.y, matches[i].normal.x) / (2 * std::numbers::pi) + 1.0;
@@ -154,11 +166,27 @@ void ContourFit::Step(const std::vector<Match>& matches, State& state) const {
     pulls[kSides * matches[i].photograph + side] +=
         weights(row) * side_px / matches[i].stddev_px * jacobian.row(row).transpose();
   }
-  state.side_scatter.setZero();
-  for (const Vector6& pull : pulls) state.side_scatter += pull * pull.transpose();
-  const Eigen::Matrix<double, 6, 6> damped =
-      state.normal + Eigen::Matrix<double, 6, 6>(1e-6 * state.normal.diagonal().asDiagonal());
-  state.motion -= damped.ldlt().solve(jacobian.transpose() * (weights.asDiagonal() * residual));
+  Matrix7 scatter = kShared_px * state.sigma * state.sigma * normal;
+  for (const Vector7& pull : pulls) scatter += pull * pull.transpose();
+
+  const Eigen::Matrix<double, 6, 6> of_motion = normal.topLeftCorner<6, 6>();
+  const Eigen::Matrix<double, 6, 6> inverse = of_motion.completeOrthogonalDecomposition().pseudoInverse();
+  state.covariance = inverse * scatter.topLeftCorner<6, 6>() * inverse;
+  const Vector7 by_size = normal.completeOrthogonalDecomposition().pseudoInverse().col(6);
+  state.larger_stddev = std::sqrt(by_size.dot(scatter * by_size));
+
+  const auto solved = [](const auto& matrix, const auto& right) {
+    auto damped = matrix;
+    damped.diagonal() *= 1 + 1e-6;
+    return damped.ldlt().solve(right).eval();
+  };
+  if (free_size) {
+    const Vector7 step = solved(normal, gradient);
+    state.motion -= step.head<6>();
+    state.larger -= step(6);
+  } else {
+    state.motion -= solved(of_motion, Vector6(gradient.head<6>()));
+  }
 }
 
 void ContourFit::Measure(const std::vector<Match>& matches, const std::vector<double>& points, double reach_px,
@@ -166,9 +194,9 @@ void ContourFit::Measure(const std::vector<Match>& matches, const std::vector<do
   const size_t count = photographs.size();
   std::vector<double> squares(count, 0.0), numbers(count, 0.0);
   double support = 0, all = 0;
-  const RigidTransform motion = MotionOf(state.motion, centre);
+  const Poses poses = PosesAt(state.motion, state.larger);
   for (const Match& m : matches) {
-    const double off = std::abs(Residual(m, motion));
+    const double off = std::abs(Residual(m, poses));
     squares[m.photograph] += std::pow(std::min(3.5 * state.sigma * m.stddev_px, off), 2.0);
     ++numbers[m.photograph];
     support += std::max(0.0, 1.0 - off * off / (reach_px * reach_px));
@@ -182,4 +210,5 @@ void ContourFit::Measure(const std::vector<Match>& matches, const std::vector<do
   }
   state.support = support / std::max(1.0, all);
 }
+
 }  // namespace crownfit

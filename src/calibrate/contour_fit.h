@@ -2,6 +2,7 @@
 // The pose at which a mesh's contours lie on the edges of photographs.
 
 #include <Eigen/Core>
+#include <cmath>
 #include <functional>
 #include <optional>
 #include <vector>
@@ -32,21 +33,26 @@ struct ContourFit {
   struct State {
     Vector6 motion;
     double sigma = 1;  ///< of distances, over what is stated of each
-    Eigen::Matrix<double, 6, 6> normal = Eigen::Matrix<double, 6, 6>::Identity();
-    Eigen::Matrix<double, 6, 6> side_scatter =
-        Eigen::Matrix<double, 6, 6>::Zero();  ///< J' C J of errors of whole sides
+    /// Of the motion: independent errors of the size that is left, and errors that a whole side of an outline shares.
+    Eigen::Matrix<double, 6, 6> covariance = Eigen::Matrix<double, 6, 6>::Zero();
+    double larger = 0, larger_stddev = HUGE_VAL;  ///< by which share the object looks larger than its mesh
     std::vector<double> rms_px, matched;
     double support = 0;  ///< share of contour points on an edge, each less by the square of its distance over 6 px
   };
 
-  RigidTransform PoseOf(size_t k, const Vector6& x) const { return photographs[k].start * MotionOf(x, centre); }
+  /// `larger`: where the mesh as it is looks like one larger by this share about its centre.
+  RigidTransform PoseOf(size_t k, const Vector6& x, double larger = 0) const;
 
   /// Contours are found again after every step, and edges are looked for in an ever smaller reach.
   State Fit(const Vector6& start, const std::vector<double>& reaches, int step_px,
-            const std::function<void(double)>& tell) const;
+            const std::function<void(double)>& tell) const {
+    State state;
+    state.motion = start;
+    return Continued(state, reaches, step_px, false, tell);
+  }
 
-  /// Of the motion: independent errors of the size that is left, and errors that a whole side of an outline shares.
-  static Eigen::Matrix<double, 6, 6> Covariance(const State& state);
+  /// From a fit, with the object's size free too. Photographs from one place tell it not at all.
+  State FitSize(const State& from) const { return Continued(from, {12, 10, 8, 8, 6, 6, 6}, 3, true, {}); }
 
   /// Finds `blur_px`. False where a photograph has too few clear edges.
   bool MeasureBlur(const Vector6& at);
@@ -59,8 +65,12 @@ struct ContourFit {
     double stddev_px;
   };
   std::optional<Match> EdgeOf(size_t photograph, const ContourPoint& point, double reach_px) const;
-  double Residual(const Match& match, const RigidTransform& motion) const;
-  void Step(const std::vector<Match>& matches, State& state) const;
+  State Continued(State state, const std::vector<double>& reaches, int step_px, bool free_size,
+                  const std::function<void(double)>& tell) const;
+  using Poses = std::vector<RigidTransform>;
+  Poses PosesAt(const Vector6& motion, double larger) const;
+  double Residual(const Match& match, const Poses& poses) const;
+  void Step(const std::vector<Match>& matches, bool free_size, State& state) const;
   void Measure(const std::vector<Match>& matches, const std::vector<double>& points, double reach_px,
                State& state) const;
 };

@@ -66,4 +66,13 @@ glm::dvec3 DistinctColour(size_t index) {
   return colours[index % std::size(colours)];
 }
 
+void AppendBelow(Image& all, const Image& next) {
+  Image both(std::max(all.width, next.width), all.height + next.height, 3, 1.0f);
+  for (const auto& [from, top] : {std::pair<const Image*, int>{&all, 0}, {&next, all.height}})
+    for (int y = 0; y < from->height; ++y)
+      for (int x = 0; x < from->width; ++x)
+        for (int c = 0; c < 3; ++c) both.at(x, top + y, c) = from->at(x, y, c);
+  all = both;
+}
+
 }  // namespace crownfit

@@ -15,6 +15,9 @@ void FillRectangle(Image& image, glm::dvec2 low, glm::dvec2 high, const glm::dve
 /// A linear picture for the eye, `zoom` times as large: its 99th percentile is white, shades as sRGB.
 Image DisplayCopy(const Image& linear, double zoom);
 
+/// One below the other.
+void AppendBelow(Image& all, const Image& next);
+
 /// Colours that are easy to tell apart on white, over and over.
 glm::dvec3 DistinctColour(size_t index);
 

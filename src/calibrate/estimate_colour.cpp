@@ -7,7 +7,7 @@
 #include <cmath>
 
 #include "base/error.h"
-#include "calibrate/draw.h"
+#include "calibrate/product.h"
 #include "photo/photograph.h"
 
 namespace crownfit {
@@ -247,120 +247,6 @@ std::optional<ColourEstimate> EstimateColour(const Chart& chart, std::vector<Pat
   if (tones.size() >= 3) estimate.tone_slope = Slope(tones);
   AddFallOff(chart, readings, estimate);
   return estimate;
-}
-
-namespace {
-
-/// The photograph with every patch outlined in the colour it should have had, its number and its difference.
-Image ColourPicture(const Chart& chart, const std::vector<PatchReading>& readings, const ColourEstimate* estimate,
-                    const Image& photograph) {
-  const double zoom = std::clamp(900.0 / photograph.width, 0.2, 3.0);
-  Image picture = DisplayCopy(photograph, zoom);
-  for (size_t p = 0; p < readings.size(); ++p) {
-    glm::dvec3 colour;
-    for (int c = 0; c < 3; ++c) colour[c] = SrgbFromLinear(chart.patches[p].linear_rgb[c]);
-    const glm::dvec3 frame = readings[p].damage.empty() ? glm::dvec3(1.0) : glm::dvec3(1, 0, 0);
-    glm::dvec2 middle(0.0);
-    for (int k = 0; k < 4; ++k) {
-      DrawLine(picture, zoom * readings[p].corners[k], zoom * readings[p].corners[(k + 1) % 4], frame);
-      middle += 0.25 * zoom * readings[p].corners[k];
-    }
-    DrawDot(picture, middle, 6, colour);
-    DrawText(picture, static_cast<int>(middle.x) - 10, static_cast<int>(middle.y) - 8, 11,
-             estimate ? Text(estimate->de00[p]) : std::to_string(p + 1), Luminance(colour) > 0.4 ? 0.0f : 1.0f);
-  }
-  return picture;
-}
-
-}  // namespace
-
-Product ColourProduct(const Chart& chart, const std::vector<PatchReading>& found, const ColourSource& source) {
-  constexpr double kLargestMean = 5.0, kGoodMean = 3.0, kLargestTone = 0.25, kGoodTone = 0.08;
-  constexpr size_t kLeastPatches = 18;
-  Product product;
-  product.format = "crownfit-colour/1";
-  std::string fault;
-  std::vector<PatchReading> readings = InOrder(chart, found, fault);
-  if (!fault.empty()) {
-    product.refusals.push_back(fault);
-    if (source.picture) product.picture = ColourPicture(chart, found, nullptr, *source.picture);
-    return product;
-  }
-  const auto estimate = EstimateColour(chart, readings);
-  if (!estimate) {
-    size_t saturated = 0;
-    for (const auto& r : readings) saturated += r.damage == "saturated";
-    product.refusals.push_back(
-        "only " + std::to_string(Undamaged(readings).size()) + " of " + std::to_string(readings.size()) +
-        " patches can be used" +
-        (saturated ? ", " + std::to_string(saturated) + " are saturated: expose for the white patch at 0.8"
-                   : ": is the chart partly hidden, or in glare?"));
-    if (source.picture) product.picture = ColourPicture(chart, readings, nullptr, *source.picture);
-    return product;
-  }
-  const auto rows = [](auto column_of, int columns) {
-    JsonValue::Array all;
-    for (int r = 0; r < 3; ++r) {
-      std::vector<double> row;
-      for (int c = 0; c < columns; ++c) row.push_back(column_of(c)[r]);
-      all.emplace_back(row);
-    }
-    return all;
-  };
-  const ColourTransform& transform = estimate->transform;
-  product.content = {
-      {"linear_rgb_from_sensor_rgb", rows([&](int c) { return transform.matrix[c]; }, 3)},
-      {"white_sensor_rgb", std::vector<double>{estimate->white.x, estimate->white.y, estimate->white.z}}};
-  if (transform.root_polynomial)
-    product.content.emplace_back(
-        "polynomial",
-        JsonValue::Object{{"terms", "root2"},
-                          {"coefficients", rows([&](int c) { return (*transform.root_polynomial)[c]; }, 6)}});
-  JsonValue::Object residual{{"de00_mean", estimate->mean}, {"de00_worst", estimate->worst}}, of_patch;
-  for (size_t p = 0; p < readings.size(); ++p) of_patch.emplace_back(chart.patches[p].name, estimate->de00[p]);
-  residual.emplace_back("de00", of_patch);
-  product.content.emplace_back("residual", residual);
-  product.figures = {{"de00_mean", estimate->mean, ""},
-                     {"de00_worst", estimate->worst, ""},
-                     {"de00_leave_one_out", estimate->leave_one_out, ""},
-                     {"de00_leave_one_out_matrix", estimate->leave_one_out_matrix, ""},
-                     {"patches_used", static_cast<double>(estimate->used.size()), ""},
-                     {"tone_slope", estimate->tone_slope, ""},
-                     {"fall_off", 100 * estimate->fall_off, "% across the chart"},
-                     {"fall_off_stddev", 100 * estimate->fall_off_stddev, "%"}};
-  if (transform.root_polynomial)
-    product.notes.push_back("a root polynomial predicts left-out patches better than a matrix and is used.");
-  for (size_t p = 0; p < readings.size(); ++p)
-    if (!readings[p].damage.empty())
-      product.notes.push_back("patch " + std::to_string(p + 1) + " (" + chart.patches[p].name +
-                              ") is not used: " + readings[p].damage);
-  if (source.is_encoded)
-    product.notes.push_back(
-        std::string("the photograph is encoded for display") + (source.is_jpeg ? " (JPEG)" : "") +
-        ": its white balance and tone curve may differ from picture to picture, and this file holds for "
-        "this one. Photograph in RAW.");
-  if (std::abs(estimate->tone_slope - 1) > kLargestTone)
-    product.refusals.push_back(
-        "grey patches follow the light with a slope of " + Text(estimate->tone_slope) +
-        " in place of 1: a tone curve or glare. Photograph in RAW, tilt the chart out of the lamp's reflection.");
-  else if (std::abs(estimate->tone_slope - 1) > kGoodTone)
-    product.notes.push_back("grey patches follow the light with a slope of " + Text(estimate->tone_slope) +
-                            " in place of 1.");
-  if (estimate->fall_off > std::max(0.1, 3 * estimate->fall_off_stddev))
-    product.notes.push_back("the light changes by " + Text(100 * estimate->fall_off, "%") +
-                            " across the chart: photograph a white card in its place and give it as --flat-field.");
-  if (estimate->used.size() < kLeastPatches)
-    product.refusals.push_back("only " + std::to_string(estimate->used.size()) + " patches can be used, of at least " +
-                               std::to_string(kLeastPatches));
-  if (estimate->mean > kLargestMean)
-    product.refusals.push_back("the patches are left with a mean dE00 of " + Text(estimate->mean) + ", of at most " +
-                               Text(kLargestMean) +
-                               ": mixed light, over-exposure, a tone curve, or another chart (--chart)?");
-  else if (estimate->mean > kGoodMean)
-    product.notes.push_back("a mean dE00 of " + Text(estimate->mean) +
-                            " is large; 1 to 2 is usual for RAW and even light.");
-  if (source.picture) product.picture = ColourPicture(chart, readings, &*estimate, *source.picture);
-  return product;
 }
 
 }  // namespace crownfit

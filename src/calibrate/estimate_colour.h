@@ -6,7 +6,6 @@
 #include <vector>
 
 #include "calibrate/colour_chart.h"
-#include "calibrate/product.h"
 #include "photo/colour.h"
 
 namespace crownfit {
@@ -34,13 +33,5 @@ std::vector<PatchReading> InOrder(const Chart& chart, const std::vector<PatchRea
 
 /// How well the readings' luminances follow the chart's, in the best of its orders: a correlation, up to 1.
 double AgreementOf(const Chart& chart, const std::vector<PatchReading>& readings);
-
-struct ColourSource {
-  const Image* picture = nullptr;  ///< to draw on; may be null
-  bool is_encoded = false, is_jpeg = false;
-};
-
-/// colour.json with its figures, gates and picture.
-Product ColourProduct(const Chart& chart, const std::vector<PatchReading>& readings, const ColourSource& source);
 
 }  // namespace crownfit

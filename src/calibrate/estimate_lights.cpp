@@ -12,6 +12,30 @@
 
 namespace crownfit {
 
+Image BallsPicture(const std::vector<BallPhotograph>& photographs) {
+  Image all(0, 0, 3);
+  for (const BallPhotograph& photo : photographs) {
+    const double zoom = std::min(2.0, 700.0 / photo.linear->width);
+    Image picture = DisplayCopy(*photo.linear, zoom);
+    for (const BallOutline& ball : photo.balls) {
+      constexpr int kDots = 120;
+      for (int k = 0; k < kDots; ++k) {
+        const double angle = 2 * std::numbers::pi * k / kDots;
+        DrawDot(picture, zoom * (ball.centre_px + ball.radius_px * glm::dvec2(std::cos(angle), std::sin(angle))), 0.8,
+                {0.1, 0.9, 0.1});
+      }
+      if (const auto highlight = FindHighlight(*photo.linear, ball)) {
+        const glm::dvec2 at = zoom * highlight->pixel;
+        DrawLine(picture, at - glm::dvec2(8, 0), at + glm::dvec2(8, 0), {0.9, 0.1, 0.1});
+        DrawLine(picture, at - glm::dvec2(0, 8), at + glm::dvec2(0, 8), {0.9, 0.1, 0.1});
+      }
+    }
+    DrawText(picture, 6, 18, 14, photo.light, 0.5f);
+    AppendBelow(all, picture);
+  }
+  return all;
+}
+
 std::vector<Light> LightsFromBalls(const std::vector<BallPhotograph>& photographs, const Camera* camera,
                                    double radius_mm, std::vector<std::string>& notes) {
   std::map<std::string, std::vector<LampRay>> rays;
@@ -267,6 +291,8 @@ Product LightsProduct(const std::vector<Light>& geometry, const std::vector<Card
                               "(1 at the ball).");
     } else if (const auto fit = FitCards(start, of_light, refine)) {
       light = fit->light;
+      // A good card's reflectance is known to a hundredth.
+      light.intensity_stddev = std::hypot(0.01, std::max({fit->stddev.x, fit->stddev.y, fit->stddev.z}));
       product.figures.push_back({start.name + "_card_rms", 100 * fit->rms, "%"});
       product.figures.push_back(
           {start.name + "_intensity_stddev", 100 * std::max({fit->stddev.x, fit->stddev.y, fit->stddev.z}), "%"});

@@ -22,6 +22,9 @@ struct BallPhotograph {
 std::vector<Light> LightsFromBalls(const std::vector<BallPhotograph>& photographs, const Camera* camera,
                                    double radius_mm, std::vector<std::string>& notes);
 
+/// The photographs with their balls outlined and the reflections that were taken for the lamp.
+Image BallsPicture(const std::vector<BallPhotograph>& photographs);
+
 /// One photograph of an even matt card under one lamp.
 struct CardPhotograph {
   std::string light;

@@ -23,21 +23,12 @@ Image Overlay(const RayCaster& caster, const std::vector<int>& parts, const Scan
   return picture;
 }
 
-/// One below the other.
-void Append(Image& all, const Image& next) {
-  Image both(std::max(all.width, next.width), all.height + next.height, 3, 1.0f);
-  for (const auto& [from, top] : {std::pair<const Image*, int>{&all, 0}, {&next, all.height}})
-    for (int y = 0; y < from->height; ++y)
-      for (int x = 0; x < from->width; ++x)
-        for (int c = 0; c < 3; ++c) both.at(x, top + y, c) = from->at(x, y, c);
-  all = both;
-}
-
 }  // namespace
 
 Product ScanPosesProduct(const TriangleMesh& mesh, const std::vector<std::string>& names,
                          const std::vector<ScanPhotograph>& photographs, const std::vector<AlignedScan>& aligned) {
-  constexpr double kLeastContrast = 0.3, kLeastMatched = 0.25, kGoodMatched = 0.4, kLargestRms_px = 4.0;
+  constexpr double kLeastContrast = 0.3, kLeastMatched = 0.25, kGoodMatched = 0.4, kLargestRms_px = 4.0,
+                   kLargestSize = 0.03, kGoodSize = 0.01;
   const RayCaster caster({&mesh});
   const std::vector<int> parts = ConnectedParts(mesh);
   const auto [low, high] = Bounds(mesh);
@@ -73,7 +64,21 @@ Product ScanPosesProduct(const TriangleMesh& mesh, const std::vector<std::string
       product.notes.push_back(name + ": only " + Text(100 * a.matched[i], "%") +
                               " of the outline found an edge; look at the picture.");
     poses.push_back({name, a.camera_from_object[i], c});
-    Append(product.picture, Overlay(caster, parts, photographs[k], a.camera_from_object[i]));
+    AppendBelow(product.picture, Overlay(caster, parts, photographs[k], a.camera_from_object[i]));
+  }
+  for (size_t k = 0; k < aligned.size(); ++k) {
+    // One photograph tells size from distance through the camera's focal length alone: not at all.
+    const AlignedScan& a = aligned[k];
+    if (a.camera_from_object.size() < 2) continue;
+    product.figures.push_back({"size", 100 * (1 + a.larger), "% of the mesh"});
+    product.figures.push_back({"size_stddev", 100 * a.larger_stddev, "%"});
+    if (const double off = std::abs(a.larger); off > 3 * a.larger_stddev && off > kLargestSize)
+      product.refusals.push_back("the object is " + Text(100 * a.larger, "%") + " larger than its mesh: " +
+                                 (off > 0.15 ? "a mesh enlarged for sintering, or not in mm"
+                                             : "a jig printed at another scale, or another crown"));
+    else if (off > 3 * a.larger_stddev && off > kGoodSize)
+      product.notes.push_back("the object is " + Text(100 * a.larger, "%") +
+                              " larger than its mesh: was the jig printed at 100 %?");
   }
   product.content = {{"poses", PosesJson(poses)}};
   return product;

@@ -25,6 +25,7 @@ struct PhotographResult {
   std::string name;
   bool is_holdout = false, exposure_is_fitted = false;
   double exposure = 1.0;
+  double level = 1.0;  ///< by which factor the photograph is brighter than its prediction
   double reduced_chi2 = 0;
   int saturated_pixels = 0;
   Image photograph, prediction;   ///< linear sensor values; the prediction is 0 where nothing was cast

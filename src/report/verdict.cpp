@@ -7,7 +7,8 @@
 namespace crownfit {
 namespace {
 
-constexpr double kFarMoved = 3.0;  // standard deviations, root mean square
+constexpr double kLevelDrift = 0.08;  // twice what model `shader` is off by
+constexpr double kFarMoved = 3.0;     // standard deviations, root mean square
 
 std::string Number(double v) {
   char text[32];
@@ -28,6 +29,12 @@ void AddCaveats(CrownFit& fit) {
     if (const double far = std::sqrt(moved.chi2 / moved.freedom); far > kFarMoved)
       fit.caveats.push_back("The photographs disagree with " + moved.what + ": the fit moved it by " + Number(far) +
                             " times its stated error. Calibrate it again; a lamp or the crown may have been moved.");
+  for (const PhotographResult& p : fit.photographs)
+    if (!p.is_holdout && !p.exposure_is_fitted && std::abs(p.level - 1) > kLevelDrift)
+      fit.caveats.push_back(
+          "'" + p.name + "' is " + Number(100 * std::abs(p.level - 1)) + " % " + (p.level > 1 ? "brighter" : "darker") +
+          " than the fit of all photographs predicts: did flash or exposure drift? State how well its "
+          "exposure_scale is known (\"stddev\"), or free it.");
   if (fit.ends_at_neck)
     fit.caveats.push_back("The scan is open at the neck: what lies beyond is assumed, and pixels within " +
                           Number(kNeckReachMm) + " mm of it count for less (up to 30 % error at the cut).");
