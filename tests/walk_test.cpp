@@ -12,6 +12,7 @@
 #include "support/shapes.h"
 #include "support/temporary_folder.h"
 #include "walk/boundary.h"
+#include "walk/flight_lanes.h"
 #include "walk/path_photograph.h"
 
 namespace crownfit {
@@ -378,6 +379,70 @@ TEST(Path, SamePictureForAnyNumberOfThreads) {
   for (size_t p = 0; p < photos[0].pixels.size(); ++p) {
     EXPECT_EQ(photos[0].pixels[p].mean, photos[1].pixels[p].mean);
     EXPECT_EQ(photos[0].pixels[p].covariance, photos[1].pixels[p].covariance);
+  }
+}
+
+TEST(Path, SamePictureForAnyNumberOfLanes) {
+  // Three heroes, a texture-free outer layer, a rough boundary: every kind of event.
+  KnownScene scene(Incisor(), 2, 0.9, 10, 6.0);
+  scene.capture.layers[1][Quantity::kReducedScattering].value = {2.5, 2.0, 1.5};
+  scene.Light(DiskLight{{130, 0, 130}, {-1, 0, -1}, glm::dvec3(1.0), 0.0, 65.0});
+  const LayeredBody body(BuildSurfaces(scene.capture, scene.source, StatedThicknesses(scene.capture)), 0);
+  PathOptions options{.paths_per_pixel = 12};
+  const auto render = [&](int lanes) {
+    options.lanes = lanes;
+    return RenderByPaths(scene.capture, body, {}, StatedMaterial(scene.capture), 0, options, [](double) {});
+  };
+  const PathPhotograph reference = render(64);
+  for (const int lanes : {1, 3, 17, 128}) {
+    const PathPhotograph other = render(lanes);
+    EXPECT_EQ(other.counters.flights, reference.counters.flights);
+    for (size_t i = 0; i < other.pixels.size(); ++i) {
+      EXPECT_EQ(other.pixels[i].mean, reference.pixels[i].mean) << lanes << " lanes, pixel " << i;
+      EXPECT_EQ(other.pixels[i].covariance, reference.pixels[i].covariance) << lanes << " lanes, pixel " << i;
+    }
+  }
+}
+
+TEST(FlightLanes, DrawAndScatterAsOneWalkAloneDoes) {
+  // No surface anywhere near: flights and directions against the scalar functions.
+  TriangleMesh mesh = Incisor();
+  for (glm::dvec3& v : mesh.vertices) v *= 1e4;
+  const LayeredBody body({mesh}, 0);
+  FlightLanes lanes{};
+  constexpr int kCount = 37;
+  std::vector<RandomStream> streams;
+  std::vector<Medium> media;
+  std::vector<glm::dvec3> directions;
+  for (int i = 0; i < kCount; ++i) {
+    Medium medium;
+    medium.g = i % 3 == 0 ? 0.0 : 0.027 * i - 0.1;
+    medium.isotropic_fraction = i % 2 ? 0.3 : 0.0;
+    media.push_back(medium);
+    streams.emplace_back(Key(5, i));
+    directions.push_back(glm::normalize(glm::dvec3(i - 18, 3, 9 - i)));
+    lanes.dx[i] = directions[i].x, lanes.dy[i] = directions[i].y, lanes.dz[i] = directions[i].z;
+    lanes.random[i] = streams[i].state();
+    lanes.random_step[i] = streams[i].step();
+    lanes.free_path_mm[i] = 0.5;
+    lanes.g[i] = medium.g;
+    lanes.isotropic_fraction[i] = medium.isotropic_fraction;
+  }
+  std::vector<double> length(kCount, 0.0);
+  for (int step = 0; step < 200; ++step) {
+    lanes.Fly(body.clearance, kCount);
+    lanes.Scatter(kCount);
+    for (int i = 0; i < kCount; ++i) {
+      ASSERT_EQ(lanes.collides[i], 1.0);
+      length[i] += -std::log(1.0 - streams[i].Next()) * 0.5;
+      directions[i] = SamplePhaseFunction(media[i], directions[i], streams[i]);
+      ASSERT_NEAR(lanes.length_mm[i], length[i], 1e-12 * (1 + length[i]));
+      const glm::dvec3 d(lanes.dx[i], lanes.dy[i], lanes.dz[i]);
+      ASSERT_NEAR(glm::length(d), 1.0, 1e-14);
+      ASSERT_LT(glm::distance(d, directions[i]), 1e-11) << "lane " << i << ", step " << step;
+      directions[i] = d;  // so that differences do not grow
+      ASSERT_EQ(lanes.random[i], streams[i].state());
+    }
   }
 }
 

@@ -50,6 +50,10 @@ class RandomStream {
     x = (x ^ (x >> 27)) * 0x94d049bb133111ebull;
     return static_cast<double>((x ^ (x >> 31)) >> 11) * 0x1.0p-53;
   }
+  /// For loops that draw from many streams at once.
+  uint64_t state() const { return state_; }
+  uint64_t step() const { return step_; }
+  void set_state(uint64_t state) { state_ = state; }
 
  private:
   uint64_t state_, step_;

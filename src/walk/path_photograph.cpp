@@ -1,210 +1,13 @@
 #include "walk/path_photograph.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
-#include <numbers>
-#include <optional>
-#include <tuple>
 
 #include "base/parallel.h"
-#include "geometry/light_samples.h"
-#include "walk/boundary.h"
+#include "walk/walk_pool.h"
 
 namespace crownfit {
 namespace {
-
-constexpr size_t kMaxLamps = 32;  // sampled at one place; more are found by chance alone
-
-struct Lamp {
-  LightShape shape;
-  double scale;
-  bool is_sampled;  ///< a dome is so large that directions find it by themselves
-};
-
-/// A tile in optical contact: where the outer surface lies on it (within kContactMm), light inside meets the tile's
-/// Lambertian surface in place of the boundary.
-struct ContactTile {
-  static constexpr double kContactMm = 0.05;
-  glm::dvec3 centre, normal, side_u, side_v;
-  double half_size_mm;
-  glm::dvec3 reflectance;
-
-  ContactTile(const BackingSpec& b)
-      : centre(b.point_mm), normal(b.normal), half_size_mm(0.5 * b.size_mm), reflectance(b.reflectance) {
-    std::tie(side_u, side_v) = Tangents(normal);
-  }
-  bool Holds(const glm::dvec3& p) const {
-    const glm::dvec3 d = p - centre;
-    return std::abs(glm::dot(d, normal)) <= kContactMm && std::abs(glm::dot(d, side_u)) <= half_size_mm &&
-           std::abs(glm::dot(d, side_v)) <= half_size_mm;
-  }
-};
-
-/// Everything that stays the same for all paths of one photograph.
-struct Studio {
-  const WalkScene& scene;
-  const Media& media;
-  const std::vector<glm::dvec3>& reflectance;  ///< of opaque things
-  std::vector<OuterBoundary> outer{};          ///< between each medium and the outside
-  bool cut_is_opaque = false;
-  glm::dvec3 cut_reflectance{0.0};  ///< of an opaque cut, from inside
-  std::optional<ContactTile> contact{};
-  std::vector<Lamp> lamps{};
-  double specular_factor = 1.0;  ///< of light that the outer surface alone reflected
-};
-
-/// One path from the camera. Every boundary and every opaque surface looks for the lamps in two ways, by the direction
-/// that the path takes and by points on the lamps, combined by the balance heuristic (Veach and Guibas 1995).
-class Path {
- public:
-  Path(const Studio& studio, RandomStream& random, WalkCounters& counters)
-      : studio_(studio), random_(random), counters_(counters) {}
-
-  /// pi x radiance, per channel, that arrives at `position` from `direction`.
-  glm::dvec3 Trace(const glm::dvec3& position, const glm::dvec3& direction, int hero) {
-    state_.Begin(studio_.media.size());
-    state_.position = position;
-    state_.direction = direction;
-    value_ = glm::dvec3(0.0);
-    carried_ = glm::dvec3(1.0);
-    only_reflected_ = true;
-    left_ = nullptr;
-    opaque_bounces_ = 0;
-    bool sees_lamps = false;  // the camera does not
-    while (Advance(sees_lamps, hero)) sees_lamps = true;
-    return std::numbers::pi * value_;
-  }
-
- private:
-  /// One flight through the open, what it meets, and the walk inside if it enters. False at the path's end.
-  bool Advance(bool sees_lamps, int hero) {
-    const auto boundary = studio_.scene.Next(state_.position, state_.direction, kOutside, kFar, left_);
-    if (sees_lamps) AddLampsMet(boundary ? boundary->distance_mm : kFar);
-    if (!boundary) return false;
-    state_.position = boundary->position;
-    left_ = nullptr;
-    if (boundary->opaque >= 0) return ScatterAtOpaque(*boundary);
-    if (IsOpaqueCut(*boundary)) return false;  // gum and bone: nothing comes from there
-    CrossOuter(*boundary);
-    if (state_.medium == kOutside) return true;
-    ++counters_.walks;
-    only_reflected_ = false;
-    return Walk(
-        studio_.scene, studio_.media, hero, state_, random_, counters_,
-        [&](const Boundary& b) {
-          const int behind = b.behind(state_.medium);
-          if (IsOpaqueCut(b)) return ScatterBackInside(b.normal, studio_.cut_reflectance);
-          if (b.outside == kOutside) {
-            const bool in_contact = studio_.contact && studio_.contact->Holds(b.position);
-            return in_contact ? ScatterBackInside(b.normal, studio_.contact->reflectance) : CrossOuter(b);
-          }
-          state_.direction = ScatterAtSmoothBoundary(
-              state_.direction, b.normal, studio_.media[behind].ior / studio_.media[state_.medium].ior, random_);
-          state_.medium = b.towards(state_.direction);
-        },
-        [](int medium) { return medium == kOutside; });
-  }
-
-  void Add(const glm::dvec3& radiance) {
-    value_ += (only_reflected_ ? studio_.specular_factor : 1.0) * carried_ * studio_.media.Weight(state_) * radiance;
-  }
-
-  void AddLampsMet(double reach_mm) {
-    for (const Lamp& lamp : studio_.lamps) {
-      const auto met = LightAlong(lamp.shape, state_.position, state_.direction);
-      if (!met || reach_mm < met->distance_mm) continue;
-      const double share = lamp.is_sampled && density_ != kMirror ? density_ / (density_ + met->density) : 1.0;
-      if (share > 0) Add(share * lamp.scale * met->radiance);
-    }
-  }
-
-  struct LampTargets {
-    std::array<LightPoint, kMaxLamps> point;
-    std::array<glm::dvec3, kMaxLamps> direction;
-    std::array<double, kMaxLamps> scale;
-    size_t count = 0;
-  };
-  /// A point on every sampled lamp that stands above the plane of `normal`.
-  LampTargets ChooseTargets(const glm::dvec3& normal) {
-    LampTargets t;
-    for (const Lamp& lamp : studio_.lamps) {
-      if (!lamp.is_sampled || t.count == kMaxLamps) continue;
-      const glm::dvec2 uniform(random_.Next(), random_.Next());
-      const auto point = SampleLightPoint(lamp.shape, state_.position, uniform);
-      if (!point || glm::dot(point->direction, normal) <= 0) continue;
-      t.point[t.count] = *point;
-      t.direction[t.count] = point->direction;
-      t.scale[t.count++] = lamp.scale;
-    }
-    return t;
-  }
-  void AddTarget(const LampTargets& t, size_t k, double estimate, double approximate) {
-    const LightPoint& p = t.point[k];
-    if (!(estimate > 0)) return;
-    if (studio_.scene.Next(state_.position, p.direction, kOutside, p.distance_mm, left_)) return;
-    Add(estimate / (p.density + approximate) * t.scale[k] * p.radiance);
-  }
-
-  void CrossOuter(const Boundary& b) {
-    LampTargets targets;
-    const OuterBoundary& outer = studio_.outer[b.inside];
-    if (!outer.is_smooth()) targets = ChooseTargets(b.normal);
-    std::array<TargetDensity, kMaxLamps> densities;
-    const Scattered s = outer.Scatter(state_.direction, b.normal, random_, {targets.direction.data(), targets.count},
-                                      {densities.data(), targets.count});
-    for (size_t k = 0; k < targets.count; ++k) AddTarget(targets, k, densities[k].estimate, densities[k].approximate);
-    state_.direction = s.direction;
-    state_.medium = b.towards(s.direction);
-    density_ = s.density;
-  }
-
-  bool IsOpaqueCut(const Boundary& b) const { return b.is_cut && studio_.cut_is_opaque; }
-
-  /// From inside, back inside, off a Lambertian surface. The roulette sees how little a dark one returns.
-  void ScatterBackInside(const glm::dvec3& normal, const glm::dvec3& rho) {
-    const double largest = std::max({rho.x, rho.y, rho.z});
-    state_.boost *= largest;
-    if (largest > 0) carried_ *= rho / largest;
-    state_.direction = SampleLambert(-normal, random_);
-  }
-
-  bool ScatterAtOpaque(const Boundary& boundary) {
-    constexpr double kRouletteBelow = 0.2;
-    constexpr int kRouletteAfter = 64;  // bounces: white things may close a cavity
-    left_is_ = boundary;
-    left_ = &left_is_;
-    only_reflected_ = false;
-    carried_ *= studio_.reflectance[boundary.opaque];
-    const double largest = std::max({carried_.x, carried_.y, carried_.z});
-    if (!(largest > 0)) return false;
-    const glm::dvec3 normal = glm::dot(boundary.normal, state_.direction) < 0 ? boundary.normal : -boundary.normal;
-    const LampTargets targets = ChooseTargets(normal);
-    for (size_t k = 0; k < targets.count; ++k) {
-      const double density = glm::dot(targets.direction[k], normal) / std::numbers::pi;
-      AddTarget(targets, k, density, density);
-    }
-    const double survival = std::min(1.0, largest / kRouletteBelow) * (++opaque_bounces_ > kRouletteAfter ? 0.5 : 1.0);
-    if (survival < 1.0) {
-      if (random_.Next() >= survival) return false;
-      carried_ /= survival;
-    }
-    state_.direction = SampleLambert(normal, random_);
-    density_ = std::max(0.0, glm::dot(state_.direction, normal)) / std::numbers::pi;
-    return true;
-  }
-
-  const Studio& studio_;
-  RandomStream& random_;
-  WalkCounters& counters_;
-  WalkState state_;
-  glm::dvec3 value_{0.0}, carried_{1.0};
-  bool only_reflected_ = true;
-  double density_ = kMirror;
-  Boundary left_is_{};              ///< the opaque boundary the path leaves ...
-  const Boundary* left_ = nullptr;  ///< ... if it leaves one
-  int opaque_bounces_ = 0;
-};
 
 /// Sums of independent samples.
 struct PixelSum {
@@ -300,33 +103,47 @@ PathPhotograph RenderByPaths(const Capture& capture, const LayeredBody& body, co
   result.width = photo.camera.width;
   result.height = photo.camera.height;
   result.pixels.resize(static_cast<size_t>(result.width) * result.height);
-  const int heroes = media.heroes(), samples = std::max(1, (options.paths_per_pixel + heroes - 1) / heroes);
-  std::vector<WalkCounters> counters(result.pixels.size());
-  const auto render = [&](size_t pixel) {
-    const size_t column = pixel % result.width, row = pixel / result.width;
-    PixelSum sum;
-    for (int s = 0; s < samples; ++s) {
-      glm::dvec3 value(0.0);
-      for (int hero = 0; hero < heroes; ++hero) {
-        RandomStream random(Key(options.seed, 0x70617468ull, options.stream, photograph, pixel, s, hero));
-        const double x = static_cast<double>(column) + random.Next(), y = static_cast<double>(row) + random.Next();
-        const glm::dvec3 direction = object_from_camera.Direction(DirectionFromPixel(photo.camera, {x, y}));
-        value += Path(studio, random, counters[pixel]).Trace(object_from_camera.translation_mm, direction, hero);
+  const size_t heroes = media.heroes(), pixels = result.pixels.size(),
+               samples = std::max<size_t>(1, (options.paths_per_pixel + heroes - 1) / heroes);
+  constexpr size_t kAtOnce = 4096;  // paths
+  const size_t pixels_at_once = std::max<size_t>(1, kAtOnce / (samples * heroes)),
+               chunks = (pixels + pixels_at_once - 1) / pixels_at_once;
+  std::vector<WalkCounters> counters(chunks);
+  const auto render = [&](size_t chunk) {
+    const size_t first = chunk * pixels_at_once, count = std::min(pixels_at_once, pixels - first);
+    const auto start = [&](size_t task) {
+      const size_t pixel = first + task / (samples * heroes), s = task / heroes % samples, hero = task % heroes;
+      RandomStream random(Key(options.seed, 0x70617468ull, options.stream, photograph, pixel, s, hero));
+      const double x = static_cast<double>(pixel % result.width) + random.Next(),
+                   y = static_cast<double>(pixel / result.width) + random.Next();
+      return PathStart{object_from_camera.translation_mm,
+                       object_from_camera.Direction(DirectionFromPixel(photo.camera, {x, y})), static_cast<int>(hero),
+                       random};
+    };
+    const std::vector<glm::dvec3> values =
+        TracePaths(studio, body.clearance, count * samples * heroes, options.lanes, start, counters[chunk]);
+    for (size_t k = 0; k < count; ++k) {
+      PixelSum sum;
+      for (size_t s = 0; s < samples; ++s) {
+        glm::dvec3 value(0.0);
+        for (size_t hero = 0; hero < heroes; ++hero) value += values[(k * samples + s) * heroes + hero];
+        sum.Add(value / static_cast<double>(heroes));
       }
-      sum.Add(value / static_cast<double>(heroes));
+      PixelEstimate& pixel = result.pixels[first + k];
+      pixel = sum.Estimate(static_cast<int>(samples));
+      const glm::dvec2 centre(static_cast<double>((first + k) % result.width) + 0.5,
+                              static_cast<double>((first + k) / result.width) + 0.5);
+      const auto seen =
+          scene.Next(object_from_camera.translation_mm,
+                     object_from_camera.Direction(DirectionFromPixel(photo.camera, centre)), kOutside, kFar);
+      pixel.on_object = seen && seen->opaque < 0;
     }
-    result.pixels[pixel] = sum.Estimate(samples);
-    const glm::dvec2 centre(static_cast<double>(column) + 0.5, static_cast<double>(row) + 0.5);
-    const auto seen =
-        scene.Next(object_from_camera.translation_mm,
-                   object_from_camera.Direction(DirectionFromPixel(photo.camera, centre)), kOutside, kFar);
-    result.pixels[pixel].on_object = seen && seen->opaque < 0;
   };
-  constexpr size_t kAtOnce = 256;
-  for (size_t begin = 0; begin < result.pixels.size(); begin += kAtOnce) {
-    const size_t count = std::min(kAtOnce, result.pixels.size() - begin);
-    ParallelFor(count, options.threads, [&](size_t i) { render(begin + i); });
-    progress(static_cast<double>(begin + count) / static_cast<double>(result.pixels.size()));
+  constexpr size_t kChunksAtOnce = 16;
+  for (size_t begin = 0; begin < chunks; begin += kChunksAtOnce) {
+    const size_t some = std::min(kChunksAtOnce, chunks - begin);
+    ParallelFor(some, options.threads, [&](size_t i) { render(begin + i); });
+    progress(static_cast<double>(begin + some) / static_cast<double>(chunks));
   }
   for (const auto& c : counters) result.counters.Add(c);
   return result;

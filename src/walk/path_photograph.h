@@ -23,6 +23,7 @@ struct PathOptions {
   int paths_per_pixel = 256;      ///< rounded up to whole groups of heroes
   uint64_t seed = 1, stream = 0;  ///< streams keep synthetic photographs apart from any fit's own walks
   int threads = 0;
+  int lanes = 64;  ///< paths side by side; changes nothing but the time
 };
 
 struct PathPhotograph {

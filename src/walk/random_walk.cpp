@@ -50,4 +50,12 @@ double Media::LargestShare(const WalkState& state) const {
   return state.boost * std::exp(-std::min({absorbed.x, absorbed.y, absorbed.z}));
 }
 
+bool SurvivesRoulette(const Media& media, WalkState& state, RandomStream& random) {
+  constexpr double kBelow = 0.03, kSurvival = 0.25;
+  if (media.LargestShare(state) >= kBelow) return true;
+  if (random.Next() >= kSurvival) return false;
+  state.boost /= kSurvival;
+  return true;
+}
+
 }  // namespace crownfit

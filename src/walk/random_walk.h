@@ -66,13 +66,16 @@ class Media {
   int heroes_ = 1;
 };
 
+inline constexpr int kRouletteEvery = 32;  // collisions of one walk, so that the outcome depends on nothing else
+
+/// False when the walk, little of whose light is left, ends here.
+bool SurvivesRoulette(const Media& media, WalkState& state, RandomStream& random);
+
 /// Walks from inside a layer until the medium is the outside or satisfies `is_end`; false when absorbed or lost.
 /// `cross(boundary)` decides what happens at a boundary: it sets the state's direction and medium.
 template <class Scene, class Cross, class IsEnd>
 bool Walk(const Scene& scene, const Media& media, int hero, WalkState& state, RandomStream& random,
           WalkCounters& counters, const Cross& cross, const IsEnd& is_end) {
-  constexpr int kRouletteEvery = 32;  // collisions of this walk, so that the outcome depends on nothing else
-  constexpr double kRouletteBelow = 0.03, kSurvival = 0.25;
   int until_roulette = kRouletteEvery;
   while (!is_end(state.medium)) {
     const Medium& medium = media[state.medium];
@@ -107,10 +110,7 @@ bool Walk(const Scene& scene, const Media& media, int hero, WalkState& state, Ra
           ++counters.lost;
           return false;
         }
-        if (media.LargestShare(state) < kRouletteBelow) {
-          if (random.Next() >= kSurvival) return false;
-          state.boost /= kSurvival;
-        }
+        if (!SurvivesRoulette(media, state, random)) return false;
       }
     }
   }

@@ -1,0 +1,158 @@
+#include "walk/flight_lanes.h"
+
+#include <bit>
+#include <cmath>
+
+// One text, compiled for the widest vectors that the machine turns out to have. No fused multiply-add in any of them
+// (-ffp-contract=off), so that all give the same bits.
+#if defined(__x86_64__) && defined(__GNUC__) && !defined(__clang__)
+#define CROWNFIT_FOR_EVERY_VECTOR __attribute__((target_clones("arch=x86-64-v4", "arch=x86-64-v3", "default")))
+#else
+#define CROWNFIT_FOR_EVERY_VECTOR
+#endif
+
+namespace crownfit {
+namespace {
+
+/// The next number of a lane's stream, and its stream's next state: RandomStream's arithmetic.
+[[gnu::always_inline]] inline double NextUniform(uint64_t& state, uint64_t step) {
+  uint64_t x = state += step;
+  x = (x ^ (x >> 30)) * 0xbf58476d1ce4e5b9ull;
+  x = (x ^ (x >> 27)) * 0x94d049bb133111ebull;
+  x = (x ^ (x >> 31)) >> 11;
+  // To double without an instruction that older vectors lack: both halves as mantissas. Exact below 2^53.
+  const double low = std::bit_cast<double>((x & 0xffffffffull) | 0x4330000000000000ull);  // 2^52 + low
+  const double high = std::bit_cast<double>((x >> 32) | 0x4530000000000000ull);           // 2^84 + 2^32 high
+  return ((high - 0x1.00000001p84) + low) * 0x1.0p-53;
+}
+
+/// ln(x) for normal x in (0, 1]: the reduction and polynomial of fdlibm (Sun 1993), below 1 ulp.
+[[gnu::always_inline]] inline double Log(double x) {
+  const uint64_t bits = std::bit_cast<uint64_t>(x), sqrt_half = 0x3fe6a09e667f3bcdull;
+  const uint64_t exponent = (bits - sqrt_half + (1023ull << 52)) >> 52;  // of x / sqrt(1/2), biased
+  const double m = std::bit_cast<double>(bits - ((exponent - 1023ull) << 52));
+  const double k = std::bit_cast<double>(exponent | 0x4330000000000000ull) - (0x1.0p52 + 1023.0);
+  const double f = m - 1.0, s = f / (2.0 + f), z = s * s, w = z * z;
+  const double even = w * (3.999999999940941908e-01 + w * (2.222219843214978396e-01 + w * 1.531383769920937332e-01));
+  const double odd =
+      z * (6.666666666666735130e-01 +
+           w * (2.857142874366239149e-01 + w * (1.818357216161805012e-01 + w * 1.479819860511658591e-01)));
+  const double half_square = 0.5 * f * f;
+  return k * 6.93147180369123816490e-01 -
+         ((half_square - (s * (half_square + even + odd) + k * 1.90821492927058770002e-10)) - f);
+}
+
+/// Cosine and sine of 2 pi u for u in [0, 1): quarter turns, and fdlibm's polynomials on [-pi/4, pi/4].
+struct Turn {
+  double cosine, sine;
+};
+[[gnu::always_inline]] inline Turn TurnBy(double u) {
+  const double quarters = 4.0 * u, whole = (quarters + 0x1.8p52) - 0x1.8p52;  // rounded
+  const double r = (quarters - whole) * 1.57079632679489661923, z = r * r;
+  const double sine = r + r * z *
+                              (-1.66666666666666324348e-01 +
+                               z * (8.33333333332248946124e-03 +
+                                    z * (-1.98412698298579493134e-04 +
+                                         z * (2.75573137070700676789e-06 +
+                                              z * (-2.50507602534068634195e-08 + z * 1.58969099521155010221e-10)))));
+  const double cosine = 1.0 - 0.5 * z +
+                        z * z *
+                            (4.16666666666666019037e-02 +
+                             z * (-1.38888888888741095749e-03 +
+                                  z * (2.48015872894767294178e-05 +
+                                       z * (-2.75573143513906633035e-07 +
+                                            z * (2.08757232129817482790e-09 + z * -1.13596475577881948265e-11)))));
+  const bool is_odd = whole == 1.0 || whole == 3.0;
+  const double c = is_odd ? sine : cosine, s = is_odd ? cosine : sine;
+  return {whole == 1.0 || whole == 2.0 ? -c : c, whole == 2.0 || whole == 3.0 ? -s : s};
+}
+
+}  // namespace
+
+CROWNFIT_FOR_EVERY_VECTOR
+void FlightLanes::Fly(const Clearance& clearance, int count) {
+  const Clearance::Grid grid = clearance.grid();
+  alignas(64) Lanes<double> nx, ny, nz, here_off, there_off;
+  alignas(64) Lanes<int> here, there;
+#pragma GCC ivdep
+  for (int i = 0; i < count; ++i) {
+    uint64_t state = random[i];
+    const double flight = -Log(1.0 - NextUniform(state, random_step[i])) * free_path_mm[i];
+    random[i] = state;
+    flight_mm[i] = flight;
+    nx[i] = x[i] + flight * dx[i];
+    ny[i] = y[i] + flight * dy[i];
+    nz[i] = z[i] + flight * dz[i];
+  }
+#pragma GCC ivdep
+  for (int i = 0; i < count; ++i) {
+    const Clearance::Grid::Place from = grid.Find(x[i], y[i], z[i]), to = grid.Find(nx[i], ny[i], nz[i]);
+    here[i] = from.cube;
+    there[i] = to.cube;
+    here_off[i] = from.off_mm;
+    there_off[i] = to.off_mm;
+  }
+#pragma GCC ivdep
+  for (int i = 0; i < count; ++i) {
+    // A surface on the way would be no farther from both ends together than the flight is long.
+    const double from_here = static_cast<double>(grid.distance_mm[here[i]]) - here_off[i],
+                 from_there = static_cast<double>(grid.distance_mm[there[i]]) - there_off[i];
+    const double clear = (from_here > 0.0 ? from_here : 0.0) + (from_there > 0.0 ? from_there : 0.0);
+    const bool is_free = (flight_mm[i] < clear) & (needs_every_ray[i] == 0.0);
+    x[i] = is_free ? nx[i] : x[i];
+    y[i] = is_free ? ny[i] : y[i];
+    z[i] = is_free ? nz[i] : z[i];
+    length_mm[i] += is_free ? flight_mm[i] : 0.0;
+    collides[i] = is_free ? 1.0 : 0.0;
+  }
+}
+
+CROWNFIT_FOR_EVERY_VECTOR
+void FlightLanes::Scatter(int count) {
+#pragma GCC ivdep
+  for (int i = 0; i < count; ++i) {
+    const bool collided = collides[i] != 0.0;
+    uint64_t state = random[i];
+    const uint64_t step = random_step[i];
+    const double u = NextUniform(state, step);
+    uint64_t after = state;
+    const double mixed = NextUniform(after, step);
+    state = isotropic_fraction[i] > 0.0 ? after : state;
+    const bool isotropic = isotropic_fraction[i] > 0.0 && mixed < isotropic_fraction[i];
+    // Henyey and Greenstein 1941; near g = 0 to first order in g, as SamplePhaseFunction.
+    const double gi = g[i], c = 2.0 * u - 1.0;
+    const bool is_small = gi < 1e-3 && gi > -1e-3;
+    const double safe = is_small ? 0.5 : gi, s = (1.0 - safe * safe) / (1.0 - safe + 2.0 * safe * u);
+    const double exact = (1.0 + safe * safe - s * s) / (2.0 * safe);
+    double cosine = is_small ? c + 1.5 * gi * (1.0 - c * c) : exact;
+    cosine = isotropic ? c : cosine;
+    cosine = cosine < -1.0 ? -1.0 : cosine;
+    cosine = cosine > 1.0 ? 1.0 : cosine;
+    const double square = 1.0 - cosine * cosine, sine = std::sqrt(square > 0.0 ? square : 0.0);
+    const Turn turn = TurnBy(NextUniform(state, step));
+    const double a = sine * turn.cosine, b = sine * turn.sine;
+    // A frame about the direction (Duff et al. 2017).
+    const double sign = std::copysign(1.0, dz[i]), p = -1.0 / (sign + dz[i]), q = dx[i] * dy[i] * p;
+    const double ux = 1.0 + sign * dx[i] * dx[i] * p, uy = sign * q, uz = -sign * dx[i];
+    const double vx = q, vy = sign + dy[i] * dy[i] * p, vz = -dy[i];
+    const double wx = a * ux + b * vx + cosine * dx[i], wy = a * uy + b * vy + cosine * dy[i],
+                 wz = a * uz + b * vz + cosine * dz[i];
+    const double scale = 1.0 / std::sqrt(wx * wx + wy * wy + wz * wz);
+    dx[i] = collided ? wx * scale : dx[i];
+    dy[i] = collided ? wy * scale : dy[i];
+    dz[i] = collided ? wz * scale : dz[i];
+    random[i] = collided ? state : random[i];
+    collisions[i] += collided ? 1.0 : 0.0;
+    until_roulette[i] -= collided ? 1.0 : 0.0;
+  }
+}
+
+void FlightLanes::Copy(int from, int to) {
+  for (auto* lanes : {&x, &y, &z, &dx, &dy, &dz, &free_path_mm, &g, &isotropic_fraction, &needs_every_ray, &flight_mm,
+                      &length_mm, &collisions, &until_roulette, &collides})
+    (*lanes)[to] = (*lanes)[from];
+  random[to] = random[from];
+  random_step[to] = random_step[from];
+}
+
+}  // namespace crownfit

@@ -1,0 +1,25 @@
+#pragma once
+// Many paths at once: what needs no decision, flights and collisions, runs in lanes; boundaries, lamps and roulette one
+// path after the other.
+
+#include <functional>
+#include <vector>
+
+#include "walk/camera_path.h"
+#include "walk/flight_lanes.h"
+
+namespace crownfit {
+
+/// Where a path starts.
+struct PathStart {
+  glm::dvec3 position, direction;
+  int hero;
+  RandomStream random;
+};
+
+/// Traces paths 0 ... count - 1, at most `lanes` at once; values in their order. Every path's numbers depend on its
+/// start alone.
+std::vector<glm::dvec3> TracePaths(const Studio& studio, const Clearance& clearance, size_t count, int lanes,
+                                   const std::function<PathStart(size_t)>& start, WalkCounters& counters);
+
+}  // namespace crownfit
