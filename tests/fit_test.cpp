@@ -59,6 +59,19 @@ double WorstError(const CrownFit& fit, const std::filesystem::path& folder, int&
   return worst;
 }
 
+/// Few photographs, the outer layer known: for what has nothing to do with how many there are.
+void Keep(const std::vector<size_t>& photographs, Capture& capture, FitOptions& options) {
+  std::vector<PhotographSpec> kept;
+  for (size_t i : photographs) kept.push_back(capture.photographs[i]);
+  capture.photographs = kept;
+  for (const auto& row : kParameters)
+    if (row.owner == Owner::kLayer) {
+      ParameterSpec& outer = capture.layers[0][row.quantity];
+      if (!outer.fixed)
+        options.overrides.fix.push_back({capture.layers[0].name + "." + std::string(row.key), outer.value});
+    }
+}
+
 class SelfConsistency : public testing::Test {
  protected:
   Capture Make(const SyntheticCapture& options) {
@@ -111,27 +124,33 @@ TEST_F(SelfConsistency, AFreeLightScaleIsFoundInClosedForm) {
 }
 
 TEST_F(SelfConsistency, OneAndTwoThreadsGiveTheSameBytes) {
-  const Capture capture = Make({.pixels = 24});
+  Capture capture = Make({.pixels = 24});
   FitOptions one, two;
+  Keep({0, 3}, capture, one);
+  two = one;
   one.threads = 1;
   two.threads = 2;
   EXPECT_EQ(MaterialJson(Fit(capture, one)), MaterialJson(Fit(capture, two)));
 }
 
 TEST_F(SelfConsistency, AHeldOutPhotographIsNeverSeen) {
-  const Capture capture = Make({.pixels = 24});
-  const CrownFit before = Fit(capture);
-  WriteImageFile(capture.photographs[5].files.image, Image(24, 24, 3, 0.123f));
-  const CrownFit after = Fit(capture);
+  Capture capture = Make({.pixels = 24});
+  FitOptions options;
+  Keep({0, 5}, capture, options);
+  const CrownFit before = Fit(capture, options);
+  WriteImageFile(capture.photographs[1].files.image, Image(24, 24, 3, 0.123f));
+  const CrownFit after = Fit(capture, options);
   for (size_t i = 0; i < before.uncertainty.parameters.size(); ++i)
     EXPECT_EQ(before.uncertainty.parameters[i].value, after.uncertainty.parameters[i].value);
-  EXPECT_NE(before.photographs[5].difference.median, after.photographs[5].difference.median);
+  EXPECT_NE(before.photographs[1].difference.median, after.photographs[1].difference.median);
 }
 
 TEST_F(SelfConsistency, AParameterTheModelCannotSeeIsNotIdentifiedAndNotZeroVariance) {
+  Capture capture = Make({.pixels = 24});
   FitOptions options;
+  Keep({0, 3}, capture, options);
   options.overrides.free = {"enamel.isotropic_fraction"};  // the model knows g and reduced scattering alone
-  const CrownFit fit = Fit(Make({.pixels = 24}), options);
+  const CrownFit fit = Fit(capture, options);
   for (const auto& p : fit.uncertainty.parameters) {
     if (p.name != "enamel.isotropic_fraction") continue;
     EXPECT_EQ(p.status, Status::kNotIdentified);
@@ -184,21 +203,10 @@ TEST_F(SelfConsistency, NoiseIsCoveredByTheIntervals) {
   EXPECT_NEAR(fit.uncertainty.reduced_chi2, 1.0, 0.1);
 }
 
-/// Two photographs, the outer layer known.
-void KeepTwoPhotographs(Capture& capture, FitOptions& options) {
-  capture.photographs.resize(2);
-  for (const auto& row : kParameters)
-    if (row.owner == Owner::kLayer) {
-      ParameterSpec& outer = capture.layers[0][row.quantity];
-      if (!outer.fixed)
-        options.overrides.fix.push_back({capture.layers[0].name + "." + std::string(row.key), outer.value});
-    }
-}
-
 TEST_F(SelfConsistency, PosesAndLampsThatAreWrongWithinTheirStatedErrorsAreFound) {
-  Capture capture = Make({.pixels = 32, .initial_factor = 1.0});
+  Capture capture = Make({.pixels = 24, .initial_factor = 1.0});
   FitOptions options;
-  KeepTwoPhotographs(capture, options);
+  Keep({0}, capture, options);
   const CrownFit exact = Fit(capture, options);
   for (auto& p : capture.photographs) {
     std::array<double, 36> covariance{};
@@ -215,21 +223,18 @@ TEST_F(SelfConsistency, PosesAndLampsThatAreWrongWithinTheirStatedErrorsAreFound
   EXPECT_TRUE(moved.converged);
   EXPECT_LT(moved.uncertainty.reduced_chi2, 1.2 * exact.uncertainty.reduced_chi2 + 0.02);
   ASSERT_GE(moved.calibration.size(), 2u);
-  // One pose for both photographs: 0.12 and 0.08 mm of 0.1 stated, over six directions.
+  // 0.12 and 0.08 mm of 0.1 stated.
   EXPECT_NEAR(moved.calibration[0].chi2, 1.44 + 0.64, 0.4);
   for (size_t i = 0; i < exact.uncertainty.parameters.size(); ++i) {
     const auto &a = exact.uncertainty.parameters[i], &b = moved.uncertainty.parameters[i];
-    for (size_t c = 0; c < a.stddev.size(); ++c) {
-      EXPECT_NEAR(a.value[c], b.value[c], b.stddev[c]) << a.name;
-      EXPECT_GE(b.stddev[c], 0.99 * a.stddev[c]) << a.name;
-    }
+    for (size_t c = 0; c < a.stddev.size(); ++c) EXPECT_NEAR(a.value[c], b.value[c], 0.5 * b.stddev[c]) << a.name;
   }
 }
 
 TEST_F(SelfConsistency, AnExposureKnownWithinAnErrorLiesBetweenAnExactAndAFreeOne) {
   Capture capture = Make({.pixels = 16, .initial_factor = 1.0});
   FitOptions options;
-  KeepTwoPhotographs(capture, options);
+  Keep({0, 3}, capture, options);
   const auto width = [&](double stddev, bool is_free) {
     for (auto& p : capture.photographs) p.exposure_stddev = stddev, p.exposure_is_free = is_free;
     for (const auto& p : Fit(capture, options).uncertainty.parameters)
