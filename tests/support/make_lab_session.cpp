@@ -1,12 +1,12 @@
 // make_lab_session OUT: photographs of a lab's calibration session, computed for a camera, lamps and poses that only
-// OUT/truth/ knows: boards, a jig, mirror balls, cards, a step wedge twice, dark frames; and poses of a crown, true
-// ones.
+// OUT/truth/ knows: boards, a jig, mirror balls, cards, a colour chart, a step wedge twice, dark frames.
 
 #include <cmath>
 #include <cstdio>
 
 #include "base/files.h"
 #include "base/random.h"
+#include "calibrate/colour_chart.h"
 #include "calibration/blur.h"
 #include "calibration/light_rig.h"
 #include "calibration/poses.h"
@@ -80,6 +80,25 @@ Image Balls(const Lamp& lamp, uint64_t seed) {
   return Photographed(image, seed);
 }
 
+/// A ColorChecker that faces the camera, in even light; `sensor_from_rgb`: the camera's bands.
+Image ColourCard(const glm::dmat3& sensor_from_rgb, uint64_t seed) {
+  constexpr double kPatch_px = 60, kPitch_px = 1.1 * kPatch_px;  // gaps of a tenth
+  const Chart chart = ReadChart("colorchecker_classic_2014");
+  const glm::dvec2 corner(320 - 3 * kPitch_px, 240 - 2 * kPitch_px);
+  Image image(kCamera.width, kCamera.height, 3);
+  for (int y = 0; y < image.height; ++y)
+    for (int x = 0; x < image.width; ++x) {
+      const glm::dvec2 at = (glm::dvec2(x + 0.5, y + 0.5) - corner) / kPitch_px, in = at - glm::floor(at);
+      const bool on_card = at.x > -0.3 && at.y > -0.3 && at.x < 6.3 && at.y < 4.3;
+      const bool on_patch = at.x >= 0 && at.y >= 0 && at.x < 6 && at.y < 4 && in.x < 1 / 1.1 && in.y < 1 / 1.1;
+      glm::dvec3 rgb(on_card ? 0.025 : 0.4);
+      if (on_patch) rgb = chart.patches[static_cast<size_t>(at.y) * 6 + static_cast<size_t>(at.x)].linear_rgb;
+      const glm::dvec3 sensor = 0.8 * (sensor_from_rgb * rgb);
+      for (int c = 0; c < 3; ++c) image.at(x, y, c) = static_cast<float>(sensor[c]);
+    }
+  return Photographed(image, seed);
+}
+
 Image Card(const Lamp& lamp, const RigidTransform& camera_from_card, uint64_t seed) {
   const RigidTransform back = camera_from_card.Inverse();
   const glm::dvec3 normal = camera_from_card.Direction({0, 0, -1});
@@ -118,6 +137,8 @@ void Write(const Path& out) {
   const Image square = RenderTarget(jig, middle, kCamera, LookingAt({9, 25, 0}, 250, 2, 20, 1), Session(0.6, 44));
   WriteImageFile(out / "square.exr", Coloured(square, 54));
   for (const Lamp& lamp : kLamps) WriteImageFile(out / ("ball_" + std::string(lamp.name) + ".exr"), Balls(lamp, 70));
+  const glm::dmat3 sensor_from_rgb({0.62, 0.21, 0.03}, {0.30, 0.70, 0.25}, {0.05, 0.12, 0.55});
+  WriteImageFile(out / "chart.exr", ColourCard(sensor_from_rgb, 95));
   Image wedge(kCamera.width, kCamera.height, 3);
   for (int y = 0; y < wedge.height; ++y)
     for (int x = 0; x < wedge.width; ++x)
@@ -153,6 +174,12 @@ void Write(const Path& out) {
                 ToJsonText(Object{{"format", "crownfit-blur/1"},
                                   {"psf", JsonValue::Array{Object{{"sigma_px", kSigma_px}, {"weight", 1.0}}}},
                                   {"veiling_glare", kGlare}}));
+  JsonValue::Array rows;
+  const glm::dmat3 rgb_from_sensor = glm::inverse(0.8 * sensor_from_rgb);
+  for (int r = 0; r < 3; ++r)
+    rows.emplace_back(std::vector<double>{rgb_from_sensor[0][r], rgb_from_sensor[1][r], rgb_from_sensor[2][r]});
+  WriteTextFile(out / "truth/colour.json",
+                ToJsonText(Object{{"format", "crownfit-colour/1"}, {"linear_rgb_from_sensor_rgb", rows}}));
   const std::vector<double> gain(3, kGain), read(3, kRead);
   WriteTextFile(out / "truth/noise.json",
                 ToJsonText(Object{{"format", "crownfit-noise/1"}, {"gain", gain}, {"read_noise", read}}));
