@@ -430,7 +430,7 @@ TEST(FlightLanes, DrawAndScatterAsOneWalkAloneDoes) {
   }
   std::vector<double> length(kCount, 0.0);
   for (int step = 0; step < 200; ++step) {
-    lanes.Fly(body.clearance, kCount);
+    lanes.Fly(body.grid, kCount);
     lanes.Scatter(kCount);
     for (int i = 0; i < kCount; ++i) {
       ASSERT_EQ(lanes.collides[i], 1.0);

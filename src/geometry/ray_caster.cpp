@@ -69,9 +69,10 @@ RTCRay MakeRay(const glm::dvec3& o, const glm::dvec3& d, double min_mm, double m
 
 std::optional<Hit> HitOf(const RTCRayHit& query) {
   if (query.hit.geomID == RTC_INVALID_GEOMETRY_ID) return std::nullopt;
-  const double u = query.hit.u, v = query.hit.v;
+  // On the triangle, where rounding puts a hit on an edge beside it.
+  const double u = std::max(0.0f, query.hit.u), v = std::max(0.0f, query.hit.v), w = std::max(0.0, 1.0 - u - v);
   return Hit{query.ray.tfar, static_cast<int>(query.hit.geomID),
-             SurfacePoint{static_cast<int>(query.hit.primID), {1.0 - u - v, u, v}}};
+             SurfacePoint{static_cast<int>(query.hit.primID), glm::dvec3(w, u, v) / (w + u + v)}};
 }
 
 }  // namespace
@@ -146,58 +147,6 @@ std::optional<Hit> RayCaster::NearestAccepted(const glm::dvec3& origin, const gl
   query.hit.geomID = RTC_INVALID_GEOMETRY_ID;
   rtcIntersect1(impl_->scene, &context.embree, &query);
   return HitOf(query);
-}
-
-void RayCaster::NearestAccepted(std::span<const Ray> rays, PredicateOfMany predicate, const void* state,
-                                std::span<std::optional<Hit>> hits) const {
-  constexpr int kWidth = 16;
-  struct FilterContext {
-    RTCIntersectContext embree;  // first, so that the callback can cast back
-    PredicateOfMany predicate;
-    const void* state;
-  } context{{}, predicate, state};
-  rtcInitIntersectContext(&context.embree);
-  context.embree.filter = [](const RTCFilterFunctionNArguments* args) {
-    const auto* c = reinterpret_cast<const FilterContext*>(args->context);
-    for (unsigned i = 0; i < args->N; ++i) {
-      if (!args->valid[i]) continue;
-      const int ray = static_cast<int>(RTCRayN_id(args->ray, args->N, i)),
-                mesh = static_cast<int>(RTCHitN_geomID(args->hit, args->N, i)),
-                triangle = static_cast<int>(RTCHitN_primID(args->hit, args->N, i));
-      if (!c->predicate(c->state, ray, mesh, triangle)) args->valid[i] = 0;
-    }
-  };
-  for (size_t first = 0; first < rays.size(); first += kWidth) {
-    const size_t count = std::min<size_t>(kWidth, rays.size() - first);
-    alignas(64) RTCRayHit16 query;
-    alignas(64) int valid[kWidth];
-    for (size_t i = 0; i < kWidth; ++i) {
-      valid[i] = i < count ? -1 : 0;
-      const Ray& ray = rays[first + std::min(i, count - 1)];
-      query.ray.org_x[i] = static_cast<float>(ray.origin.x);
-      query.ray.org_y[i] = static_cast<float>(ray.origin.y);
-      query.ray.org_z[i] = static_cast<float>(ray.origin.z);
-      query.ray.dir_x[i] = static_cast<float>(ray.direction.x);
-      query.ray.dir_y[i] = static_cast<float>(ray.direction.y);
-      query.ray.dir_z[i] = static_cast<float>(ray.direction.z);
-      query.ray.tnear[i] = 0.0f;
-      query.ray.tfar[i] = static_cast<float>(ray.max_mm);
-      query.ray.time[i] = 0.0f;
-      query.ray.mask[i] = ~0u;
-      query.ray.id[i] = static_cast<unsigned>(first + i);
-      query.ray.flags[i] = 0;
-      query.hit.geomID[i] = RTC_INVALID_GEOMETRY_ID;
-      query.hit.instID[0][i] = RTC_INVALID_GEOMETRY_ID;
-    }
-    rtcIntersect16(valid, impl_->scene, &context.embree, &query);
-    for (size_t i = 0; i < count; ++i) {
-      hits[first + i].reset();
-      if (query.hit.geomID[i] == RTC_INVALID_GEOMETRY_ID) continue;
-      const double u = query.hit.u[i], v = query.hit.v[i];
-      hits[first + i] = Hit{query.ray.tfar[i], static_cast<int>(query.hit.geomID[i]),
-                            SurfacePoint{static_cast<int>(query.hit.primID[i]), {1.0 - u - v, u, v}}};
-    }
-  }
 }
 
 bool RayCaster::Occluded(const glm::dvec3& origin, const glm::dvec3& direction, double min_mm, double max_mm) const {

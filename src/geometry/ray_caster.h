@@ -4,7 +4,6 @@
 #include <limits>
 #include <memory>
 #include <optional>
-#include <span>
 #include <vector>
 
 #include "geometry/triangle_mesh.h"
@@ -17,11 +16,6 @@ struct Hit {
   double distance_mm;
   int mesh;  ///< index into the list the caster was built from
   SurfacePoint point;
-};
-
-struct Ray {
-  glm::dvec3 origin, direction;  ///< a unit vector
-  double max_mm;
 };
 
 /// Immutable after construction; safe to use from several threads. Embree computes in single precision: positions are
@@ -45,16 +39,6 @@ class RayCaster {
         [](const void* f, int mesh, int triangle) { return (*static_cast<const Accepts*>(f))(mesh, triangle); },
         &accepts);
   }
-  /// The same for several rays at once, which is quicker; `accepts` is also given the ray's number.
-  template <class Accepts>
-  void NearestAccepted(std::span<const Ray> rays, const Accepts& accepts, std::span<std::optional<Hit>> hits) const {
-    NearestAccepted(
-        rays,
-        [](const void* f, int ray, int mesh, int triangle) {
-          return (*static_cast<const Accepts*>(f))(ray, mesh, triangle);
-        },
-        &accepts, hits);
-  }
   bool Occluded(const glm::dvec3& origin, const glm::dvec3& direction, double min_mm = 0.0, double max_mm = kFar) const;
   /// Distance to the nearest triangle, computed in double precision on that triangle; infinite when there is none
   /// `within_mm`. Where a bound is known, it saves most of the work.
@@ -66,9 +50,6 @@ class RayCaster {
   using Predicate = bool (*)(const void* state, int mesh, int triangle);
   std::optional<Hit> NearestAccepted(const glm::dvec3& origin, const glm::dvec3& direction, double max_mm,
                                      Predicate predicate, const void* state) const;
-  using PredicateOfMany = bool (*)(const void* state, int ray, int mesh, int triangle);
-  void NearestAccepted(std::span<const Ray> rays, PredicateOfMany predicate, const void* state,
-                       std::span<std::optional<Hit>> hits) const;
   struct Impl;
   std::unique_ptr<Impl> impl_;
 };

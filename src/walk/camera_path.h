@@ -12,6 +12,7 @@
 #include "calibration/capture.h"
 #include "geometry/light_samples.h"
 #include "walk/boundary.h"
+#include "walk/path_slopes.h"
 #include "walk/random_walk.h"
 
 namespace crownfit {
@@ -54,6 +55,8 @@ struct Studio {
   std::optional<ContactTile> contact{};
   std::vector<Lamp> lamps{};
   double specular_factor = 1.0;  ///< of light that the outer surface alone reflected
+  bool wants_slopes = false;     ///< derivatives beside the values
+  CutSlopes cut_slopes{};
 };
 
 /// One path from the camera, up to where flights inside the layers take over and from where they end. Every boundary
@@ -61,7 +64,8 @@ struct Studio {
 /// lamps, combined by the balance heuristic (Veach and Guibas 1995).
 class CameraPath {
  public:
-  CameraPath(const Studio& studio, WalkCounters& counters) : studio_(studio), counters_(counters) {}
+  CameraPath(const Studio& studio, WalkCounters& counters)
+      : studio_(studio), counters_(counters), slopes_(studio.media, studio.cut_slopes) {}
 
   /// Starts anew; false when the path ended outside, true when it is on a flight inside.
   bool Begin(const glm::dvec3& position, const glm::dvec3& direction, int hero, const RandomStream& random) {
@@ -76,6 +80,7 @@ class CameraPath {
     left_ = nullptr;
     opaque_bounces_ = 0;
     sees_lamps_ = false;  // the camera does not
+    if (studio_.wants_slopes) slopes_.Begin();
     return GoOnOutside();
   }
 
@@ -84,6 +89,7 @@ class CameraPath {
     const int behind = b.behind(state.medium);
     if (IsOpaqueCut(b)) {
       ScatterBackInside(b.normal, studio_.cut_reflectance);
+      slopes_.ReturnedByTheCut();
     } else if (b.outside != kOutside) {
       state.direction = ScatterAtSmoothBoundary(state.direction, b.normal,
                                                 studio_.media[behind].ior / studio_.media[state.medium].ior, random_);
@@ -98,6 +104,11 @@ class CameraPath {
 
   /// pi x radiance found so far, per channel.
   glm::dvec3 value() const { return std::numbers::pi * value_; }
+  /// Their derivatives, without the pi.
+  const PathSlopes& slopes() const { return slopes_; }
+  /// To be called where flights inside begin and end: what lies between is one stretch of the derivatives' controls.
+  void OpenStretch() { slopes_.OpenStretch(state, carried_ * studio_.media.Left(state)); }
+  void CloseStretch() { slopes_.CloseStretch(state); }
   int hero() const { return hero_; }
 
   WalkState state;
@@ -127,7 +138,10 @@ class CameraPath {
   }
 
   void Add(const glm::dvec3& radiance) {
-    value_ += (only_reflected_ ? studio_.specular_factor : 1.0) * carried_ * studio_.media.Weight(state) * radiance;
+    const glm::dvec3 found =
+        (only_reflected_ ? studio_.specular_factor : 1.0) * carried_ * studio_.media.Weight(state) * radiance;
+    value_ += found;
+    if (studio_.wants_slopes) slopes_.Add(state, found);
   }
 
   void AddLampsMet(double reach_mm) {
@@ -216,6 +230,7 @@ class CameraPath {
 
   const Studio& studio_;
   WalkCounters& counters_;
+  PathSlopes slopes_;
   RandomStream random_{0};
   int hero_ = 0;
   glm::dvec3 value_{0.0}, carried_{1.0};

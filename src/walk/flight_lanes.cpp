@@ -3,13 +3,7 @@
 #include <bit>
 #include <cmath>
 
-// One text, compiled for the widest vectors that the machine turns out to have. No fused multiply-add in any of them
-// (-ffp-contract=off), so that all give the same bits.
-#if defined(__x86_64__) && defined(__GNUC__) && !defined(__clang__)
-#define CROWNFIT_FOR_EVERY_VECTOR __attribute__((target_clones("arch=x86-64-v4", "arch=x86-64-v3", "default")))
-#else
-#define CROWNFIT_FOR_EVERY_VECTOR
-#endif
+#include "walk/vector_clones.h"
 
 namespace crownfit {
 namespace {
@@ -70,9 +64,9 @@ struct Turn {
 }  // namespace
 
 CROWNFIT_FOR_EVERY_VECTOR
-void FlightLanes::Fly(const Clearance& clearance, int count) {
-  const Clearance::Grid grid = clearance.grid();
-  alignas(64) Lanes<double> nx, ny, nz, here_off, there_off;
+void FlightLanes::Fly(const FacetGrid& facets, int count) {
+  const FacetGrid::Distances grid = facets.distances();
+  alignas(64) Lanes<double> nx, ny, nz, here_off, there_off, mx, my, mz, is_free;
   alignas(64) Lanes<int> here, there;
 #pragma GCC ivdep
   for (int i = 0; i < count; ++i) {
@@ -86,10 +80,11 @@ void FlightLanes::Fly(const Clearance& clearance, int count) {
   }
 #pragma GCC ivdep
   for (int i = 0; i < count; ++i) {
-    const Clearance::Grid::Place from = grid.Find(x[i], y[i], z[i]), to = grid.Find(nx[i], ny[i], nz[i]);
+    const FacetGrid::Distances::Place from = grid.Find(x[i], y[i], z[i]), to = grid.Find(nx[i], ny[i], nz[i]);
     here[i] = from.cube;
     there[i] = to.cube;
     here_off[i] = from.off_mm;
+    mx[i] = from.middle_x, my[i] = from.middle_y, mz[i] = from.middle_z;
     there_off[i] = to.off_mm;
   }
 #pragma GCC ivdep
@@ -98,12 +93,30 @@ void FlightLanes::Fly(const Clearance& clearance, int count) {
     const double from_here = static_cast<double>(grid.distance_mm[here[i]]) - here_off[i],
                  from_there = static_cast<double>(grid.distance_mm[there[i]]) - there_off[i];
     const double clear = (from_here > 0.0 ? from_here : 0.0) + (from_there > 0.0 ? from_there : 0.0);
-    const bool is_free = (flight_mm[i] < clear) & (needs_every_ray[i] == 0.0);
-    x[i] = is_free ? nx[i] : x[i];
-    y[i] = is_free ? ny[i] : y[i];
-    z[i] = is_free ? nz[i] : z[i];
-    length_mm[i] += is_free ? flight_mm[i] : 0.0;
-    collides[i] = is_free ? 1.0 : 0.0;
+    is_free[i] = flight_mm[i] < clear ? 1.0 : 0.0;
+    here[i] = flight_mm[i] < clear ? 0 : here[i];  // of the others alone the slabs are read
+  }
+#pragma GCC ivdep
+  for (int i = 0; i < count; ++i) {
+    // Nor does it meet any if it stays near, and on one side of the slab that holds them.
+    const int slab = 8 * here[i];
+    const double s_nx = grid.slab[slab], s_ny = grid.slab[slab + 1], s_nz = grid.slab[slab + 2],
+                 low = grid.slab[slab + 3], high = grid.slab[slab + 4];
+    const double ax = x[i] - mx[i], ay = y[i] - my[i], az = z[i] - mz[i];
+    const double bx = nx[i] - mx[i], by = ny[i] - my[i], bz = nz[i] - mz[i];
+    const double at_a = s_nx * ax + s_ny * ay + s_nz * az, at_b = s_nx * bx + s_ny * by + s_nz * bz;
+    const double upper = at_a > at_b ? at_a : at_b, lower = at_a > at_b ? at_b : at_a;
+    const double below = low - upper, above = lower - high, beside = below > above ? below : above;
+    const double passes = beside > 0.0 ? 1.0 : 0.0;
+    const double a2 = ax * ax + ay * ay + az * az, b2 = bx * bx + by * by + bz * bz, farther = a2 > b2 ? a2 : b2;
+    const double near = farther < grid.reach2_mm2 ? passes : 0.0;
+    const double either = is_free[i] > 0.0 ? 1.0 : near;
+    const double goes = needs_every_ray[i] == 0.0 ? either : 0.0;
+    x[i] = goes > 0.0 ? nx[i] : x[i];
+    y[i] = goes > 0.0 ? ny[i] : y[i];
+    z[i] = goes > 0.0 ? nz[i] : z[i];
+    length_mm[i] += goes > 0.0 ? flight_mm[i] : 0.0;
+    collides[i] = goes;
   }
 }
 
@@ -128,6 +141,7 @@ void FlightLanes::Scatter(int count) {
     cosine = isotropic ? c : cosine;
     cosine = cosine < -1.0 ? -1.0 : cosine;
     cosine = cosine > 1.0 ? 1.0 : cosine;
+    turn_cosine[i] = cosine;
     const double square = 1.0 - cosine * cosine, sine = std::sqrt(square > 0.0 ? square : 0.0);
     const Turn turn = TurnBy(NextUniform(state, step));
     const double a = sine * turn.cosine, b = sine * turn.sine;
@@ -147,9 +161,21 @@ void FlightLanes::Scatter(int count) {
   }
 }
 
+CROWNFIT_FOR_EVERY_VECTOR
+void FlightLanes::ScorePhase(int count) {
+#pragma GCC ivdep
+  for (int i = 0; i < count; ++i) {
+    const double gi = g[i], c = turn_cosine[i], f = isotropic_fraction[i];
+    const double square = 1.0 - gi * gi, base = 1.0 + gi * gi - 2.0 * gi * c, ratio = square / (base * std::sqrt(base));
+    const double slope = 3.0 * (c - gi) / base - 2.0 * gi / square;  // of Henyey and Greenstein's ln
+    const double score = (1.0 - f) * ratio * slope / (f + (1.0 - f) * ratio);
+    phase_score[i] += collides[i] != 0.0 ? score : 0.0;
+  }
+}
+
 void FlightLanes::Copy(int from, int to) {
   for (auto* lanes : {&x, &y, &z, &dx, &dy, &dz, &free_path_mm, &g, &isotropic_fraction, &needs_every_ray, &flight_mm,
-                      &length_mm, &collisions, &until_roulette, &collides})
+                      &length_mm, &collisions, &until_roulette, &collides, &turn_cosine, &phase_score})
     (*lanes)[to] = (*lanes)[from];
   random[to] = random[from];
   random_step[to] = random_step[from];

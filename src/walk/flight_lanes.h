@@ -25,12 +25,16 @@ struct FlightLanes {
   alignas(64) Lanes<double> length_mm;        ///< flown in this medium
   alignas(64) Lanes<double> collisions;       ///< in this medium
   alignas(64) Lanes<double> until_roulette;   ///< collisions
-  alignas(64) Lanes<double> collides;         ///< 1: the flight ended in a collision. Fly: 0 where a ray must tell
+  alignas(64) Lanes<double> turn_cosine;      ///< of the last collision's turn
+  alignas(64) Lanes<double> phase_score;      ///< sum of d ln(phase function) / d g in this medium, by ScorePhase
+  alignas(64) Lanes<double> collides;         ///< 1: the flight ended in a collision. Fly: 0 where facets must be asked
 
-  /// Draws a flight for lanes [0, count), and flies it where the clearance proves that nothing is met.
-  void Fly(const Clearance& clearance, int count);
+  /// Draws a flight for lanes [0, count), and flies it where the distances prove that nothing is met.
+  void Fly(const FacetGrid& grid, int count);
   /// Scatters the lanes that collide.
   void Scatter(int count);
+  /// Adds the last collisions' derivatives of ln(phase function) by g.
+  void ScorePhase(int count);
   void Copy(int from, int to);
 };
 

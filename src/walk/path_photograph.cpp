@@ -120,8 +120,10 @@ PathPhotograph RenderByPaths(const Capture& capture, const LayeredBody& body, co
                        object_from_camera.Direction(DirectionFromPixel(photo.camera, {x, y})), static_cast<int>(hero),
                        random};
     };
-    const std::vector<glm::dvec3> values =
-        TracePaths(studio, body.clearance, count * samples * heroes, options.lanes, start, counters[chunk]);
+    std::vector<glm::dvec3> values(count * samples * heroes);
+    TracePaths(
+        studio, body.grid, values.size(), options.lanes, start,
+        [&](size_t task, const CameraPath& path) { values[task] = path.value(); }, counters[chunk]);
     for (size_t k = 0; k < count; ++k) {
       PixelSum sum;
       for (size_t s = 0; s < samples; ++s) {

@@ -22,32 +22,32 @@ Media::Media(std::vector<Medium> media) : media_(std::move(media)) {
     if (m.scattering != glm::dvec3(m.scattering.x)) heroes_ = 3;
 }
 
-glm::dvec3 Media::Weight(const WalkState& state) const {
-  glm::dvec3 absorbed(0.0), log_chance(0.0);
+glm::dvec3 Media::Left(const WalkState& state) const {
+  glm::dvec3 absorbed(0.0);
+  for (size_t i = 0; i < media_.size(); ++i) absorbed += Absorbed(i, state.visits[i]);
+  return state.boost * glm::exp(-absorbed);
+}
+
+glm::dvec3 Media::Chance(const WalkState& state) const {
+  if (heroes_ == 1) return glm::dvec3(1.0);
+  glm::dvec3 log_chance(0.0);
   for (size_t i = 0; i < media_.size(); ++i) {
     const Visit& visit = state.visits[i];
     if (visit.length_mm == 0) continue;
-    absorbed += Absorbed(i, visit);
-    if (heroes_ == 1) continue;
     for (int c = 0; c < 3; ++c) {
       const double s = media_[i].scattering[c];
       log_chance[c] -= s * visit.length_mm;
       if (visit.collisions > 0) log_chance[c] += visit.collisions * std::log(s);  // -infinity where s = 0
     }
   }
-  glm::dvec3 weight = state.boost * glm::exp(-absorbed);
-  if (heroes_ > 1) {
-    const double largest = std::max({log_chance.x, log_chance.y, log_chance.z});
-    const glm::dvec3 chance = glm::exp(log_chance - largest);
-    weight *= chance * (3.0 / (chance.x + chance.y + chance.z));
-  }
-  return weight;
+  const double largest = std::max({log_chance.x, log_chance.y, log_chance.z});
+  const glm::dvec3 chance = glm::exp(log_chance - largest);
+  return chance * (3.0 / (chance.x + chance.y + chance.z));
 }
 
 double Media::LargestShare(const WalkState& state) const {
-  glm::dvec3 absorbed(0.0);
-  for (size_t i = 0; i < media_.size(); ++i) absorbed += Absorbed(i, state.visits[i]);
-  return state.boost * std::exp(-std::min({absorbed.x, absorbed.y, absorbed.z}));
+  const glm::dvec3 left = Left(state);
+  return std::max({left.x, left.y, left.z});
 }
 
 bool SurvivesRoulette(const Media& media, WalkState& state, RandomStream& random) {

@@ -17,6 +17,7 @@ namespace crownfit {
 struct Visit {
   double length_mm = 0;
   int collisions = 0;
+  double phase_score = 0;       ///< sum of d ln(phase function) / d g, where derivatives are wanted
   glm::dvec3 textured_mm{0.0};  ///< length times the absorption texture, where there is one
 };
 
@@ -54,14 +55,19 @@ class Media {
   /// 1 when the channels scatter alike, else the number of channels: heroes that one estimate must average over.
   int heroes() const { return heroes_; }
   /// Share of light that is left per channel, over the chance that a walk of a random hero took this way.
-  glm::dvec3 Weight(const WalkState& state) const;
+  glm::dvec3 Weight(const WalkState& state) const { return Left(state) * Chance(state); }
+  /// What absorption left per channel, roulette's boost included.
+  glm::dvec3 Left(const WalkState& state) const;
+  /// Chance of the way per channel over that for a random hero; 1 when the channels scatter alike.
+  glm::dvec3 Chance(const WalkState& state) const;
+  /// Optical depth of absorption.
+  glm::dvec3 Absorbed(size_t medium, const Visit& visit) const {
+    return media_[medium].absorption * (media_[medium].texture ? visit.textured_mm : glm::dvec3(visit.length_mm));
+  }
   /// The largest share that absorption leaves in any channel, roulette's boost included.
   double LargestShare(const WalkState& state) const;
 
  private:
-  glm::dvec3 Absorbed(size_t medium, const Visit& visit) const {  // optical depth of absorption
-    return media_[medium].absorption * (media_[medium].texture ? visit.textured_mm : glm::dvec3(visit.length_mm));
-  }
   std::vector<Medium> media_;
   int heroes_ = 1;
 };

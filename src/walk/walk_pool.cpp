@@ -5,9 +5,10 @@ namespace {
 
 class Pool {
  public:
-  Pool(const Studio& studio, const Clearance& clearance, size_t count, int lanes,
-       const std::function<PathStart(size_t)>& start, WalkCounters& counters)
-      : studio_(studio), clearance_(clearance), start_(start), counters_(counters), values_(count) {
+  Pool(const Studio& studio, const FacetGrid& grid, size_t count, int lanes,
+       const std::function<PathStart(size_t)>& start, const std::function<void(size_t, const CameraPath&)>& ended,
+       WalkCounters& counters)
+      : studio_(studio), grid_(grid), start_(start), hand_over_(ended), counters_(counters), count_(count) {
     paths_.reserve(lanes);
     for (int i = 0; i < lanes; ++i) {
       paths_.emplace_back(studio, counters);
@@ -17,18 +18,18 @@ class Pool {
     }
   }
 
-  std::vector<glm::dvec3> Trace() {
+  void Trace() {
     while (active_ > 0) {
-      lanes_.Fly(clearance_, active_);
+      lanes_.Fly(grid_, active_);
       counters_.flights += active_;
-      FlyByRay();
+      FlyPastFacets();
       lanes_.Scatter(active_);
+      if (studio_.wants_slopes) lanes_.ScorePhase(active_);
       for (int i = 0; i < active_; ++i)
         if (lanes_.until_roulette[i] <= 0.0 && !ended_[i]) PlayRoulette(i);
       for (int i = active_ - 1; i >= 0; --i)
         if (ended_[i] && !Refill(i)) MoveLane(--active_, i);
     }
-    return std::move(values_);
   }
 
  private:
@@ -37,7 +38,7 @@ class Pool {
   /// Starts the next path that goes inside; false when there is none.
   bool Refill(int lane) {
     CameraPath& path = PathOf(lane);
-    while (next_ < values_.size()) {
+    while (next_ < count_) {
       const size_t task = next_++;
       const PathStart s = start_(task);
       task_[slot_[lane]] = task;
@@ -46,51 +47,45 @@ class Pool {
         Load(lane);
         return true;
       }
-      values_[task] = path.value();
+      hand_over_(task, path);
     }
     return false;
   }
 
   /// Flights that might meet something.
-  void FlyByRay() {
-    asking_.clear();
-    flights_.clear();
-    media_.clear();
+  void FlyPastFacets() {
+    size_t asking = 0;
     for (int i = 0; i < active_; ++i) {
       ended_[i] = false;
       if (lanes_.collides[i] != 0.0) continue;
-      Store(i);
-      const CameraPath& path = PathOf(i);
-      const bool scatters = studio_.media[path.state.medium].scattering[path.hero()] > 0;
-      asking_.push_back(i);
-      media_.push_back(path.state.medium);
-      flights_.push_back({path.state.position, path.state.direction, scatters ? lanes_.flight_mm[i] : kFar});
+      asking_[asking] = i;
+      flights_[asking++] = {{lanes_.x[i], lanes_.y[i], lanes_.z[i]},
+                            {lanes_.dx[i], lanes_.dy[i], lanes_.dz[i]},
+                            PathOf(i).state.medium,
+                            scatters_[i] ? lanes_.flight_mm[i] : kFar};
     }
-    boundaries_.resize(asking_.size());
-    studio_.scene.NextOfMany(flights_, media_, boundaries_);
-    for (size_t k = 0; k < asking_.size(); ++k) EndFlight(asking_[k], flights_[k].max_mm, boundaries_[k]);
+    grid_.FindEnds({flights_.data(), asking});
+    for (size_t k = 0; k < asking; ++k) EndFlight(asking_[k], flights_[k]);
   }
 
-  void EndFlight(int lane, double flight_mm, const std::optional<Boundary>& boundary) {
-    CameraPath& path = PathOf(lane);
-    WalkState& state = path.state;
-    const Medium& medium = studio_.media[state.medium];
-    Visit& visit = state.visits[state.medium];
-    const double way_mm = boundary ? boundary->distance_mm : flight_mm;
+  void EndFlight(int lane, const FacetFlight& flight) {
+    const double way_mm = std::min(flight.distance_mm, flight.max_mm);
     if (std::isinf(way_mm)) {  // a clear medium without an end: rounding let the walk through between two facets
       ++counters_.lost;
       return End(lane);
     }
-    visit.length_mm += way_mm;
-    if (medium.texture) visit.textured_mm += medium.texture->Along(state.position, state.direction, way_mm);
-    if (boundary) {
-      state.position = boundary->position;
-      ++counters_.boundaries;
-      if (!path.Meet(*boundary)) return End(lane);
-    } else {
-      state.position += way_mm * state.direction;
+    if (const AbsorptionTexture* texture = studio_.media[flight.medium].texture)
+      PathOf(lane).state.visits[flight.medium].textured_mm += texture->Along(flight.origin, flight.direction, way_mm);
+    lanes_.length_mm[lane] += way_mm;
+    const glm::dvec3 to = flight.origin + way_mm * flight.direction;
+    lanes_.x[lane] = to.x, lanes_.y[lane] = to.y, lanes_.z[lane] = to.z;
+    if (!flight.is_ended()) {
       lanes_.collides[lane] = 1.0;
+      return;
     }
+    ++counters_.boundaries;
+    Store(lane);
+    if (!PathOf(lane).Meet(studio_.scene.EndOf(flight))) return End(lane);
     Load(lane);
   }
 
@@ -107,7 +102,7 @@ class Pool {
   }
 
   void End(int lane) {
-    values_[task_[slot_[lane]]] = PathOf(lane).value();
+    hand_over_(task_[slot_[lane]], PathOf(lane));
     lanes_.collides[lane] = 0.0;
     ended_[lane] = true;
   }
@@ -122,11 +117,12 @@ class Pool {
     lanes_.random[i] = path.random().state();
     lanes_.random_step[i] = path.random().step();
     lanes_.free_path_mm[i] = scattering > 0 ? 1.0 / scattering : 1.0;
+    scatters_[i] = scattering > 0;
     lanes_.needs_every_ray[i] = scattering > 0 && !medium.texture ? 0.0 : 1.0;
     lanes_.g[i] = medium.g;
     lanes_.isotropic_fraction[i] = medium.isotropic_fraction;
-    lanes_.length_mm[i] = 0.0;
-    lanes_.collisions[i] = 0.0;
+    lanes_.length_mm[i] = lanes_.collisions[i] = lanes_.phase_score[i] = 0.0;
+    if (studio_.wants_slopes) path.OpenStretch();
   }
   void Store(int i) {
     CameraPath& path = PathOf(i);
@@ -136,37 +132,41 @@ class Pool {
     path.random().set_state(lanes_.random[i]);
     state.visits[state.medium].length_mm += lanes_.length_mm[i];
     state.visits[state.medium].collisions += static_cast<int>(lanes_.collisions[i]);
-    lanes_.length_mm[i] = lanes_.collisions[i] = 0.0;
+    state.visits[state.medium].phase_score += lanes_.phase_score[i];
+    lanes_.length_mm[i] = lanes_.collisions[i] = lanes_.phase_score[i] = 0.0;
+    if (studio_.wants_slopes) path.CloseStretch();
   }
   void MoveLane(int from, int to) {
     if (from == to) return;
     lanes_.Copy(from, to);
     std::swap(slot_[from], slot_[to]);
     ended_[to] = ended_[from];
+    scatters_[to] = scatters_[from];
   }
 
   const Studio& studio_;
-  const Clearance& clearance_;
+  const FacetGrid& grid_;
   const std::function<PathStart(size_t)>& start_;
+  const std::function<void(size_t, const CameraPath&)>& hand_over_;
   WalkCounters& counters_;
-  std::vector<glm::dvec3> values_;
+  size_t count_;
   FlightLanes lanes_{};
   std::vector<CameraPath> paths_;
   std::array<int, FlightLanes::kMax> slot_{};
   std::array<size_t, FlightLanes::kMax> task_{};
-  std::array<bool, FlightLanes::kMax> ended_{};
-  std::vector<int> asking_, media_;  ///< lanes whose flights need a ray
-  std::vector<Ray> flights_;
-  std::vector<std::optional<Boundary>> boundaries_;
+  std::array<int, FlightLanes::kMax> asking_{};           ///< lanes whose flights might meet something ...
+  std::array<FacetFlight, FlightLanes::kMax> flights_{};  ///< ... and those flights
+  std::array<bool, FlightLanes::kMax> ended_{}, scatters_{};
   int active_ = 0;
   size_t next_ = 0;
 };
 
 }  // namespace
 
-std::vector<glm::dvec3> TracePaths(const Studio& studio, const Clearance& clearance, size_t count, int lanes,
-                                   const std::function<PathStart(size_t)>& start, WalkCounters& counters) {
-  return Pool(studio, clearance, count, std::min(lanes, FlightLanes::kMax), start, counters).Trace();
+void TracePaths(const Studio& studio, const FacetGrid& grid, size_t count, int lanes,
+                const std::function<PathStart(size_t)>& start,
+                const std::function<void(size_t, const CameraPath&)>& ended, WalkCounters& counters) {
+  Pool(studio, grid, count, std::min(lanes, FlightLanes::kMax), start, ended, counters).Trace();
 }
 
 }  // namespace crownfit

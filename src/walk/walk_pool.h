@@ -17,9 +17,10 @@ struct PathStart {
   RandomStream random;
 };
 
-/// Traces paths 0 ... count - 1, at most `lanes` at once; values in their order. Every path's numbers depend on its
-/// start alone.
-std::vector<glm::dvec3> TracePaths(const Studio& studio, const Clearance& clearance, size_t count, int lanes,
-                                   const std::function<PathStart(size_t)>& start, WalkCounters& counters);
+/// Traces paths 0 ... count - 1, at most `lanes` at once, and hands each over when it ends, in any order. Every path's
+/// numbers depend on its start alone.
+void TracePaths(const Studio& studio, const FacetGrid& grid, size_t count, int lanes,
+                const std::function<PathStart(size_t)>& start,
+                const std::function<void(size_t, const CameraPath&)>& ended, WalkCounters& counters);
 
 }  // namespace crownfit

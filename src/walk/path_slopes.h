@@ -1,0 +1,96 @@
+#pragma once
+// Derivatives of a path's value by the parameters of its media, from what the path did and nothing else.
+//
+// The chance that a walk took its way, and what absorption left of it, are known functions of the coefficients: in a
+// layer with n collisions and length L, d ln / d ln scattering = n - scattering L (the score, or likelihood ratio;
+// Rubinstein 1989), d ln / d ln absorption = -absorption L. Scattering is held at constant g by its reduced value, and
+// the derivative by g holds the reduced scattering.
+//
+// Scores are noisy, but their own mean is zero. A control is their sum along the path, each step weighted with what
+// absorption had left of the light when the step began: its mean is zero too, and it goes up and down with the
+// derivative, so a multiple of it takes away noise and nothing else.
+
+#include <vector>
+
+#include "walk/random_walk.h"
+
+namespace crownfit {
+
+/// d ln of the reflectance of the neck's cut, by the innermost layer's parameters.
+struct CutSlopes {
+  glm::dvec3 scattering{0.0}, absorption{0.0};
+};
+
+/// Per layer and channel, by ln reduced scattering, by ln absorption, by g.
+struct LayerSlopes {
+  glm::dvec3 scattering{0.0}, absorption{0.0}, asymmetry{0.0};
+};
+/// Zero-mean companions of two of them.
+struct LayerControls {
+  glm::dvec3 scattering{0.0}, asymmetry{0.0};
+};
+
+class PathSlopes {
+ public:
+  PathSlopes(const Media& media, const CutSlopes& cut)
+      : slopes(media.size() - 1), controls(media.size() - 1), media_(media), cut_(cut), from_(media.size()) {}
+
+  void Begin() {
+    slopes.assign(slopes.size(), {});
+    controls.assign(controls.size(), {});
+    from_.assign(from_.size(), Visit());
+    cut_returns_ = 0;
+  }
+  /// Light found by the path as it stands.
+  void Add(const WalkState& state, const glm::dvec3& value) {
+    for (size_t l = 0; l < slopes.size(); ++l) {
+      const Score score = ScoreOf(l + 1, state.visits[l + 1]);
+      slopes[l].scattering += value * score.scattering;
+      slopes[l].asymmetry += value * score.asymmetry;
+      slopes[l].absorption -= value * media_.Absorbed(l + 1, state.visits[l + 1]);
+    }
+    slopes.back().scattering += value * static_cast<double>(cut_returns_) * cut_.scattering;
+    slopes.back().absorption += value * static_cast<double>(cut_returns_) * cut_.absorption;
+  }
+  void ReturnedByTheCut() { ++cut_returns_; }
+
+  /// A stretch of flights through one medium begins, with this share of the light left; and ends.
+  void OpenStretch(const WalkState& state, const glm::dvec3& left) {
+    from_[state.medium] = state.visits[state.medium];
+    left_ = left;
+  }
+  void CloseStretch(const WalkState& state) {
+    const size_t medium = state.medium;
+    if (medium == kOutside) return;
+    const Visit &from = from_[medium], &to = state.visits[medium];
+    const Score score = ScoreOf(medium, {.length_mm = to.length_mm - from.length_mm,
+                                         .collisions = to.collisions - from.collisions,
+                                         .phase_score = to.phase_score - from.phase_score});
+    const glm::dvec3 weight = left_ * media_.Chance(state);
+    controls[medium - 1].scattering += weight * score.scattering;
+    controls[medium - 1].asymmetry += weight * score.asymmetry;
+    from_[medium] = to;
+  }
+
+  std::vector<LayerSlopes> slopes;
+  std::vector<LayerControls> controls;
+
+ private:
+  struct Score {
+    glm::dvec3 scattering, asymmetry;
+  };
+  Score ScoreOf(size_t medium, const Visit& visit) const {
+    const Medium& m = media_[static_cast<int>(medium)];
+    const glm::dvec3 scattering = static_cast<double>(visit.collisions) - m.scattering * visit.length_mm;
+    // Scattering is the reduced one over 1 - (1 - f) g.
+    const double share = 1.0 - m.isotropic_fraction;
+    return {scattering, visit.phase_score + scattering * (share / (1.0 - share * m.g))};
+  }
+  const Media& media_;
+  CutSlopes cut_;
+  std::vector<Visit> from_;
+  glm::dvec3 left_{1.0};
+  int cut_returns_ = 0;
+};
+
+}  // namespace crownfit
