@@ -216,6 +216,9 @@ CommandLine Parse(const std::vector<std::string>& arguments, std::ostream& error
   render
       ->add_option("--noise", line.noise, "Add relative noise of this standard deviation (0.01: 1 %), keyed by --seed.")
       ->check(CLI::Range(0.0, 1.0));
+  render->add_flag(
+      "--derivatives", line.derivatives,
+      "Model path: also PHOTOGRAPH_derivatives.exr, a layer and its standard deviation for each parameter.");
   render->add_flag("--half", line.half_float, "16-bit EXR.");
   render->add_flag("--twelve-taps", line.fit.twelve_taps, "Blur by the thesis's 1 + 12 taps in place of 49.");
   render->add_flag("--fine", line.fine, "Four times the light samples.");
@@ -284,6 +287,9 @@ CommandLine Parse(const std::vector<std::string>& arguments, std::ostream& error
       complain("--model " + line.fit.model + ": " + line.command + " of this version has: " + list + ".");
     }
   }
+  constexpr int kFewestForDerivatives = 16;
+  if (line.derivatives && (line.fit.model != "path" || line.paths < kFewestForDerivatives))
+    complain("--derivatives: only with --model path, and at least 16 --paths: their errors are found from groups.");
   for (const auto& fix : text.fixes) {
     const size_t equals = fix.find('=');
     const char* end = fix.data() + fix.size();

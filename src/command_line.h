@@ -20,6 +20,7 @@ struct CommandLine {
   std::string photograph;
   bool json = false;
   bool half_float = false, fine = false;
+  bool derivatives = false;  ///< render --model path
   std::optional<std::filesystem::path> screenshot;
   std::string size;                           ///< view: WxH
   int benchmark_frames = 0;                   ///< view

@@ -129,8 +129,9 @@ int RunRender(const CommandLine& line) {
   Progress progress(line.progress);
   const Capture capture = ReadCapture(line.capture);
   const Material material = line.material.empty() ? StatedMaterial(capture) : ReadMaterialFile(line.material, capture);
-  RenderOptions options{line.fit.model,  {}, line.paths, line.fit.twelve_taps, line.fine, line.fit.seed,
-                        line.fit.threads};
+  RenderOptions options{
+      line.fit.model,  {}, line.paths, line.fit.twelve_taps, line.fine, line.fit.seed, line.fit.threads,
+      line.derivatives};
   options.photograph = NamedPhotograph(capture, line.photograph);
   const auto messages = RenderPhotographs(capture, material, options, progress, [&](const RenderedPhotograph& r) {
     const PhotographSpec& photo = capture.photographs[r.photograph];
@@ -141,7 +142,7 @@ int RunRender(const CommandLine& line) {
     }
     const auto file = line.output / (photo.name + ".exr");
     if (r.variance) {
-      WriteImageFile(file, picture, *r.variance, "variance");
+      WriteImageLayers(file, {{"", picture}, {"variance", *r.variance}});
     } else {
       WriteImageFile(file, picture, line.half_float);
     }
@@ -150,6 +151,10 @@ int RunRender(const CommandLine& line) {
         DisplayPicture(picture, ComparisonScale(picture, r.on_object, photo.rgb_from_sensor), photo.rgb_from_sensor));
     progress.Clear();
     std::printf("%s\n", file.c_str());
+    if (r.derivatives.empty()) return;
+    const auto beside = line.output / (photo.name + "_derivatives.exr");
+    WriteImageLayers(beside, r.derivatives);
+    std::printf("%s\n", beside.c_str());
   });
   progress.Clear();
   PrintMessages(messages);

@@ -2,6 +2,7 @@
 
 #include "fit_steps.h"
 #include "optics/twelve_taps.h"
+#include "path_derivatives.h"
 #include "walk/path_photograph.h"
 
 namespace crownfit {
@@ -27,7 +28,7 @@ std::vector<std::string> RenderByShader(const CrownInput& input, const Material&
     const PhotographSpec& photo = capture.photographs[i];
     const PhotographCast& cast = state.photographs[i];
     const auto values = PredictPixels(capture, state, i, material, StatedLightScales(capture), options.threads);
-    RenderedPhotograph r{i, Image(photo.camera.width, photo.camera.height, 3), {}, {}};
+    RenderedPhotograph r{i, Image(photo.camera.width, photo.camera.height, 3), {}, {}, {}};
     r.on_object.resize(r.picture.values.size() / 3);
     const auto put = [&](int x, int y, const glm::dvec3& value) {
       for (int c = 0; c < kChannels; ++c) r.picture.at(x, y, c) = static_cast<float>(photo.exposure_scale * value[c]);
@@ -43,6 +44,29 @@ std::vector<std::string> RenderByShader(const CrownInput& input, const Material&
   return {};
 }
 
+std::vector<ImageLayer> DerivativeLayers(const DifferentiatedPhotograph& d, const PhotographSpec& photo,
+                                         const Material& material, int threads) {
+  std::vector<ImageLayer> layers;
+  const PooledSlopes& slopes = d.slopes;
+  for (size_t j = 0; j < slopes.parameters().size(); ++j) {
+    Image slope(d.photo.width, d.photo.height, 3), stddev = slope;
+    for (size_t p = 0; p < d.photo.pixels.size(); ++p)
+      for (int c = 0; c < kChannels; ++c) {
+        const double brightness = photo.exposure_scale * slopes.brightness(c, p);
+        slope.values[3 * p + c] = static_cast<float>(brightness * slopes.At(j, c, p));
+        stddev.values[3 * p + c] = static_cast<float>(brightness * slopes.Stddev(j, c, p));
+      }
+    if (photo.blur) {  // errors of a polynomial go together over more pixels than a lens spreads light
+      slope = Seen(slope, *photo.blur, threads);
+      stddev = Seen(stddev, *photo.blur, threads);
+    }
+    const std::string name = NameOf(slopes.parameters()[j], material);
+    layers.push_back({name, std::move(slope)});
+    layers.push_back({name + ".stddev", std::move(stddev)});
+  }
+  return layers;
+}
+
 std::vector<std::string> RenderByPath(const CrownInput& input, const Material& material, const RenderOptions& options,
                                       Progress& progress, const Done& done) {
   const Capture& capture = input.capture;
@@ -56,10 +80,18 @@ std::vector<std::string> RenderByPath(const CrownInput& input, const Material& m
   for (size_t i = 0; i < capture.photographs.size(); ++i) {
     if (options.photograph && *options.photograph != i) continue;
     const PhotographSpec& photo = capture.photographs[i];
-    const PathPhotograph rendered = RenderByPaths(capture, body, input.scenery, material, i, path,
-                                                  [&](double share) { progress.Show("walking " + photo.name, share); });
+    std::vector<ImageLayer> derivatives;
+    const PathPhotograph rendered = [&] {
+      if (!options.derivatives)
+        return RenderByPaths(capture, body, input.scenery, material, i, path,
+                             [&](double share) { progress.Show("walking " + photo.name, share); });
+      DifferentiatedPhotograph d = DifferentiateByPaths(input, material, i, path, progress);
+      derivatives = DerivativeLayers(d, photo, material, options.threads);
+      return std::move(d.photo);
+    }();
     counters.Add(rendered.counters);
-    RenderedPhotograph r{i, Image(rendered.width, rendered.height, 3), Image(rendered.width, rendered.height, 3), {}};
+    const Image black(rendered.width, rendered.height, 3);
+    RenderedPhotograph r{i, black, black, std::move(derivatives), {}};
     for (size_t p = 0; p < rendered.pixels.size(); ++p) {
       const PixelEstimate& e = rendered.pixels[p];
       const glm::dvec3 mean = photo.exposure_scale * e.mean,

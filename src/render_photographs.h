@@ -8,7 +8,7 @@
 #include "base/progress.h"
 #include "calibration/capture.h"
 #include "optics/material.h"
-#include "photo/image.h"
+#include "photo/image_io.h"
 
 namespace crownfit {
 
@@ -20,13 +20,17 @@ struct RenderOptions {
   bool fine = false;                 ///< model shader: four times the light samples
   uint64_t seed = 1;
   int threads = 0;
+  bool derivatives = false;  ///< model path
 };
 
 /// What the camera would record, the photograph's exposure_scale included.
 struct RenderedPhotograph {
   size_t photograph;
   Image picture;
-  std::optional<Image> variance;   ///< model path: of the picture's noise
+  std::optional<Image> variance;  ///< model path: of the picture's noise
+  /// Per parameter the derivative of the picture, "enamel.absorption_per_mm", and its standard deviation,
+  /// "enamel.absorption_per_mm.stddev".
+  std::vector<ImageLayer> derivatives;
   std::vector<uint8_t> on_object;  ///< 1: the ray through the pixel's centre meets the object
 };
 

@@ -10,16 +10,17 @@
 namespace crownfit {
 
 void ParallelFor(size_t count, int threads, const std::function<void(size_t)>& body) {
-  constexpr size_t kChunk = 64;  // enough work per grab that the counter is never contended
   const size_t wanted = threads > 0 ? static_cast<size_t>(threads) : std::max(1u, std::thread::hardware_concurrency());
-  const size_t workers = std::min(wanted, (count + kChunk - 1) / kChunk);
+  const size_t workers = std::min(wanted, count);
+  // Of many small tasks some at a time, so that the counter is not contended; of few, one at a time.
+  const size_t chunk = std::clamp<size_t>(count / (16 * std::max<size_t>(1, workers)), 1, 64);
   std::atomic<size_t> next{0};
   std::exception_ptr error;
   std::mutex error_mutex;
   const auto work = [&] {
     try {
-      for (size_t begin = next.fetch_add(kChunk); begin < count; begin = next.fetch_add(kChunk))
-        for (size_t i = begin; i < std::min(count, begin + kChunk); ++i) body(i);
+      for (size_t begin = next.fetch_add(chunk); begin < count; begin = next.fetch_add(chunk))
+        for (size_t i = begin; i < std::min(count, begin + chunk); ++i) body(i);
     } catch (...) {
       const std::lock_guard lock(error_mutex);
       if (!error) error = std::current_exception();

@@ -93,20 +93,23 @@ void WriteImageFile(const std::filesystem::path& file, const Image& image, bool 
   });
 }
 
-void WriteImageFile(const std::filesystem::path& file, const Image& image, const Image& second,
-                    const std::string& layer) {
-  Check(image.width == second.width && image.height == second.height && image.channels == 3 && second.channels == 3,
-        "two layers of one size");
-  Image both(image.width, image.height, 6);
-  for (size_t p = 0; p < image.values.size() / 3; ++p)
-    for (size_t c = 0; c < 3; ++c) {
-      both.values[6 * p + c] = image.values[3 * p + c];
-      both.values[6 * p + 3 + c] = second.values[3 * p + c];
-    }
+void WriteImageLayers(const std::filesystem::path& file, const std::vector<ImageLayer>& layers) {
+  const int width = layers.at(0).image.width, height = layers[0].image.height,
+            channels = 3 * static_cast<int>(layers.size());
+  Image all(width, height, channels);
+  std::vector<std::string> names;
+  for (size_t l = 0; l < layers.size(); ++l) {
+    const Image& image = layers[l].image;
+    Check(image.width == width && image.height == height && image.channels == 3, "layers of one size");
+    for (size_t p = 0; p < image.values.size() / 3; ++p)
+      std::copy_n(&image.values[3 * p], 3, &all.values[channels * p + 3 * l]);
+    for (const char* channel : {"R", "G", "B"})
+      names.push_back(layers[l].name.empty() ? channel : layers[l].name + "." + channel);
+  }
   WriteBesideAndRename(file, [&](const std::filesystem::path& beside) {
-    OIIO::ImageSpec spec(both.width, both.height, both.channels, OIIO::TypeDesc::FLOAT);
-    spec.channelnames = {"R", "G", "B", layer + ".R", layer + ".G", layer + ".B"};
-    Write(file, beside, spec, both);
+    OIIO::ImageSpec spec(width, height, channels, OIIO::TypeDesc::FLOAT);
+    spec.channelnames = names;
+    Write(file, beside, spec, all);
   });
 }
 

@@ -5,6 +5,7 @@
 #include <filesystem>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "photo/image.h"
 
@@ -28,9 +29,13 @@ ImageFile ReadImageFile(const std::filesystem::path& file);
 /// .exr as 32-bit (or 16-bit when `half`) float; .png as 8 bit. Written beside and renamed.
 void WriteImageFile(const std::filesystem::path& file, const Image& image, bool half = false);
 
-/// EXR (32-bit) with a second layer of as many channels: `layer`.R and so on.
-void WriteImageFile(const std::filesystem::path& file, const Image& image, const Image& second,
-                    const std::string& layer);
+/// A picture of three channels among others of its size: channels `name`.R, .G, .B, or R, G, B without a name.
+struct ImageLayer {
+  std::string name;
+  Image image;
+};
+/// One EXR (32-bit) of several.
+void WriteImageLayers(const std::filesystem::path& file, const std::vector<ImageLayer>& layers);
 
 /// Draws text with its baseline's left end at (x, y). Without any font on the machine nothing is drawn.
 void DrawText(Image& image, int x, int y, int size_px, const std::string& text, float grey = 1.0f);

@@ -11,6 +11,7 @@
 
 #include "calibration/capture.h"
 #include "geometry/light_samples.h"
+#include "optics/shading_terms.h"
 #include "walk/boundary.h"
 #include "walk/path_slopes.h"
 #include "walk/random_walk.h"
@@ -57,6 +58,10 @@ struct Studio {
   double specular_factor = 1.0;  ///< of light that the outer surface alone reflected
   bool wants_slopes = false;     ///< derivatives beside the values
   CutSlopes cut_slopes{};
+  /// For light that leaves smoothly: lamps are looked for in the lobe of diffuse light that is refracted out, in place
+  /// of the one direction it takes. Per medium the lobe's 1 / (pi x share of diffuse light that enters from outside).
+  bool has_diffuse_exits = false;
+  std::vector<double> exit_scale{};
 };
 
 /// One path from the camera, up to where flights inside the layers take over and from where they end. Every boundary
@@ -188,9 +193,23 @@ class CameraPath {
     const Scattered s = outer.Scatter(state.direction, b.normal, random_, {targets.direction.data(), targets.count},
                                       {densities.data(), targets.count});
     for (size_t k = 0; k < targets.count; ++k) AddTarget(targets, k, densities[k].estimate, densities[k].approximate);
+    const bool was_inside = state.medium != kOutside;
     state.direction = s.direction;
     state.medium = b.towards(s.direction);
     density_ = s.density;
+    if (studio_.has_diffuse_exits && outer.is_smooth() && was_inside && state.medium == kOutside) ExitDiffusely(b);
+  }
+
+  /// Adds what lamps would give if light inside were diffuse; the way on finds them no more.
+  void ExitDiffusely(const Boundary& b) {
+    const double relative_ior = studio_.outer[b.inside].inside_ior / studio_.outer[b.inside].outside_ior;
+    const LampTargets targets = ChooseTargets(b.normal);
+    for (size_t k = 0; k < targets.count; ++k) {
+      const double cosine = glm::dot(targets.direction[k], b.normal);
+      const double passed = 1.0 - Terms<double>::FresnelReflectance(cosine, relative_ior);
+      AddTarget(targets, k, studio_.exit_scale[b.inside] * passed * cosine, 0.0);
+    }
+    density_ = 0.0;
   }
 
   bool IsOpaqueCut(const Boundary& b) const { return b.is_cut && studio_.cut_is_opaque; }

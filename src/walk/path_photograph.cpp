@@ -2,8 +2,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 
 #include "base/parallel.h"
+#include "optics/fresnel_moments.h"
 #include "walk/walk_pool.h"
 
 namespace crownfit {
@@ -30,6 +32,36 @@ struct PixelSum {
     return e;
   }
 };
+
+struct GroupSums {
+  LayerSlopes slopes;
+  LayerControls controls;
+  void Add(const LayerSlopes& s, const LayerControls& c) {
+    slopes.scattering += s.scattering, slopes.absorption += s.absorption, slopes.asymmetry += s.asymmetry;
+    controls.scattering += c.scattering, controls.asymmetry += c.asymmetry;
+  }
+  /// Values are pi x radiance; so are their slopes.
+  GroupSlopes Mean(double paths) const {
+    const double pi = std::numbers::pi / paths, one = 1.0 / paths;
+    return {glm::vec3(pi * slopes.scattering), glm::vec3(pi * slopes.absorption), glm::vec3(pi * slopes.asymmetry),
+            glm::vec3(one * controls.scattering), glm::vec3(one * controls.asymmetry)};
+  }
+};
+
+/// d ln HalfSpaceReflectance of the layer by ln scattering and ln absorption.
+CutSlopes SlopesOfHalfSpace(const Material::Layer& layer) {
+  const auto slope = [&](Quantity q) {
+    constexpr double kStep = 1e-4;
+    Material::Layer up = layer, down = layer;
+    for (int c = 0; c < kChannels; ++c) up[q][c] *= std::exp(kStep), down[q][c] *= std::exp(-kStep);
+    const glm::dvec3 high = HalfSpaceReflectance(up), low = HalfSpaceReflectance(down);
+    glm::dvec3 d(0.0);
+    for (int c = 0; c < kChannels; ++c)
+      if (low[c] > 0) d[c] = std::log(high[c] / low[c]) / (2.0 * kStep);
+    return d;
+  };
+  return {slope(Quantity::kReducedScattering), slope(Quantity::kAbsorption)};
+}
 
 }  // namespace
 
@@ -91,6 +123,13 @@ PathPhotograph RenderByPaths(const Capture& capture, const LayeredBody& body, co
   if (capture.neck == Neck::kRoot)
     studio.cut_reflectance =
         glm::min(material.surface[Quantity::kNeckReturn][0] * HalfSpaceReflectance(material.layers.back()), 1.0);
+  studio.wants_slopes = options.slopes;
+  studio.has_diffuse_exits = options.diffuse_exits;
+  for (const OuterBoundary& outer : studio.outer)
+    studio.exit_scale.push_back(
+        1.0 /
+        (std::numbers::pi * (1.0 - MomentsOf(std::max(1.0, outer.inside_ior / outer.outside_ior)).diffuse_outside)));
+  if (capture.neck == Neck::kRoot) studio.cut_slopes = SlopesOfHalfSpace(material.layers.back());
   if (photo.backing && capture.backings[*photo.backing].in_contact)
     studio.contact.emplace(capture.backings[*photo.backing]);
   for (size_t i : photo.lights) {
@@ -105,6 +144,13 @@ PathPhotograph RenderByPaths(const Capture& capture, const LayeredBody& body, co
   result.pixels.resize(static_cast<size_t>(result.width) * result.height);
   const size_t heroes = media.heroes(), pixels = result.pixels.size(),
                samples = std::max<size_t>(1, (options.paths_per_pixel + heroes - 1) / heroes);
+  const size_t layers = material.layers.size(), groups = std::min(samples, PathPhotograph::kMaxGroups);
+  result.layers = layers;
+  if (options.slopes || options.groups) {
+    result.groups = groups;
+    result.group_values.resize(pixels * groups);
+    result.slopes.resize(options.slopes ? pixels * groups * layers : 0);
+  }
   constexpr size_t kAtOnce = 4096;  // paths
   const size_t pixels_at_once = std::max<size_t>(1, kAtOnce / (samples * heroes)),
                chunks = (pixels + pixels_at_once - 1) / pixels_at_once;
@@ -121,16 +167,39 @@ PathPhotograph RenderByPaths(const Capture& capture, const LayeredBody& body, co
                        random};
     };
     std::vector<glm::dvec3> values(count * samples * heroes);
-    TracePaths(
-        studio, body.grid, values.size(), options.lanes, start,
-        [&](size_t task, const CameraPath& path) { values[task] = path.value(); }, counters[chunk]);
+    std::vector<LayerSlopes> slopes(options.slopes ? values.size() * layers : 0);
+    std::vector<LayerControls> controls(slopes.size());
+    const auto keep = [&](size_t task, const CameraPath& path) {
+      values[task] = path.value();
+      if (!options.slopes) return;
+      std::copy_n(path.slopes().slopes.begin(), layers, &slopes[task * layers]);
+      std::copy_n(path.slopes().controls.begin(), layers, &controls[task * layers]);
+    };
+    TracePaths(studio, body.grid, values.size(), options.lanes, start, keep, counters[chunk]);
     for (size_t k = 0; k < count; ++k) {
       PixelSum sum;
+      std::array<glm::dvec3, PathPhotograph::kMaxGroups> group_sum{};
       for (size_t s = 0; s < samples; ++s) {
         glm::dvec3 value(0.0);
         for (size_t hero = 0; hero < heroes; ++hero) value += values[(k * samples + s) * heroes + hero];
-        sum.Add(value / static_cast<double>(heroes));
+        value /= static_cast<double>(heroes);
+        sum.Add(value);
+        group_sum[s % groups] += value;
       }
+      for (size_t g = 0; g < result.groups; ++g)
+        result.group_values[(first + k) * groups + g] =
+            glm::vec3(group_sum[g] / static_cast<double>((samples - g + groups - 1) / groups));
+      for (size_t g = 0; options.slopes && g < groups; ++g)
+        for (size_t l = 0; l < layers; ++l) {
+          GroupSums group;
+          size_t paths = 0;
+          for (size_t s = g; s < samples; s += groups)
+            for (size_t hero = 0; hero < heroes; ++hero, ++paths) {
+              const size_t at = ((k * samples + s) * heroes + hero) * layers + l;
+              group.Add(slopes[at], controls[at]);
+            }
+          result.slopes[((first + k) * groups + g) * layers + l] = group.Mean(static_cast<double>(paths));
+        }
       PixelEstimate& pixel = result.pixels[first + k];
       pixel = sum.Estimate(static_cast<int>(samples));
       const glm::dvec2 centre(static_cast<double>((first + k) % result.width) + 0.5,

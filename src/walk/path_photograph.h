@@ -19,17 +19,32 @@ struct PixelEstimate {
   glm::dvec3 variance() const { return {covariance[0], covariance[3], covariance[5]}; }
 };
 
+/// Means over a group of one pixel's paths, of one layer: derivatives of the value by ln reduced scattering, ln
+/// absorption and g, and their zero-mean controls (path_slopes.h).
+struct GroupSlopes {
+  glm::vec3 scattering{0.0f}, absorption{0.0f}, asymmetry{0.0f}, scattering_control{0.0f}, asymmetry_control{0.0f};
+};
+
 struct PathOptions {
   int paths_per_pixel = 256;      ///< rounded up to whole groups of heroes
   uint64_t seed = 1, stream = 0;  ///< streams keep synthetic photographs apart from any fit's own walks
   int threads = 0;
-  int lanes = 64;  ///< paths side by side; changes nothing but the time
+  int lanes = 64;       ///< paths side by side; changes nothing but the time. 0: one after the other by rays alone
+  bool slopes = false;  ///< derivatives beside the values
+  bool groups = false;  ///< values of groups of paths; derivatives have them anyway
+  /// Light leaves a smooth surface as diffuse light would: several times less noise from lamps, and values that are
+  /// wrong by a few per cent, smoothly over the object. Good enough for derivatives of ln(pixel).
+  bool diffuse_exits = false;
 };
 
 struct PathPhotograph {
   int width = 0, height = 0;
   std::vector<PixelEstimate> pixels;  ///< exposure 1; index y * width + x
   WalkCounters counters;
+  static constexpr size_t kMaxGroups = 16;
+  size_t layers = 0, groups = 0;        ///< groups of a pixel's samples, each with means of its own
+  std::vector<glm::vec3> group_values;  ///< index pixel * groups + group
+  std::vector<GroupSlopes> slopes;      ///< index (pixel * groups + group) * layers + layer
 };
 
 /// The layers' media in the order of WalkScene: outside first. `body` holds their textures.

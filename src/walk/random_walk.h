@@ -23,9 +23,10 @@ struct Visit {
 
 struct WalkCounters {
   uint64_t walks = 0, lost = 0, flights = 0, boundaries = 0;
+  uint64_t searches = 0;  ///< flights whose end had to be looked for among facets
   double lost_share() const { return walks > 0 ? static_cast<double>(lost) / static_cast<double>(walks) : 0.0; }
   void Add(const WalkCounters& o) {
-    walks += o.walks, lost += o.lost, flights += o.flights, boundaries += o.boundaries;
+    walks += o.walks, lost += o.lost, flights += o.flights, boundaries += o.boundaries, searches += o.searches;
   }
 };
 

@@ -64,6 +64,7 @@ class Pool {
                             PathOf(i).state.medium,
                             scatters_[i] ? lanes_.flight_mm[i] : kFar};
     }
+    counters_.searches += asking;
     grid_.FindEnds({flights_.data(), asking});
     for (size_t k = 0; k < asking; ++k) EndFlight(asking_[k], flights_[k]);
   }
@@ -161,11 +162,32 @@ class Pool {
   size_t next_ = 0;
 };
 
+void TraceOneByOne(const Studio& studio, size_t count, const std::function<PathStart(size_t)>& start,
+                   const std::function<void(size_t, const CameraPath&)>& ended, WalkCounters& counters) {
+  struct Rays {
+    const WalkScene& scene;
+    auto Next(const glm::dvec3& origin, const glm::dvec3& direction, int medium, double max_mm) const {
+      return scene.NextByRay(origin, direction, medium, max_mm);
+    }
+    bool Holds(const glm::dvec3& p) const { return scene.Holds(p); }
+  } const rays{studio.scene};
+  CameraPath path(studio, counters);
+  for (size_t i = 0; i < count; ++i) {
+    const PathStart s = start(i);
+    if (path.Begin(s.position, s.direction, s.hero, s.random))
+      Walk(
+          rays, studio.media, s.hero, path.state, path.random(), counters, [&](const Boundary& b) { path.Meet(b); },
+          [](int medium) { return medium == kOutside; });
+    ended(i, path);
+  }
+}
+
 }  // namespace
 
 void TracePaths(const Studio& studio, const FacetGrid& grid, size_t count, int lanes,
                 const std::function<PathStart(size_t)>& start,
                 const std::function<void(size_t, const CameraPath&)>& ended, WalkCounters& counters) {
+  if (lanes <= 0) return TraceOneByOne(studio, count, start, ended, counters);
   Pool(studio, grid, count, std::min(lanes, FlightLanes::kMax), start, ended, counters).Trace();
 }
 

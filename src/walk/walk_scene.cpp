@@ -84,6 +84,11 @@ std::optional<Boundary> WalkScene::Next(const glm::dvec3& origin, const glm::dve
     if (!flight.is_ended()) return std::nullopt;
     return EndOf(flight);
   }
+  return NextByRay(origin, direction, medium, max_mm, left);
+}
+
+std::optional<Boundary> WalkScene::NextByRay(const glm::dvec3& origin, const glm::dvec3& direction, int medium,
+                                             double max_mm, const Boundary* left) const {
   const auto hit = caster_.NearestAccepted(origin, direction, max_mm, [&](int mesh, int triangle) {
     return Counts(mesh, triangle, direction, medium, left);
   });

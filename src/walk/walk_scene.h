@@ -56,6 +56,10 @@ class WalkScene {
   std::optional<Boundary> Next(const glm::dvec3& origin, const glm::dvec3& direction, int medium, double max_mm,
                                const Boundary* left = nullptr) const;
 
+  /// The same by a ray in single precision, inside too: another way to find the same.
+  std::optional<Boundary> NextByRay(const glm::dvec3& origin, const glm::dvec3& direction, int medium, double max_mm,
+                                    const Boundary* left = nullptr) const;
+
   /// The boundary that ends a flight inside, of which the body's grid has found the facet.
   Boundary EndOf(const FacetFlight& flight) const;
 

@@ -3,9 +3,12 @@
 #include <benchmark/benchmark.h>
 #include <ceres/jet.h>
 
+#include <cstdlib>
+#include <filesystem>
 #include <numeric>
 
 #include "forward/predict.h"
+#include "geometry/mesh_file.h"
 #include "geometry/signed_distance.h"
 #include "support/known_scene.h"
 #include "support/shapes.h"
@@ -87,30 +90,60 @@ void WalkTheToothSlab(benchmark::State& state) {
 }
 BENCHMARK(WalkTheToothSlab)->Unit(benchmark::kMillisecond);
 
-void WalkTheIncisor(benchmark::State& state) {
-  // Enamel 6.6 / mm, g .68 over dentine 28 / mm, g .93: about 150 collisions a path.
-  KnownScene scene(Incisor(), 2, 0.9, 24, 6.0);
-  const double values[2][4] = {{1.63, 0.68, 6.6 * 0.32, 0.03}, {1.54, 0.93, 28 * 0.07, 0.1}};
-  const Quantity quantities[4] = {Quantity::kIor, Quantity::kAsymmetry, Quantity::kReducedScattering,
-                                  Quantity::kAbsorption};
-  for (int layer = 0; layer < 2; ++layer)
-    for (int q = 0; q < 4; ++q) scene.capture.layers[layer][quantities[q]].value.fill(values[layer][q]);
-  scene.Light(DiskLight{{130, 0, 130}, {-1, 0, -1}, glm::dvec3(1.0), 0.0, 65.0});
-  scene.Light(DomeLight{glm::dvec3(0.05)});
+/// walks/s of one thread unless told otherwise. `lanes` 0: one path after the other, a ray a flight.
+void WalkACrown(benchmark::State& state, const TriangleMesh& crown, bool slopes) {
+  const KnownScene scene = SmoothIncisor(48, true, crown);
   const LayeredBody body(BuildSurfaces(scene.capture, scene.source, StatedThicknesses(scene.capture)), 0);
   const Material material = StatedMaterial(scene.capture);
-  uint64_t walks = 0, flights = 0;
-  for (auto _ : state) {
-    const auto photo = RenderByPaths(scene.capture, body, {}, material, 0, {30, 1, 0, 1}, [](double) {});
-    walks += photo.counters.walks;
-    flights += photo.counters.flights;
-  }
-  state.counters["walks/s"] = benchmark::Counter(static_cast<double>(walks), benchmark::Counter::kIsRate);
-  state.counters["flights/s"] = benchmark::Counter(static_cast<double>(flights), benchmark::Counter::kIsRate);
+  PathOptions options{.paths_per_pixel = 30, .threads = static_cast<int>(state.range(1))};
+  options.lanes = static_cast<int>(state.range(0));
+  options.slopes = slopes;
+  WalkCounters counters;
+  for (auto _ : state)
+    counters.Add(RenderByPaths(scene.capture, body, {}, material, 0, options, [](double) {}).counters);
+  const double walks = static_cast<double>(counters.walks), flights = static_cast<double>(counters.flights);
+  using Counter = benchmark::Counter;
+  state.counters["walks/s"] = Counter(walks, Counter::kIsRate);
+  state.counters["us/walk"] = Counter(1e-6 * walks, Counter::kIsRate | Counter::kInvert);
+  state.counters["ns/flight"] = Counter(1e-9 * flights, Counter::kIsRate | Counter::kInvert);
+  state.counters["flights/walk"] = flights / walks;
+  state.counters["facet searches/flight"] = static_cast<double>(counters.searches) / flights;
 }
-BENCHMARK(WalkTheIncisor)->Unit(benchmark::kMillisecond);
+void WalkTheIncisor(benchmark::State& state) { WalkACrown(state, Incisor(50), false); }
+BENCHMARK(WalkTheIncisor)->Args({64, 1})->Args({64, 2})->Args({0, 1})->Unit(benchmark::kMillisecond)->UseRealTime();
+void WalkTheIncisorWithSlopes(benchmark::State& state) { WalkACrown(state, Incisor(50), true); }
+BENCHMARK(WalkTheIncisorWithSlopes)->Args({64, 1})->Unit(benchmark::kMillisecond)->UseRealTime();
+
+void GridOfTheIncisor(benchmark::State& state) {
+  const KnownScene scene = SmoothIncisor(48, true, Incisor(50));
+  const auto surfaces = BuildSurfaces(scene.capture, scene.source, StatedThicknesses(scene.capture));
+  for (auto _ : state)
+    benchmark::DoNotOptimize(LayeredBody(surfaces, static_cast<int>(state.range(0))).surfaces.size());
+}
+BENCHMARK(GridOfTheIncisor)->Arg(1)->Arg(2)->Unit(benchmark::kMillisecond)->UseRealTime();
 
 }  // namespace
 }  // namespace crownfit
 
-BENCHMARK_MAIN();
+int main(int argc, char** argv) {
+  using namespace crownfit;
+  benchmark::Initialize(&argc, argv);
+  const char* reference = std::getenv("CROWNFIT_REFERENCE");
+  const std::filesystem::path crown = std::filesystem::path(reference ? reference : "../shared") /
+                                      "data/real/teeth-photos-scan-smartee-case1/crowns-byFDI/FDI11.obj";
+  if (std::filesystem::exists(crown)) {
+    std::vector<std::string> messages;
+    TriangleMesh mesh = ReadClosedSurface(crown, messages);
+    const auto [low, high] = Bounds(mesh);
+    for (glm::dvec3& v : mesh.vertices) v -= 0.5 * (low + high);
+    benchmark::RegisterBenchmark("WalkScannedCrown11", [=](benchmark::State& state) { WalkACrown(state, mesh, false); })
+        ->Args({64, 1})
+        ->Args({0, 1})
+        ->Unit(benchmark::kMillisecond)
+        ->UseRealTime();
+  } else {
+    std::fprintf(stderr, "WalkScannedCrown11 left out: no %s\n", crown.c_str());
+  }
+  benchmark::RunSpecifiedBenchmarks();
+  benchmark::Shutdown();
+}

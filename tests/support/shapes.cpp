@@ -103,11 +103,11 @@ TriangleMesh Box(const glm::dvec3& low, const glm::dvec3& high) {
   return Stack(stack);
 }
 
-TriangleMesh Incisor() {
-  constexpr int kLevels = 72, kSides = 96;
+TriangleMesh Incisor(int levels) {
+  const int sides = 4 * levels / 3;
   std::vector<std::vector<glm::dvec3>> stack;
-  for (int k = 0; k <= kLevels; ++k) {
-    const double u = static_cast<double>(k) / kLevels, y = -5.0 + 10.0 * u;
+  for (int k = 0; k <= levels; ++k) {
+    const double u = static_cast<double>(k) / levels, y = -5.0 + 10.0 * u;
     double half_width = 3.1 + 1.1 * std::sin(0.5 * std::numbers::pi * std::min(1.0, 1.15 * u));
     double half_depth = 0.65 + 2.4 * std::pow(1.0 - u, 1.2);
     // Rounded corners at the edge, a blunt edge, and a rounded neck.
@@ -118,8 +118,8 @@ TriangleMesh Incisor() {
     half_depth *= (0.25 + 0.75 * arc(edge)) * (0.75 + 0.25 * arc(neck));
     const double bulge = 0.5 * std::sin(std::numbers::pi * u), power = 2.3;
     std::vector<glm::dvec3> ring;
-    for (int i = 0; i < kSides; ++i) {
-      const double a = -kTwoPi * i / kSides, c = std::cos(a), s = std::sin(a);
+    for (int i = 0; i < sides; ++i) {
+      const double a = -kTwoPi * i / sides, c = std::cos(a), s = std::sin(a);
       const double r = std::pow(std::pow(std::abs(c), power) + std::pow(std::abs(s), power), -1.0 / power);
       ring.emplace_back(half_width * r * c, y, bulge + half_depth * r * s);
     }

@@ -20,7 +20,7 @@ TriangleMesh Box(const glm::dvec3& low, const glm::dvec3& high);
 TriangleMesh Cup(double radius_mm, double height_mm, double wall_mm, int sides = 64);
 
 /// An upper incisor's crown, about 8.4 x 10 x 6 mm: axis along y with the edge at +y, the facial side looks along +z.
-/// Superelliptic cross-sections that flatten towards the edge.
-TriangleMesh Incisor();
+/// Superelliptic cross-sections that flatten towards the edge: `levels` of 4/3 as many corners.
+TriangleMesh Incisor(int levels = 72);
 
 }  // namespace crownfit

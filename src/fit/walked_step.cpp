@@ -1,0 +1,66 @@
+#include "fit/walked_step.h"
+
+#include <cmath>
+
+namespace crownfit {
+
+void WalkedStep::Add(const PooledSlopes& slopes, const UnknownOf& unknown_of, const std::vector<Pixel>& pixels) {
+  const int groups = slopes.groups();
+  if (normal_.size() == 0) {
+    normal_ = noise_ = Eigen::MatrixXd::Zero(unknowns_, unknowns_);
+    right_ = Eigen::VectorXd::Zero(unknowns_);
+    normal_without_.assign(groups, normal_);
+    right_without_.assign(groups, right_);
+  }
+  struct Entry {
+    size_t parameter;
+    int channel, unknown;
+  };
+  std::vector<Entry> entries;
+  for (size_t j = 0; j < slopes.parameters().size(); ++j)
+    for (int c = 0; c < kChannels; ++c)
+      if (const int u = unknown_of(slopes.parameters()[j], c); u >= 0) entries.push_back({j, c, u});
+  using Rows = Eigen::Matrix<double, kChannels, Eigen::Dynamic>;
+  const auto rows = [&](size_t pixel, const auto& slope) {
+    Rows r = Rows::Zero(kChannels, unknowns_);
+    for (const Entry& e : entries)
+      r(e.channel, e.unknown) += slopes.brightness(e.channel, pixel) * slope(e.parameter, e.channel);
+    return r;
+  };
+  for (const Pixel& p : pixels) {
+    Eigen::Matrix3d covariance;
+    const auto& v = p.covariance;
+    covariance << v[0], v[1], v[2], v[1], v[3], v[4], v[2], v[4], v[5];
+    const Eigen::LLT<Eigen::Matrix3d> root(covariance);
+    const auto whiten = [&](const auto& m) { return root.matrixL().solve(m).eval(); };
+    const Eigen::Vector3d residual = whiten(Eigen::Vector3d(p.residual.x, p.residual.y, p.residual.z));
+    const Rows all = whiten(rows(p.pixel, [&](size_t j, int c) { return slopes.At(j, c, p.pixel); }));
+    normal_.noalias() += all.transpose() * all;
+    right_.noalias() += all.transpose() * residual;
+    for (int g = 0; g < groups; ++g) {
+      const Rows some = whiten(rows(p.pixel, [&](size_t j, int c) { return slopes.Without(g, j, c, p.pixel); }));
+      normal_without_[g].noalias() += some.transpose() * some;
+      right_without_[g].noalias() += some.transpose() * residual;
+      noise_.noalias() += (groups - 1.0) / groups * (some - all).transpose() * (some - all);
+    }
+  }
+}
+
+WalkedStep::Solution WalkedStep::Solve() const {
+  const double groups = static_cast<double>(normal_without_.size());
+  const Eigen::MatrixXd signal = normal_ - noise_;
+  const Eigen::LDLT<Eigen::MatrixXd> solver(signal);
+  const Eigen::MatrixXd inverse = solver.solve(Eigen::MatrixXd::Identity(unknowns_, unknowns_));
+  Solution s;
+  s.step = solver.solve(right_);
+  Eigen::MatrixXd steps(unknowns_, static_cast<Eigen::Index>(groups));
+  for (size_t g = 0; g < normal_without_.size(); ++g)
+    steps.col(static_cast<Eigen::Index>(g)) =
+        (normal_without_[g] - groups / (groups - 1.0) * noise_).ldlt().solve(right_without_[g]);
+  const Eigen::MatrixXd off = steps.colwise() - steps.rowwise().mean();
+  s.slope_covariance = (groups - 1.0) / groups * off * off.transpose();
+  s.covariance = inverse * normal_ * inverse + s.slope_covariance;
+  return s;
+}
+
+}  // namespace crownfit

@@ -1,0 +1,212 @@
+#include "walk/picture_slopes.h"
+
+#include <Eigen/Dense>
+#include <algorithm>
+#include <cmath>
+
+namespace crownfit {
+namespace {
+
+/// Monomials of degree <= `degree` in three variables, lower degrees first.
+int MonomialCount(int degree) { return (degree + 1) * (degree + 2) * (degree + 3) / 6; }
+
+void Monomials(int degree, double x, double y, double z, double* out) {
+  for (int total = 0; total <= degree; ++total)
+    for (int i = 0; i <= total; ++i)
+      for (int j = 0; i + j <= total; ++j) *out++ = std::pow(x, i) * std::pow(y, j) * std::pow(z, total - i - j);
+}
+
+}  // namespace
+
+PooledSlopes::PooledSlopes(const PathPhotograph& photo, const std::vector<DifferenceSlopes>& differences)
+    : groups_(static_cast<int>(photo.groups)) {
+  const size_t layers = photo.layers, pixels = photo.pixels.size(), groups = photo.groups;
+  constexpr size_t kKinds = 3;
+  constexpr double kExact = 1e-12;  // a noise that none is below, in squares of the value
+  for (size_t l = 0; l < layers; ++l)
+    for (const Quantity q : {Quantity::kReducedScattering, Quantity::kAbsorption, Quantity::kAsymmetry})
+      parameters_.push_back({l, q});
+  for (const DifferenceSlopes& d : differences) parameters_.push_back(d.parameter);
+  FindPlaces(photo);
+  std::vector<size_t> used;
+  for (size_t p = 0; p < pixels; ++p)
+    if (places_[p].on_object) used.push_back(p);
+  fields_.resize(parameters_.size() * kChannels);
+  if (used.empty()) return;
+
+  const auto count = static_cast<Eigen::Index>(used.size());
+  const auto n_controls = static_cast<Eigen::Index>(2 * layers);
+  const int terms = MonomialCount(kMaxDegree);
+  for (int c = 0; c < kChannels; ++c) {
+    // Rows are weighted by the noise of the values, which that of the slopes goes with.
+    Eigen::MatrixXd basis(count, terms);
+    Eigen::VectorXd weight(count), brightness(count);
+    for (Eigen::Index i = 0; i < count; ++i) {
+      const Place& place = places_[used[i]];
+      std::array<double, 56> row;
+      static_assert(kMaxDegree == 5);
+      Monomials(kMaxDegree, place.x, place.y, place.log_brightness[c], row.data());
+      brightness[i] = place.brightness[c];
+      weight[i] = 1.0 / std::sqrt(place.variance[c] + kExact * place.brightness[c] * place.brightness[c]);
+      for (int k = 0; k < terms; ++k) basis(i, k) = weight[i] * brightness[i] * row[k];
+    }
+    const Eigen::MatrixXd gram = basis.transpose() * basis;
+    std::vector<Eigen::LDLT<Eigen::MatrixXd>> solvers;
+    for (int degree = 0; degree <= kMaxDegree; ++degree) {
+      const int size = MonomialCount(degree);
+      const Eigen::MatrixXd some = gram.topLeftCorner(size, size);
+      solvers.emplace_back(some + 1e-10 * some.trace() / size * Eigen::MatrixXd::Identity(size, size));
+    }
+
+    const auto at = [&](Eigen::Index i, size_t g, size_t l) -> const GroupSlopes& {
+      return photo.slopes[(used[i] * groups + g) * layers + l];
+    };
+    // Per group: weighted slopes (one column a parameter) and controls (brightness times them).
+    std::vector<Eigen::MatrixXd> slopes(groups), controls(groups);
+    Eigen::MatrixXd mean_slope = Eigen::MatrixXd::Zero(count, static_cast<Eigen::Index>(parameters_.size())),
+                    mean_control = Eigen::MatrixXd::Zero(count, n_controls);
+    for (size_t g = 0; g < groups; ++g) {
+      slopes[g].resize(count, mean_slope.cols());
+      controls[g].resize(count, n_controls);
+      for (Eigen::Index i = 0; i < count; ++i)
+        for (size_t l = 0; l < layers; ++l) {
+          const GroupSlopes& s = at(i, g, l);
+          const auto j = static_cast<Eigen::Index>(l);
+          slopes[g](i, kKinds * j) = weight[i] * s.scattering[c];
+          slopes[g](i, kKinds * j + 1) = weight[i] * s.absorption[c];
+          slopes[g](i, kKinds * j + 2) = weight[i] * s.asymmetry[c];
+          controls[g](i, 2 * j) = weight[i] * brightness[i] * s.scattering_control[c];
+          controls[g](i, 2 * j + 1) = weight[i] * brightness[i] * s.asymmetry_control[c];
+        }
+      for (size_t d = 0; d < differences.size(); ++d)
+        for (Eigen::Index i = 0; i < count; ++i)
+          slopes[g](i, static_cast<Eigen::Index>(kKinds * layers + d)) =
+              weight[i] * differences[d].values[used[i] * groups + g][c];
+      mean_slope += slopes[g] / static_cast<double>(groups);
+      mean_control += controls[g] / static_cast<double>(groups);
+    }
+    // Multiples of the controls, each half of the groups by what the other half found: no noise meets itself.
+    std::array<Eigen::MatrixXd, 2> multiples;
+    for (const size_t half : {0, 1}) {
+      Eigen::MatrixXd square = Eigen::MatrixXd::Zero(n_controls, n_controls),
+                      product = Eigen::MatrixXd::Zero(n_controls, mean_slope.cols());
+      for (size_t g = 1 - half; g < groups; g += 2) {
+        const Eigen::MatrixXd d = controls[g] - mean_control;
+        square += d.transpose() * d;
+        product += d.transpose() * (slopes[g] - mean_slope);
+      }
+      multiples[half] = square.completeOrthogonalDecomposition().solve(product);
+    }
+    std::vector<Eigen::MatrixXd> right(groups);
+    for (size_t g = 0; g < groups; ++g) right[g] = basis.transpose() * (slopes[g] - controls[g] * multiples[g % 2]);
+
+    for (size_t j = 0; j < parameters_.size(); ++j) {
+      const auto column = static_cast<Eigen::Index>(j);
+      Eigen::VectorXd all = Eigen::VectorXd::Zero(terms);
+      for (const Eigen::MatrixXd& r : right) all += r.col(column);
+      // Of every degree the polynomials without each group, and how they do on that group; what no polynomial changes
+      // is left out.
+      std::vector<Field> fits;
+      std::vector<Eigen::VectorXd> errors;
+      for (int degree = 0; degree <= kMaxDegree; ++degree) {
+        const int size = MonomialCount(degree);
+        if (4 * size > count && degree > 0) break;
+        const auto& solver = solvers[degree];
+        const auto solve = [&](const Eigen::VectorXd& v) {
+          const Eigen::VectorXd x = solver.solve(v.head(size));
+          return std::vector<double>(x.begin(), x.end());
+        };
+        const double n = static_cast<double>(groups);
+        Field fit{degree, solve(all / n), {}};
+        Eigen::VectorXd error(static_cast<Eigen::Index>(groups));
+        for (size_t g = 0; g < groups; ++g) {
+          fit.without.push_back(solve((all - right[g].col(column)) / (n - 1.0)));
+          const Eigen::Map<const Eigen::VectorXd> x(fit.without.back().data(), size);
+          error[static_cast<Eigen::Index>(g)] =
+              x.dot(gram.topLeftCorner(size, size) * x) - 2.0 * x.dot(right[g].col(column).head(size));
+        }
+        fits.push_back(std::move(fit));
+        errors.push_back(error);
+      }
+      const auto best = std::min_element(errors.begin(), errors.end(),
+                                         [](const auto& a, const auto& b) { return a.mean() < b.mean(); });
+      size_t chosen = best - errors.begin();
+      for (size_t d = chosen; d < fits.size(); ++d) {
+        const Eigen::VectorXd worse = errors[d] - *best;
+        const double n = static_cast<double>(groups),
+                     spread = std::sqrt((worse.array() - worse.mean()).square().sum() / (n - 1.0));
+        if (worse.mean() <= spread / std::sqrt(n)) chosen = d;
+      }
+      fields_[j * kChannels + c] = std::move(fits[chosen]);
+    }
+  }
+}
+
+void PooledSlopes::FindPlaces(const PathPhotograph& photo) {
+  constexpr int kReach = 2, kNoiseReach = 4;
+  constexpr double kDark = 1e-3;  // of the mean: no darker counts
+  places_.resize(photo.pixels.size());
+  glm::dvec2 low(1e9), high(-1e9);
+  glm::dvec3 mean(0.0);
+  double n = 0;
+  for (size_t p = 0; p < places_.size(); ++p) {
+    Place& place = places_[p];
+    place.on_object = photo.pixels[p].on_object;
+    if (!place.on_object) continue;
+    place.x = static_cast<double>(p % photo.width), place.y = static_cast<double>(p / photo.width);
+    low = glm::min(low, glm::dvec2(place.x, place.y)), high = glm::max(high, glm::dvec2(place.x, place.y));
+    mean += photo.pixels[p].mean, ++n;
+  }
+  mean /= std::max(1.0, n);
+  const auto around = [&](size_t p, int reach, bool with_itself, const auto& value) {
+    const int x = static_cast<int>(p % photo.width), y = static_cast<int>(p / photo.width);
+    glm::dvec3 sum(0.0);
+    double count = 0;
+    for (int v = std::max(0, y - reach); v <= std::min(photo.height - 1, y + reach); ++v)
+      for (int u = std::max(0, x - reach); u <= std::min(photo.width - 1, x + reach); ++u) {
+        const PixelEstimate& near = photo.pixels[static_cast<size_t>(v) * photo.width + u];
+        if (near.on_object && (with_itself || u != x || v != y)) sum += value(near), ++count;
+      }
+    return count > 0 ? sum / count : value(photo.pixels[p]);
+  };
+  for (size_t p = 0; p < places_.size(); ++p) {
+    Place& place = places_[p];
+    if (!place.on_object) continue;
+    place.brightness = glm::max(kDark * mean, around(p, kReach, false, [](const PixelEstimate& e) { return e.mean; }));
+    place.variance = around(p, kNoiseReach, true, [](const PixelEstimate& e) { return e.variance(); });
+    place.log_brightness = 0.5 * glm::log(place.brightness / glm::max(mean, glm::dvec3(1e-300)));
+    place.x = (2.0 * place.x - low.x - high.x) / std::max(1.0, high.x - low.x);
+    place.y = (2.0 * place.y - low.y - high.y) / std::max(1.0, high.y - low.y);
+  }
+}
+
+double PooledSlopes::Evaluate(const std::vector<double>& coefficients, int degree, int channel, size_t pixel) const {
+  const Place& place = places_[pixel];
+  if (!place.on_object) return 0.0;
+  std::array<double, 56> terms;
+  Monomials(degree, place.x, place.y, place.log_brightness[channel], terms.data());
+  double sum = 0;
+  for (size_t k = 0; k < coefficients.size(); ++k) sum += coefficients[k] * terms[k];
+  return sum;
+}
+
+double PooledSlopes::At(size_t parameter, int channel, size_t pixel) const {
+  const Field& field = fields_[parameter * kChannels + channel];
+  return Evaluate(field.coefficients, field.degree, channel, pixel);
+}
+
+double PooledSlopes::Without(int group, size_t parameter, int channel, size_t pixel) const {
+  const Field& field = fields_[parameter * kChannels + channel];
+  return Evaluate(field.without[group], field.degree, channel, pixel);
+}
+
+double PooledSlopes::Stddev(size_t parameter, int channel, size_t pixel) const {
+  double sum = 0, square = 0;
+  for (int g = 0; g < groups_; ++g) {
+    const double v = Without(g, parameter, channel, pixel);
+    sum += v, square += v * v;
+  }
+  return std::sqrt(std::max(0.0, square - sum * sum / groups_) * (groups_ - 1.0) / groups_);
+}
+
+}  // namespace crownfit
