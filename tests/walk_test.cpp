@@ -364,7 +364,8 @@ TEST(Path, FinerTrianglesOfTheSameSurfaceChangeNothing) {
 TEST(Path, UnitsOfLengthDoNotMatter) {
   KnownScene small = Bead(), large = Bead(1000.0);
   large.capture.photographs[0].camera_from_object.translation_mm *= 1000.0;
-  large.capture.lights[0].shape = DiskLight{{2e5, 0, 2e5}, {-1, 0, -1}, glm::dvec3(2.0), 0.0, 9e4};
+  large.capture.lights[0].shape =
+      DiskLight{{2e5, 0, 2e5}, glm::normalize(glm::dvec3(-1, 0, -1)), glm::dvec3(2.0), 0.0, 9e4};
   const Mean a = RenderedMean(small, 4000, 1), b = RenderedMean(large, 4000, 2);
   EXPECT_NEAR(a.value(), b.value(), 4 * std::hypot(a.stated, b.stated));
 }
@@ -400,6 +401,34 @@ TEST(Path, SamePictureForAnyNumberOfLanes) {
     for (size_t i = 0; i < other.pixels.size(); ++i) {
       EXPECT_EQ(other.pixels[i].mean, reference.pixels[i].mean) << lanes << " lanes, pixel " << i;
       EXPECT_EQ(other.pixels[i].covariance, reference.pixels[i].covariance) << lanes << " lanes, pixel " << i;
+    }
+  }
+}
+
+TEST(Path, EveryWayOfTracingAndOfFindingLampsGivesTheSamePicture) {
+  // Facets in double precision by the grid against rays in single precision; lamps by chance against both ways at once.
+  for (const double roughness : {0.0, 0.3}) {
+    KnownScene scene(Incisor(50), 2, 0.9, 8, 12.0);
+    scene.capture.layers[1][Quantity::kReducedScattering].value = {2.5, 2.0, 1.5};
+    SetSurface(scene, roughness, 0.0);
+    scene.Light(DiskLight{{130, 0, 130}, {-1, 0, -1}, glm::dvec3(1.0), 0.0, 90.0});
+    const LayeredBody body = BodyOf(scene);
+    const auto render = [&](uint64_t seed, int lanes, bool lamps_are_sampled) {
+      PathOptions options{.paths_per_pixel = 1500, .seed = seed};
+      options.lanes = lanes;
+      options.lamps_are_sampled = lamps_are_sampled;
+      return RenderByPaths(scene.capture, body, {}, StatedMaterial(scene.capture), 0, options, [](double) {});
+    };
+    const PathPhotograph a = render(1, 64, true), b = render(2, 0, true), c = render(3, 64, false);
+    for (const PathPhotograph* other : {&b, &c}) {
+      double difference = 0, variance = 0, sum = 0;
+      for (size_t p = 0; p < a.pixels.size(); ++p) {
+        difference += other->pixels[p].mean.y - a.pixels[p].mean.y;
+        sum += a.pixels[p].mean.y;
+        variance += other->pixels[p].variance().y + a.pixels[p].variance().y;
+      }
+      EXPECT_LT(std::abs(difference), 3.5 * std::sqrt(variance)) << roughness << (other == &b ? " rays" : " chance");
+      EXPECT_LT(std::sqrt(variance), 0.03 * sum);
     }
   }
 }

@@ -24,7 +24,7 @@ struct PointLight {
 struct DiskLight {
   glm::dvec3 centre_mm, normal, radiance;
   double inner_radius_mm, outer_radius_mm;
-};  ///< also rings
+};  ///< also rings; the normal is a unit vector
 struct RectangleLight {
   glm::dvec3 centre_mm, half_axis_u_mm, half_axis_v_mm, radiance;
 };  ///< shines along u x v

@@ -200,6 +200,22 @@ void FacetGrid::FindEnds(std::span<FacetFlight> flights) const {
     FindSomeEnds(flights.subspan(first, std::min(kTogether, flights.size() - first)));
 }
 
+/// The part of a flight within which the surfaces lie, as far as the slab of its first cube tells.
+std::pair<double, double> FacetGrid::WithinSlab(const FacetFlight& f) const {
+  const std::pair<double, double> all{0.0, f.max_mm};
+  const glm::dvec3 p = (f.origin - low_) * per_mm_;
+  if (!(p.x >= 0 && p.y >= 0 && p.z >= 0 && p.x < count_.x && p.y < count_.y && p.z < count_.z)) return all;
+  const glm::ivec3 cube(p);
+  const Slab& slab = slabs_[(static_cast<size_t>(cube.z) * count_.y + cube.y) * count_.x + cube.x];
+  const glm::dvec3 a = (p - (glm::dvec3(cube) + 0.5)) / per_mm_, b = a + f.max_mm * f.direction,
+                   n(slab.nx, slab.ny, slab.nz);
+  if (!(glm::dot(b, b) * per_mm_ * per_mm_ < kReach * kReach)) return all;
+  const double at = glm::dot(n, a), along = glm::dot(n, f.direction), one = (slab.low - at) / along,
+               other = (slab.high - at) / along;
+  if (!(std::abs(along) > 1e-9)) return all;
+  return {std::max(0.0, std::min(one, other)), std::min(f.max_mm, std::max(one, other))};
+}
+
 /// All flights go from cube to cube together, in steps that each read memory which the step before has called for.
 CROWNFIT_FOR_EVERY_VECTOR
 void FacetGrid::FindSomeEnds(std::span<FacetFlight> flights) const {
@@ -208,6 +224,7 @@ void FacetGrid::FindSomeEnds(std::span<FacetFlight> flights) const {
     glm::dvec3 inverse, ahead;  ///< of the direction: 1 / it, 1 where it is positive
     glm::dvec3 from_middle;
     double at_mm, end_mm;  ///< of the way through the cube
+    double until_mm;       ///< nothing is met beyond
     size_t cube;
   };
   struct Candidate {
@@ -224,7 +241,7 @@ void FacetGrid::FindSomeEnds(std::span<FacetFlight> flights) const {
     const double along = glm::dot(c.facet->normal, f.direction);
     if (!(f.medium == c.inside ? along > 0 : along < 0)) return;
     const double away = glm::dot(c.facet->normal, glm::dvec3(c.facet->corners[0]) - f.origin) / along;
-    if (!(away >= healed && away <= std::min(c.place->end_mm, f.max_mm) && away < f.distance_mm)) return;
+    if (!(away >= healed && away <= std::min(c.place->end_mm, c.place->until_mm) && away < f.distance_mm)) return;
     if (!Meets(f.origin, f.direction, c.facet->corners)) return;
     f.distance_mm = away;
     f.normal = c.facet->normal;
@@ -232,8 +249,10 @@ void FacetGrid::FindSomeEnds(std::span<FacetFlight> flights) const {
     f.triangle = c.facet->triangle;
   };
   size_t count = 0;
-  for (FacetFlight& f : flights)
-    places[count++] = {&f, 1.0 / f.direction, glm::step(glm::dvec3(0.0), f.direction), {}, 0.0, 0.0, 0};
+  for (FacetFlight& f : flights) {
+    const auto [from_mm, until_mm] = WithinSlab(f);
+    places[count++] = {&f, 1.0 / f.direction, glm::step(glm::dvec3(0.0), f.direction), {}, from_mm, 0.0, until_mm, 0};
+  }
   while (count > 0) {
     size_t inside_grid = 0;
     for (size_t i = 0; i < count; ++i) {
@@ -247,10 +266,10 @@ void FacetGrid::FindSomeEnds(std::span<FacetFlight> flights) const {
       const size_t cube = (static_cast<size_t>(z) * count_.y + y) * count_.x + x;
       __builtin_prefetch(&first_pack_[cube]);
       __builtin_prefetch(&distance_mm_[cube]);
-      places[inside_grid++] = {place.flight, place.inverse,
-                               place.ahead,  (p - glm::dvec3(x + 0.5, y + 0.5, z + 0.5)) * cube_mm,
-                               place.at_mm,  std::max(place.at_mm, end * cube_mm) + nudge,
-                               cube};
+      places[inside_grid++] = {place.flight,   place.inverse,
+                               place.ahead,    (p - glm::dvec3(x + 0.5, y + 0.5, z + 0.5)) * cube_mm,
+                               place.at_mm,    std::max(place.at_mm, end * cube_mm) + nudge,
+                               place.until_mm, cube};
     }
     count = inside_grid;
     for (size_t i = 0; i < count; ++i) {
@@ -264,7 +283,7 @@ void FacetGrid::FindSomeEnds(std::span<FacetFlight> flights) const {
       const float dx = static_cast<float>(f.direction.x), dy = static_cast<float>(f.direction.y),
                   dz = static_cast<float>(f.direction.z), px = static_cast<float>(place.from_middle.x),
                   py = static_cast<float>(place.from_middle.y), pz = static_cast<float>(place.from_middle.z),
-                  way = static_cast<float>(std::min(place.end_mm, f.max_mm) - place.at_mm);
+                  way = static_cast<float>(std::min(place.end_mm, place.until_mm) - place.at_mm);
       for (uint32_t n = first_pack_[place.cube]; n < first_pack_[place.cube + 1]; ++n) {
         const Pack& pack = packs_[n];
         const bool from_behind = f.medium == pack.inside;
@@ -303,7 +322,7 @@ void FacetGrid::FindSomeEnds(std::span<FacetFlight> flights) const {
       }
       const double clear = static_cast<double>(distance_mm_[place.cube]) - glm::length(place.from_middle);
       place.at_mm = std::max(place.end_mm, place.at_mm + clear);
-      if (place.at_mm <= f.max_mm) places[going_on++] = place;
+      if (place.at_mm <= place.until_mm) places[going_on++] = place;
     }
     count = going_on;
   }

@@ -7,6 +7,7 @@
 #include <cstdint>
 #include <limits>
 #include <span>
+#include <utility>
 #include <vector>
 
 #include "geometry/ray_caster.h"
@@ -102,6 +103,7 @@ class FacetGrid {
   };
   static constexpr double kReach = 1.5;
   void FindSlabs();
+  std::pair<double, double> WithinSlab(const FacetFlight& flight) const;
   void FindSomeEnds(std::span<FacetFlight> flights) const;
   void FindDistances(const std::vector<TriangleMesh>& surfaces, int threads);
   void ListFacets(const std::vector<TriangleMesh>& surfaces, const std::vector<std::vector<uint8_t>>& is_exposed);

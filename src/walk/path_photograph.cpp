@@ -135,7 +135,8 @@ PathPhotograph RenderByPaths(const Capture& capture, const LayeredBody& body, co
   for (size_t i : photo.lights) {
     const Light& light = capture.lights[i];
     studio.lamps.push_back({light.in_camera_frame ? Transformed(light.shape, object_from_camera) : light.shape,
-                            light.intensity_scale, !std::holds_alternative<DomeLight>(light.shape)});
+                            light.intensity_scale,
+                            options.lamps_are_sampled && !std::holds_alternative<DomeLight>(light.shape)});
   }
 
   PathPhotograph result;

@@ -32,6 +32,8 @@ struct PathOptions {
   int lanes = 64;       ///< paths side by side; changes nothing but the time. 0: one after the other by rays alone
   bool slopes = false;  ///< derivatives beside the values
   bool groups = false;  ///< values of groups of paths; derivatives have them anyway
+  /// False: lamps are found by the directions that paths take and by nothing else.
+  bool lamps_are_sampled = true;
   /// Light leaves a smooth surface as diffuse light would: several times less noise from lamps, and values that are
   /// wrong by a few per cent, smoothly over the object. Good enough for derivatives of ln(pixel).
   bool diffuse_exits = false;

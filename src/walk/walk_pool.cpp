@@ -61,7 +61,7 @@ class Pool {
       asking_[asking] = i;
       flights_[asking++] = {{lanes_.x[i], lanes_.y[i], lanes_.z[i]},
                             {lanes_.dx[i], lanes_.dy[i], lanes_.dz[i]},
-                            PathOf(i).state.medium,
+                            medium_[i],
                             scatters_[i] ? lanes_.flight_mm[i] : kFar};
     }
     counters_.searches += asking;
@@ -118,6 +118,7 @@ class Pool {
     lanes_.random[i] = path.random().state();
     lanes_.random_step[i] = path.random().step();
     lanes_.free_path_mm[i] = scattering > 0 ? 1.0 / scattering : 1.0;
+    medium_[i] = state.medium;
     scatters_[i] = scattering > 0;
     lanes_.needs_every_ray[i] = scattering > 0 && !medium.texture ? 0.0 : 1.0;
     lanes_.g[i] = medium.g;
@@ -143,6 +144,7 @@ class Pool {
     std::swap(slot_[from], slot_[to]);
     ended_[to] = ended_[from];
     scatters_[to] = scatters_[from];
+    medium_[to] = medium_[from];
   }
 
   const Studio& studio_;
@@ -153,7 +155,7 @@ class Pool {
   size_t count_;
   FlightLanes lanes_{};
   std::vector<CameraPath> paths_;
-  std::array<int, FlightLanes::kMax> slot_{};
+  std::array<int, FlightLanes::kMax> slot_{}, medium_{};
   std::array<size_t, FlightLanes::kMax> task_{};
   std::array<int, FlightLanes::kMax> asking_{};           ///< lanes whose flights might meet something ...
   std::array<FacetFlight, FlightLanes::kMax> flights_{};  ///< ... and those flights

@@ -95,7 +95,7 @@ void WalkACrown(benchmark::State& state, const TriangleMesh& crown, bool slopes)
   const KnownScene scene = SmoothIncisor(48, true, crown);
   const LayeredBody body(BuildSurfaces(scene.capture, scene.source, StatedThicknesses(scene.capture)), 0);
   const Material material = StatedMaterial(scene.capture);
-  PathOptions options{.paths_per_pixel = 30, .threads = static_cast<int>(state.range(1))};
+  PathOptions options{.paths_per_pixel = 90, .threads = static_cast<int>(state.range(1))};
   options.lanes = static_cast<int>(state.range(0));
   options.slopes = slopes;
   WalkCounters counters;

@@ -36,6 +36,7 @@ void KnownScene::Light(const LightShape& shape) {
   crownfit::Light light;
   light.name = "light" + std::to_string(capture.lights.size());
   light.shape = shape;
+  if (auto* disk = std::get_if<DiskLight>(&light.shape)) disk->normal = glm::normalize(disk->normal);
   capture.photographs[0].lights.push_back(capture.lights.size());
   capture.lights.push_back(light);
 }
