@@ -1,4 +1,4 @@
-#!/usr/bin/env python3
+#!/usr/bin/python3
 """Runs estimator_study and plots a pixel's error against CPU seconds: plot_estimators.py PROGRAM FOLDER"""
 import csv
 import io
@@ -26,7 +26,7 @@ for axis, light in zip(axes, lights):
         axis.loglog(seconds, [100 * 0.01 * (at_1 / s) ** 0.5 for s in seconds], styles[r["estimator"]],
                     color=colours[r["roughness"]], label=f"{r['estimator']}, roughness {r['roughness']}")
     axis.set_title(light)
-    axis.set_xlabel("CPU seconds, one core, all 600 pixels")
+    axis.set_xlabel("CPU seconds, one core, all 300 pixels")
     axis.grid(alpha=0.3)
     axis.legend(fontsize=6)
 axes[0].set_ylabel("error of a pixel, % of the mean pixel")
