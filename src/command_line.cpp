@@ -218,7 +218,7 @@ CommandLine Parse(const std::vector<std::string>& arguments, std::ostream& error
       ->check(CLI::Range(0.0, 1.0));
   render->add_flag(
       "--derivatives", line.derivatives,
-      "Model path: also PHOTOGRAPH_derivatives.exr, a layer and its standard deviation for each parameter.");
+      "Model path: also PHOTOGRAPH_derivatives.exr, derivatives by scattering, absorption, g, index and so on.");
   render->add_flag("--half", line.half_float, "16-bit EXR.");
   render->add_flag("--twelve-taps", line.fit.twelve_taps, "Blur by the thesis's 1 + 12 taps in place of 49.");
   render->add_flag("--fine", line.fine, "Four times the light samples.");

@@ -12,7 +12,7 @@ struct Steps {
 
 Steps StepsOf(Quantity quantity, double value) {
   constexpr double kShare = 0.2, kIorStep = 0.02, kFromSmooth = 0.05;
-  if (quantity == Quantity::kIor) return {std::min(kIorStep, value - 1.0), kIorStep};
+  if (quantity == Quantity::kIor) return {value - kIorStep >= 1.0 ? kIorStep : 0.0, kIorStep};
   if (quantity == Quantity::kRoughness)
     return value > 0.1 * kFromSmooth ? Steps{kShare * value, kShare * value} : Steps{0.0, kFromSmooth};
   return {-std::log(1.0 - kShare), std::log(1.0 + kShare)};
@@ -80,7 +80,7 @@ DifferentiatedPhotograph DifferentiateByPaths(const CrownInput& input, const Mat
     const std::vector<glm::vec3> low = at(-steps.down), high = at(steps.up);
     // Of the parabola through three points, or of the line through two.
     const double sum = steps.down + steps.up;
-    const float of_low = static_cast<float>(steps.down > 0 ? -steps.up / (steps.down * sum) : -1.0 / steps.up),
+    const float of_low = static_cast<float>(steps.down > 0 ? -steps.up / (steps.down * sum) : 0.0),
                 of_high = static_cast<float>(steps.down > 0 ? steps.down / (steps.up * sum) : 1.0 / steps.up);
     DifferenceSlopes d{p, photo.group_values};
     for (size_t i = 0; i < d.values.size(); ++i)

@@ -1,5 +1,5 @@
 #pragma once
-// A photograph by walks with its derivatives by everything that a material states.
+// A photograph by walks with its derivatives by scattering, absorption, g, index, thickness and roughness.
 
 #include "base/progress.h"
 #include "fit_steps.h"

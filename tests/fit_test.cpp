@@ -266,6 +266,10 @@ TEST(CalibrationErrors, TheSquaresOfAPosesErrorsAreItsCovariance) {
       for (const auto& e : errors) sum += at(e, r) * at(e, c);
       EXPECT_NEAR(sum, covariance[6 * r + c], 1e-9);
     }
+  capture.photographs[0].is_holdout = true;
+  EXPECT_EQ(StatedErrors(capture).size(), 6u);
+  capture.photographs[1].is_holdout = true;  // a fit sees neither
+  EXPECT_TRUE(StatedErrors(capture).empty());
 }
 
 TEST(CalibrationErrors, AStatedTurnIsAboutTheObjectAndNotAboutTheCamera) {

@@ -5,8 +5,8 @@
 #include <cmath>
 
 #include "fit/walked_step.h"
-#include "support/known_scene.h"
 #include "support/shapes.h"
+#include "support/walked.h"
 #include "walk/picture_slopes.h"
 
 namespace crownfit {
@@ -31,10 +31,6 @@ KnownScene Coloured(TriangleMesh mesh, double thickness_mm, int pixels, double v
   scene.capture.layers[0][Quantity::kIsotropicFraction].value.fill(0.1);
   scene.Light(DomeLight{glm::dvec3(0.3)});
   return scene;
-}
-
-LayeredBody BodyOf(const KnownScene& scene) {
-  return {BuildSurfaces(scene.capture, scene.source, StatedThicknesses(scene.capture)), 0};
 }
 
 /// Means over the object of the values, or per layer of the slopes.
@@ -68,15 +64,6 @@ Means MeansOf(const PathPhotograph& photo) {
   return m;
 }
 
-/// Mean and its error over seeds.
-struct Sample {
-  double sum = 0, square = 0;
-  int n = 0;
-  void Add(double x) { sum += x, square += x * x, ++n; }
-  double mean() const { return sum / n; }
-  double error() const { return std::sqrt(std::max(0.0, square / n - mean() * mean()) / (n - 1)); }
-};
-
 struct Case {
   const char* name;
   KnownScene scene;
@@ -94,7 +81,7 @@ std::vector<Case> Cases() {
 
 TEST(PathSlopes, AgreeWithCentralDifferencesAndTheirControlsVanish) {
   constexpr int kSeeds = 20;
-  constexpr double kSteps[] = {0.1, 0.03, 0.03}, kTruncation = 1e-3;  // of the difference
+  constexpr double kSteps[] = {0.1, 0.03, 0.03}, kTruncation = 2e-3;  // of the difference
   const Quantity quantities[] = {Quantity::kReducedScattering, Quantity::kAbsorption, Quantity::kAsymmetry};
   for (const Case& c : Cases()) {
     const LayeredBody body = BodyOf(c.scene);
@@ -109,7 +96,7 @@ TEST(PathSlopes, AgreeWithCentralDifferencesAndTheirControlsVanish) {
     double squares = 0, count = 0;
     for (int l = 0; l < 2; ++l)
       for (int k = 0; k < kKinds; ++k) {
-        std::array<Sample, kChannels> difference, gap, control;
+        std::array<Mean, kChannels> difference, gap, control;
         for (int seed = 0; seed < kSeeds; ++seed) {
           Material up = material, down = material;
           for (int ch = 0; ch < kChannels; ++ch) {
@@ -128,12 +115,12 @@ TEST(PathSlopes, AgreeWithCentralDifferencesAndTheirControlsVanish) {
           }
         }
         for (int ch = 0; ch < kChannels; ++ch) {
-          const double z = gap[ch].mean() / (gap[ch].error() + kTruncation * std::abs(difference[ch].mean()));
+          const double z = gap[ch].value() / (gap[ch].error() + kTruncation * std::abs(difference[ch].value()));
           EXPECT_LT(std::abs(z), 3.5) << c.name << ", layer " << l << ", slope " << k << ", channel " << ch << ": "
-                                      << gap[ch].mean() << " off " << difference[ch].mean();
+                                      << gap[ch].value() << " off " << difference[ch].value();
           squares += z * z, ++count;
           if (k == 1) continue;
-          EXPECT_LT(std::abs(control[ch].mean()), 3.5 * control[ch].error()) << c.name << l << k << ch;
+          EXPECT_LT(std::abs(control[ch].value()), 3.5 * control[ch].error()) << c.name << l << k << ch;
         }
       }
     std::printf("%s: rms %.2f standard errors over %.0f slopes\n", c.name, std::sqrt(squares / count), count);
@@ -160,7 +147,7 @@ TEST(PathSlopes, ScalingEveryLengthIsTheSumOfAllCoefficientsSlopes) {
   };
   const Capture far = with_camera(std::exp(kStep)), near = with_camera(std::exp(-kStep));
   const Material material = StatedMaterial(scene.capture);
-  std::array<Sample, kChannels> gap;
+  std::array<Mean, kChannels> gap;
   for (uint64_t seed = 0; seed < 20; ++seed) {
     PathOptions options{.paths_per_pixel = 150, .seed = seed};
     const glm::dvec3 size = (MeansOf(RenderByPaths(far, large, {}, material, 0, options, [](double) {})).value -
@@ -171,7 +158,7 @@ TEST(PathSlopes, ScalingEveryLengthIsTheSumOfAllCoefficientsSlopes) {
     const glm::dvec3 sum = at.slope[0][0] + at.slope[0][1] + at.slope[1][0] + at.slope[1][1];
     for (int c = 0; c < kChannels; ++c) gap[c].Add(sum[c] - size[c]);
   }
-  for (int c = 0; c < kChannels; ++c) EXPECT_LT(std::abs(gap[c].mean()), 3 * gap[c].error()) << c;
+  for (int c = 0; c < kChannels; ++c) EXPECT_LT(std::abs(gap[c].value()), 3 * gap[c].error()) << c;
 }
 
 TEST(PathSlopes, DoNotDependOnLanesOrThreads) {
@@ -186,7 +173,9 @@ TEST(PathSlopes, DoNotDependOnLanesOrThreads) {
   const PathPhotograph a = render(64, 1), b = render(5, 3);
   for (size_t i = 0; i < a.slopes.size(); ++i) {
     EXPECT_EQ(a.slopes[i].scattering, b.slopes[i].scattering);
+    EXPECT_EQ(a.slopes[i].absorption, b.slopes[i].absorption);
     EXPECT_EQ(a.slopes[i].asymmetry, b.slopes[i].asymmetry);
+    EXPECT_EQ(a.slopes[i].scattering_control, b.slopes[i].scattering_control);
     EXPECT_EQ(a.slopes[i].asymmetry_control, b.slopes[i].asymmetry_control);
   }
   EXPECT_EQ(a.group_values, b.group_values);
@@ -196,7 +185,7 @@ TEST(PooledSlopes, HaveTheSumOfTheirPathsAndErrorsThatTheyMake) {
   const KnownScene scene = SmoothIncisor(16, false);
   const LayeredBody body = BodyOf(scene);
   constexpr int kSeeds = 12;
-  std::array<Sample, 6> found;
+  std::array<Mean, 6> found;
   std::array<double, 6> stated{}, raw{};
   for (uint64_t seed = 1; seed <= kSeeds; ++seed) {
     PathOptions options{.paths_per_pixel = 64, .seed = seed};
@@ -213,7 +202,8 @@ TEST(PooledSlopes, HaveTheSumOfTheirPathsAndErrorsThatTheyMake) {
         if (!photo.pixels[p].on_object) continue;
         ++n;
         sum += pooled.brightness(2, p) * pooled.At(j, 2, p);
-        for (int g = 0; g < pooled.groups(); ++g) without[g] += pooled.brightness(2, p) * pooled.Without(g, j, 2, p);
+        const std::vector<double> some = pooled.Without(j, 2, p);
+        for (int g = 0; g < pooled.groups(); ++g) without[g] += pooled.brightness(2, p) * some[g];
       }
       double mean = 0, square = 0;
       for (const double w : without) mean += w / n, square += w / n * w / n;
@@ -225,10 +215,27 @@ TEST(PooledSlopes, HaveTheSumOfTheirPathsAndErrorsThatTheyMake) {
   }
   for (int j = 0; j < 6; ++j) {
     const double scatter = found[j].error() * std::sqrt(kSeeds);
-    EXPECT_NEAR(found[j].mean(), raw[j], 4 * found[j].error() + 0.02 * std::abs(raw[j])) << j;
+    EXPECT_NEAR(found[j].value(), raw[j], 4 * found[j].error() + 0.02 * std::abs(raw[j])) << j;
     EXPECT_GT(scatter, 0.5 * std::sqrt(stated[j])) << j;
     EXPECT_LT(scatter, 1.7 * std::sqrt(stated[j])) << j;
   }
+}
+
+TEST(PooledSlopes, AreNothingWhereThereIsNoLightOrNoObject) {
+  KnownScene scene = SmoothIncisor(8, false);
+  scene.capture.lights[0].shape = DomeLight{{1.0, 0.0, 1.0}};
+  PathOptions options{.paths_per_pixel = 16};
+  options.slopes = true;
+  const auto slopes = [&] {
+    return PooledSlopes(
+        RenderByPaths(scene.capture, BodyOf(scene), {}, StatedMaterial(scene.capture), 0, options, [](double) {}));
+  };
+  const PooledSlopes dark = slopes();
+  EXPECT_LT(dark.At(1, 0, 27), 0.0);
+  EXPECT_EQ(dark.At(1, 1, 27), 0.0);
+  EXPECT_EQ(dark.Stddev(1, 1, 27), 0.0);
+  scene.capture.photographs[0].camera_from_object.translation_mm.x += 100;
+  EXPECT_EQ(slopes().At(1, 0, 27), 0.0);
 }
 
 TEST(WalkedStep, FindsWhatChangedWithinItsErrors) {
@@ -242,7 +249,7 @@ TEST(WalkedStep, FindsWhatChangedWithinItsErrors) {
     truth.layers[1][Quantity::kAbsorption][c] *= std::exp(-0.04);
   }
   const auto render = [&](const Material& m, uint64_t seed, bool slopes) {
-    PathOptions options{.paths_per_pixel = 200, .seed = seed};
+    PathOptions options{.paths_per_pixel = 1500, .seed = seed};
     options.slopes = slopes;
     return RenderByPaths(scene.capture, body, {}, m, 0, options, [](double) {});
   };
@@ -260,10 +267,10 @@ TEST(WalkedStep, FindsWhatChangedWithinItsErrors) {
       PooledSlopes(render(start, 3, true)),
       [](const SlopeParameter& p, int) { return p.quantity == Quantity::kAbsorption ? static_cast<int>(p.layer) : -1; },
       pixels);
-  const WalkedStep::Solution s = step.Solve();
+  const WalkedStep::Solution s = step.Solve().value();
   for (int i = 0; i < 2; ++i) {
     const double stddev = std::sqrt(s.covariance(i, i));
-    EXPECT_LT(stddev, 0.03) << i;
+    EXPECT_LT(stddev, 0.012) << i;
     EXPECT_NEAR(s.step[i], i == 0 ? 0.06 : -0.04, 3 * stddev) << i;
   }
 }

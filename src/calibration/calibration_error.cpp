@@ -1,6 +1,7 @@
 #include "calibration/calibration_error.h"
 
 #include <Eigen/Dense>
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 
@@ -74,6 +75,10 @@ std::vector<CalibrationError> StatedErrors(const Capture& capture) {
   for (size_t i = 0; i < capture.photographs.size(); ++i)
     if (capture.photographs[i].pose_covariance) AddPoseErrors(capture, i, errors);
   for (size_t l = 0; l < capture.lights.size(); ++l) AddLightErrors(capture, l, errors);
+  std::erase_if(errors, [&](const CalibrationError& e) {  // a fit that does not see them says nothing of them
+    return std::all_of(e.photographs.begin(), e.photographs.end(),
+                       [&](size_t i) { return capture.photographs[i].is_holdout; });
+  });
   return errors;
 }
 

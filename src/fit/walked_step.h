@@ -1,8 +1,10 @@
 #pragma once
 // One Gauss-Newton step towards photographs, with pictures and derivatives from walks: both are noisy, and known to be.
+// What a fit by walks will be made of; so far studies and tests use it.
 
 #include <Eigen/Dense>
 #include <functional>
+#include <optional>
 #include <vector>
 
 #include "walk/picture_slopes.h"
@@ -32,7 +34,8 @@ class WalkedStep {
   };
   /// The least-squares step in which the slopes' own noise, that would pull it towards zero, is taken off the normal
   /// matrix (Fuller 1987, Measurement Error Models, 2.2); the noise is found by leaving groups of paths out.
-  Solution Solve() const;
+  /// Nothing when the slopes are little but noise: more paths are needed.
+  std::optional<Solution> Solve() const;
 
  private:
   int unknowns_;

@@ -45,7 +45,7 @@ bool VisitTriangle(RTCPointQueryFunctionArguments* args) {
   const glm::dvec3 p(args->query->x, args->query->y, args->query->z);
   const glm::dvec3 point = ClosestOnTriangle(p, mesh.vertices[t.x], mesh.vertices[t.y], mesh.vertices[t.z]);
   const double d = glm::distance(p, point);
-  if (d >= best.distance) return false;
+  if (!(d < best.distance)) return false;  // nor of a facet without area, which has none
   best.distance = d;
   best.point = point;
   best.triangle = static_cast<int>(args->primID);

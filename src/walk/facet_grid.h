@@ -26,6 +26,33 @@ struct FacetFlight {
   bool is_ended() const { return mesh >= 0; }
 };
 
+/// Cubes that fill a box, row by row.
+struct CubeGrid {
+  glm::dvec3 low{0.0};
+  glm::ivec3 count{0};
+  double per_mm = 0;
+
+  double cube_mm() const { return 1.0 / per_mm; }
+  size_t number(const glm::ivec3& c) const { return (static_cast<size_t>(c.z) * count.y + c.y) * count.x + c.x; }
+  glm::dvec3 middle(const glm::ivec3& c) const { return low + (glm::dvec3(c) + 0.5) * cube_mm(); }
+  glm::dvec3 InCubes(const glm::dvec3& p) const { return (p - low) * per_mm; }
+  bool Holds(const glm::dvec3& in_cubes) const {
+    const glm::dvec3& p = in_cubes;
+    return p.x >= 0 && p.y >= 0 && p.z >= 0 && p.x < count.x && p.y < count.y && p.z < count.z;
+  }
+  glm::ivec3 Nearest(const glm::dvec3& p) const {
+    return glm::clamp(glm::ivec3(glm::floor(InCubes(p))), glm::ivec3(0), count - 1);
+  }
+  /// Calls visit(number, middle) for all cubes that a box reaches.
+  template <class Visit>
+  void ForCubes(const glm::dvec3& box_low, const glm::dvec3& box_high, const Visit& visit) const {
+    const glm::ivec3 from = Nearest(box_low), to = Nearest(box_high);
+    for (int z = from.z; z <= to.z; ++z)
+      for (int y = from.y; y <= to.y; ++y)
+        for (int x = from.x; x <= to.x; ++x) visit(number({x, y, z}), middle({x, y, z}));
+  }
+};
+
 class FacetGrid {
  public:
   FacetGrid() = default;
@@ -64,17 +91,18 @@ class FacetGrid {
     }
   };
   Distances distances() const {
-    return {low_.x,
-            low_.y,
-            low_.z,
-            per_mm_,
-            1.0 / per_mm_,
-            static_cast<double>(count_.x),
-            static_cast<double>(count_.y),
-            static_cast<double>(count_.z),
+    const glm::dvec3 count(cubes_.count);
+    return {cubes_.low.x,
+            cubes_.low.y,
+            cubes_.low.z,
+            cubes_.per_mm,
+            cubes_.cube_mm(),
+            count.x,
+            count.y,
+            count.z,
             distance_mm_.data(),
             &slabs_.data()->nx,
-            kReach * kReach / (per_mm_ * per_mm_)};
+            kReach * kReach * cubes_.cube_mm() * cubes_.cube_mm()};
   }
   /// Between two parallel planes lies all of the surfaces within kReach cubes around a cube's middle: a flight that
   /// stays in that ball and on one side meets nothing.
@@ -100,17 +128,32 @@ class FacetGrid {
     glm::dvec3 normal;
     std::array<glm::vec3, 3> corners;
     int32_t triangle;
+    /// Of its plane above a place, along the normal.
+    double Above(const glm::dvec3& p) const { return glm::dot(normal, glm::dvec3(corners[0]) - p); }
+    std::pair<glm::dvec3, glm::dvec3> Box() const {
+      return {glm::min(glm::min(corners[0], corners[1]), corners[2]),
+              glm::max(glm::max(corners[0], corners[1]), corners[2])};
+    }
   };
-  static constexpr double kReach = 1.5;
+  // In cubes:
+  static constexpr double kListed = 4e-6;  ///< facets are listed in cubes they miss by so much
+  static constexpr double kReach = 2.0;
+  /// Facets that bound the same media.
+  struct Group {
+    size_t first;
+    int inside, outermost;
+  };
+  // facet_grid_build.cpp
+  void FindDistances(const std::vector<TriangleMesh>& surfaces, int threads);
+  std::vector<Group> GatherFacets(const std::vector<TriangleMesh>& surfaces,
+                                  const std::vector<std::vector<uint8_t>>& is_exposed);
+  void ListFacets(const std::vector<Group>& groups);
   void FindSlabs();
+
   std::pair<double, double> WithinSlab(const FacetFlight& flight) const;
   void FindSomeEnds(std::span<FacetFlight> flights) const;
-  void FindDistances(const std::vector<TriangleMesh>& surfaces, int threads);
-  void ListFacets(const std::vector<TriangleMesh>& surfaces, const std::vector<std::vector<uint8_t>>& is_exposed);
 
-  glm::dvec3 low_{0.0};
-  glm::ivec3 count_{0};
-  double per_mm_ = 0;
+  CubeGrid cubes_;
   std::vector<float> distance_mm_;
   std::vector<Slab> slabs_;
   std::vector<Facet> facets_;

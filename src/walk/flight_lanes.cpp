@@ -111,7 +111,7 @@ void FlightLanes::Fly(const FacetGrid& facets, int count) {
     const double a2 = ax * ax + ay * ay + az * az, b2 = bx * bx + by * by + bz * bz, farther = a2 > b2 ? a2 : b2;
     const double near = farther < grid.reach2_mm2 ? passes : 0.0;
     const double either = is_free[i] > 0.0 ? 1.0 : near;
-    const double goes = needs_every_ray[i] == 0.0 ? either : 0.0;
+    const double goes = needs_search[i] == 0.0 ? either : 0.0;
     x[i] = goes > 0.0 ? nx[i] : x[i];
     y[i] = goes > 0.0 ? ny[i] : y[i];
     z[i] = goes > 0.0 ? nz[i] : z[i];
@@ -174,7 +174,7 @@ void FlightLanes::ScorePhase(int count) {
 }
 
 void FlightLanes::Copy(int from, int to) {
-  for (auto* lanes : {&x, &y, &z, &dx, &dy, &dz, &free_path_mm, &g, &isotropic_fraction, &needs_every_ray, &flight_mm,
+  for (auto* lanes : {&x, &y, &z, &dx, &dy, &dz, &free_path_mm, &g, &isotropic_fraction, &needs_search, &flight_mm,
                       &length_mm, &collisions, &until_roulette, &collides, &turn_cosine, &phase_score})
     (*lanes)[to] = (*lanes)[from];
   random[to] = random[from];

@@ -3,7 +3,9 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <thread>
 
+#include "base/error.h"
 #include "base/parallel.h"
 #include "optics/fresnel_moments.h"
 #include "walk/walk_pool.h"
@@ -129,14 +131,21 @@ PathPhotograph RenderByPaths(const Capture& capture, const LayeredBody& body, co
     studio.exit_scale.push_back(
         1.0 /
         (std::numbers::pi * (1.0 - MomentsOf(std::max(1.0, outer.inside_ior / outer.outside_ior)).diffuse_outside)));
-  if (capture.neck == Neck::kRoot) studio.cut_slopes = SlopesOfHalfSpace(material.layers.back());
+  if (capture.neck == Neck::kRoot) {
+    const glm::dvec3 unclamped(glm::lessThan(studio.cut_reflectance, glm::dvec3(1.0)));
+    const CutSlopes slopes = SlopesOfHalfSpace(material.layers.back());
+    studio.cut_slopes = {unclamped * slopes.scattering, unclamped * slopes.absorption};
+  }
+  Check(options.lanes > 0 || !options.slopes, "derivatives need lanes");
   if (photo.backing && capture.backings[*photo.backing].in_contact)
     studio.contact.emplace(capture.backings[*photo.backing]);
+  size_t sampled = 0;
   for (size_t i : photo.lights) {
     const Light& light = capture.lights[i];
+    const bool is_sampled =
+        options.lamps_are_sampled && !std::holds_alternative<DomeLight>(light.shape) && sampled++ < kMaxLamps;
     studio.lamps.push_back({light.in_camera_frame ? Transformed(light.shape, object_from_camera) : light.shape,
-                            light.intensity_scale,
-                            options.lamps_are_sampled && !std::holds_alternative<DomeLight>(light.shape)});
+                            light.intensity_scale, is_sampled});
   }
 
   PathPhotograph result;
@@ -211,9 +220,9 @@ PathPhotograph RenderByPaths(const Capture& capture, const LayeredBody& body, co
       pixel.on_object = seen && seen->opaque < 0;
     }
   };
-  constexpr size_t kChunksAtOnce = 16;
-  for (size_t begin = 0; begin < chunks; begin += kChunksAtOnce) {
-    const size_t some = std::min(kChunksAtOnce, chunks - begin);
+  const size_t chunks_at_once = std::max(16u, 4 * std::thread::hardware_concurrency());
+  for (size_t begin = 0; begin < chunks; begin += chunks_at_once) {
+    const size_t some = std::min(chunks_at_once, chunks - begin);
     ParallelFor(some, options.threads, [&](size_t i) { render(begin + i); });
     progress(static_cast<double>(begin + some) / static_cast<double>(chunks));
   }

@@ -29,7 +29,8 @@ struct PathOptions {
   int paths_per_pixel = 256;      ///< rounded up to whole groups of heroes
   uint64_t seed = 1, stream = 0;  ///< streams keep synthetic photographs apart from any fit's own walks
   int threads = 0;
-  int lanes = 64;       ///< paths side by side; changes nothing but the time. 0: one after the other by rays alone
+  int lanes =
+      64;  ///< paths side by side; changes nothing but the time. 0: one after the other by rays alone (no slopes)
   bool slopes = false;  ///< derivatives beside the values
   bool groups = false;  ///< values of groups of paths; derivatives have them anyway
   /// False: lamps are found by the directions that paths take and by nothing else.

@@ -3,6 +3,9 @@
 #include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
+#include <numeric>
+
+#include "base/error.h"
 
 namespace crownfit {
 namespace {
@@ -11,9 +14,13 @@ namespace {
 int MonomialCount(int degree) { return (degree + 1) * (degree + 2) * (degree + 3) / 6; }
 
 void Monomials(int degree, double x, double y, double z, double* out) {
+  std::array<std::array<double, 8>, 3> power;
+  for (int k = 0; k <= degree; ++k)
+    for (size_t axis = 0; axis < 3; ++axis)
+      power[axis][k] = k == 0 ? 1.0 : power[axis][k - 1] * (axis == 0 ? x : axis == 1 ? y : z);
   for (int total = 0; total <= degree; ++total)
     for (int i = 0; i <= total; ++i)
-      for (int j = 0; i + j <= total; ++j) *out++ = std::pow(x, i) * std::pow(y, j) * std::pow(z, total - i - j);
+      for (int j = 0; i + j <= total; ++j) *out++ = power[0][i] * power[1][j] * power[2][total - i - j];
 }
 
 }  // namespace
@@ -21,7 +28,10 @@ void Monomials(int degree, double x, double y, double z, double* out) {
 PooledSlopes::PooledSlopes(const PathPhotograph& photo, const std::vector<DifferenceSlopes>& differences)
     : groups_(static_cast<int>(photo.groups)) {
   const size_t layers = photo.layers, pixels = photo.pixels.size(), groups = photo.groups;
-  constexpr size_t kKinds = 3;
+  constexpr size_t kKinds = 3, kFewestGroups = 4;
+  static_assert(kMaxTerms == (kMaxDegree + 1) * (kMaxDegree + 2) * (kMaxDegree + 3) / 6);
+  Check(groups >= kFewestGroups && photo.slopes.size() == pixels * groups * layers, "a picture with slopes");
+  for (const DifferenceSlopes& d : differences) Check(d.values.size() == pixels * groups, "slopes of the same groups");
   constexpr double kExact = 1e-12;  // a noise that none is below, in squares of the value
   for (size_t l = 0; l < layers; ++l)
     for (const Quantity q : {Quantity::kReducedScattering, Quantity::kAbsorption, Quantity::kAsymmetry})
@@ -31,21 +41,20 @@ PooledSlopes::PooledSlopes(const PathPhotograph& photo, const std::vector<Differ
   std::vector<size_t> used;
   for (size_t p = 0; p < pixels; ++p)
     if (places_[p].on_object) used.push_back(p);
-  fields_.resize(parameters_.size() * kChannels);
+  fields_.assign(parameters_.size() * kChannels, {0, {0.0}, std::vector<std::vector<double>>(groups, {0.0})});
   if (used.empty()) return;
 
   const auto count = static_cast<Eigen::Index>(used.size());
   const auto n_controls = static_cast<Eigen::Index>(2 * layers);
   const int terms = MonomialCount(kMaxDegree);
   for (int c = 0; c < kChannels; ++c) {
+    if (!(places_[used[0]].brightness[c] > 0)) continue;  // no light at all
     // Rows are weighted by the noise of the values, which that of the slopes goes with.
     Eigen::MatrixXd basis(count, terms);
     Eigen::VectorXd weight(count), brightness(count);
     for (Eigen::Index i = 0; i < count; ++i) {
       const Place& place = places_[used[i]];
-      std::array<double, 56> row;
-      static_assert(kMaxDegree == 5);
-      Monomials(kMaxDegree, place.x, place.y, place.log_brightness[c], row.data());
+      const auto row = TermsAt(kMaxDegree, c, used[i]);
       brightness[i] = place.brightness[c];
       weight[i] = 1.0 / std::sqrt(place.variance[c] + kExact * place.brightness[c] * place.brightness[c]);
       for (int k = 0; k < terms; ++k) basis(i, k) = weight[i] * brightness[i] * row[k];
@@ -85,7 +94,7 @@ PooledSlopes::PooledSlopes(const PathPhotograph& photo, const std::vector<Differ
       mean_slope += slopes[g] / static_cast<double>(groups);
       mean_control += controls[g] / static_cast<double>(groups);
     }
-    // Multiples of the controls, each half of the groups by what the other half found: no noise meets itself.
+    // Multiples of the controls, each half of the groups by what the other half found.
     std::array<Eigen::MatrixXd, 2> multiples;
     for (const size_t half : {0, 1}) {
       Eigen::MatrixXd square = Eigen::MatrixXd::Zero(n_controls, n_controls),
@@ -174,38 +183,39 @@ void PooledSlopes::FindPlaces(const PathPhotograph& photo) {
     if (!place.on_object) continue;
     place.brightness = glm::max(kDark * mean, around(p, kReach, false, [](const PixelEstimate& e) { return e.mean; }));
     place.variance = around(p, kNoiseReach, true, [](const PixelEstimate& e) { return e.variance(); });
-    place.log_brightness = 0.5 * glm::log(place.brightness / glm::max(mean, glm::dvec3(1e-300)));
+    place.log_brightness = 0.5 * glm::log(glm::max(place.brightness, 1e-300) / glm::max(mean, glm::dvec3(1e-300)));
     place.x = (2.0 * place.x - low.x - high.x) / std::max(1.0, high.x - low.x);
     place.y = (2.0 * place.y - low.y - high.y) / std::max(1.0, high.y - low.y);
   }
 }
 
-double PooledSlopes::Evaluate(const std::vector<double>& coefficients, int degree, int channel, size_t pixel) const {
+std::array<double, PooledSlopes::kMaxTerms> PooledSlopes::TermsAt(int degree, int channel, size_t pixel) const {
+  std::array<double, kMaxTerms> terms{};
   const Place& place = places_[pixel];
-  if (!place.on_object) return 0.0;
-  std::array<double, 56> terms;
   Monomials(degree, place.x, place.y, place.log_brightness[channel], terms.data());
-  double sum = 0;
-  for (size_t k = 0; k < coefficients.size(); ++k) sum += coefficients[k] * terms[k];
-  return sum;
+  return terms;
 }
 
 double PooledSlopes::At(size_t parameter, int channel, size_t pixel) const {
+  if (!places_[pixel].on_object) return 0.0;
   const Field& field = fields_[parameter * kChannels + channel];
-  return Evaluate(field.coefficients, field.degree, channel, pixel);
+  const auto terms = TermsAt(field.degree, channel, pixel);
+  return std::inner_product(field.coefficients.begin(), field.coefficients.end(), terms.begin(), 0.0);
 }
 
-double PooledSlopes::Without(int group, size_t parameter, int channel, size_t pixel) const {
+std::vector<double> PooledSlopes::Without(size_t parameter, int channel, size_t pixel) const {
+  std::vector<double> values(groups_, 0.0);
+  if (!places_[pixel].on_object) return values;
   const Field& field = fields_[parameter * kChannels + channel];
-  return Evaluate(field.without[group], field.degree, channel, pixel);
+  const auto terms = TermsAt(field.degree, channel, pixel);
+  for (int g = 0; g < groups_; ++g)
+    values[g] = std::inner_product(field.without[g].begin(), field.without[g].end(), terms.begin(), 0.0);
+  return values;
 }
 
 double PooledSlopes::Stddev(size_t parameter, int channel, size_t pixel) const {
   double sum = 0, square = 0;
-  for (int g = 0; g < groups_; ++g) {
-    const double v = Without(g, parameter, channel, pixel);
-    sum += v, square += v * v;
-  }
+  for (const double v : Without(parameter, channel, pixel)) sum += v, square += v * v;
   return std::sqrt(std::max(0.0, square - sum * sum / groups_) * (groups_ - 1.0) / groups_);
 }
 

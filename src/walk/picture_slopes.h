@@ -30,15 +30,16 @@ struct DifferenceSlopes {
 /// d ln(pixel) by every parameter, on the object.
 class PooledSlopes {
  public:
-  /// `photo`: rendered with PathOptions::slopes, at least 4 samples a pixel.
+  /// `photo`: rendered with PathOptions::slopes, at least 4 samples a pixel. Slopes of a channel without light are 0.
   explicit PooledSlopes(const PathPhotograph& photo, const std::vector<DifferenceSlopes>& differences = {});
 
   const std::vector<SlopeParameter>& parameters() const { return parameters_; }
   int groups() const { return groups_; }
   /// 0 off the object.
   double At(size_t parameter, int channel, size_t pixel) const;
-  /// From all paths but one group's: what the errors of anything made of slopes are found from (jackknife).
-  double Without(int group, size_t parameter, int channel, size_t pixel) const;
+  /// From all paths but one group's, for every group: what the errors of anything made of slopes are found from
+  /// (jackknife).
+  std::vector<double> Without(size_t parameter, int channel, size_t pixel) const;
   /// Of At, by the jackknife.
   double Stddev(size_t parameter, int channel, size_t pixel) const;
   /// Degree of the polynomial.
@@ -60,7 +61,8 @@ class PooledSlopes {
     std::vector<std::vector<double>> without;  ///< per group
   };
   void FindPlaces(const PathPhotograph& photo);
-  double Evaluate(const std::vector<double>& coefficients, int degree, int channel, size_t pixel) const;
+  static constexpr int kMaxTerms = 56;
+  std::array<double, kMaxTerms> TermsAt(int degree, int channel, size_t pixel) const;
   std::vector<SlopeParameter> parameters_;
   int groups_ = 0;
   std::vector<Place> places_;

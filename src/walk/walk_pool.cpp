@@ -120,7 +120,7 @@ class Pool {
     lanes_.free_path_mm[i] = scattering > 0 ? 1.0 / scattering : 1.0;
     medium_[i] = state.medium;
     scatters_[i] = scattering > 0;
-    lanes_.needs_every_ray[i] = scattering > 0 && !medium.texture ? 0.0 : 1.0;
+    lanes_.needs_search[i] = scattering > 0 && !medium.texture ? 0.0 : 1.0;
     lanes_.g[i] = medium.g;
     lanes_.isotropic_fraction[i] = medium.isotropic_fraction;
     lanes_.length_mm[i] = lanes_.collisions[i] = lanes_.phase_score[i] = 0.0;

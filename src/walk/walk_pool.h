@@ -19,7 +19,7 @@ struct PathStart {
 
 /// Traces paths 0 ... count - 1, at most `lanes` at once, and hands each over when it ends, in any order. Every path's
 /// numbers depend on its start alone. Without lanes: one after the other by rays alone, the straightforward way that
-/// the others are measured against; it gives no controls and no slopes by g.
+/// the others are measured against, without slopes.
 void TracePaths(const Studio& studio, const FacetGrid& grid, size_t count, int lanes,
                 const std::function<PathStart(size_t)>& start,
                 const std::function<void(size_t, const CameraPath&)>& ended, WalkCounters& counters);

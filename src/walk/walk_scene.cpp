@@ -13,7 +13,9 @@ LayeredBody::LayeredBody(std::vector<TriangleMesh> layer_surfaces, int threads,
     : surfaces(std::move(layer_surfaces)), absorption(std::move(textures)) {
   absorption.resize(surfaces.size());
   for (TriangleMesh& mesh : surfaces)  // as rays in single precision see them, so that all ways of asking agree
-    for (glm::dvec3& v : mesh.vertices) v = glm::dvec3(glm::vec3(v));
+    for (glm::dvec3& v : mesh.vertices)
+      for (int k = 0; k < 3; ++k)
+        v[k] = static_cast<double>(static_cast<float>(v[k]));  // g++ 12 forgets x, y of vec3(v)
   std::tie(low, high) = Bounds(surfaces[0]);
   for (const auto& mesh : surfaces) {
     const auto [a, b] = Bounds(mesh);

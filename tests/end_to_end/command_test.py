@@ -96,7 +96,11 @@ with tempfile.TemporaryDirectory() as folder:
     recipe["synthesis"]["free"] = ["dentine.colour"]
     (source / "recipe.json").write_text(json.dumps(recipe))
     require("dentine.colour" in run("synthesize", source / "recipe.json", "-o", folder / "three", expect=2).stderr, "an unknown parameter is not named")
-    run("render", folder / "one", "--model", "path", "--paths", "2", "--photograph", name, "-o", folder / "pictures")
+    run("render", folder / "one", "--derivatives", "--photograph", name, "-o", folder / "pictures", expect=2)  # not by the shader
+    run("render", folder / "one", "--model", "path", "--paths", "16", "--derivatives", "--photograph", name, "-o", folder / "pictures")
+    derivatives = (folder / f"pictures/{name}_derivatives.exr").read_bytes()[:4000]
+    for layer in (b".absorption_per_mm.R", b".reduced_scattering_per_mm.stddev.B", b".g.G", b".ior.R", b"surface.roughness.G"):
+        require(layer in derivatives, f"render --derivatives wrote no layer {layer}")
     require((folder / f"pictures/{name}.png").exists(), "render --model path wrote no picture")
 
 for fault in faults:

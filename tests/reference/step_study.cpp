@@ -83,7 +83,7 @@ WalkedStep::Solution Step(const LayeredBody& body, const Eigen::VectorXd& truth,
                          predicted = render(start, 512, 2, false), derivatives = render(start, 1536, 3, true);
     step.Add(PooledSlopes(derivatives), UnknownOfSlope, Compare(observed, predicted, Key(seed, 4, has_softbox)));
   }
-  return step.Solve();
+  return step.Solve().value();
 }
 
 }  // namespace
