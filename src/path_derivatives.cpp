@@ -43,8 +43,9 @@ std::string NameOf(const SlopeParameter& p, const Material& material) {
   return owner + "." + RowOf(p.quantity).key;
 }
 
-DifferentiatedPhotograph DifferentiateByPaths(const CrownInput& input, const Material& material, size_t photograph,
-                                              const PathOptions& stated, Progress& progress) {
+DifferentiatedPhotograph DifferentiateByPaths(const CrownInput& input, const LayeredBody& body,
+                                              const Material& material, size_t photograph, const PathOptions& stated,
+                                              Progress& progress) {
   const Capture& capture = input.capture;
   const std::vector<SlopeParameter> parameters = DifferencedParameters(capture, material);
   const double pictures = 2.0 * static_cast<double>(parameters.size()) + 1.0;
@@ -53,11 +54,10 @@ DifferentiatedPhotograph DifferentiateByPaths(const CrownInput& input, const Mat
     return LayeredBody(BuildSurfaces(capture, input.source, ThicknessesOf(capture, m)), stated.threads,
                        input.source.absorption);
   };
-  const LayeredBody body = body_of(material);
   const auto render = [&](const Material& m, const LayeredBody& b, bool slopes) {
     PathOptions options = stated;
     options.slopes = slopes;
-    options.groups = true;
+    options.keeps_groups = true;
     const std::string name = capture.photographs[photograph].name;
     PathPhotograph photo = RenderByPaths(capture, b, input.scenery, m, photograph, options, [&](double share) {
       progress.Show("walking " + name, (done + share) / pictures);

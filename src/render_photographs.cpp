@@ -85,7 +85,7 @@ std::vector<std::string> RenderByPath(const CrownInput& input, const Material& m
       if (!options.derivatives)
         return RenderByPaths(capture, body, input.scenery, material, i, path,
                              [&](double share) { progress.Show("walking " + photo.name, share); });
-      DifferentiatedPhotograph d = DifferentiateByPaths(input, material, i, path, progress);
+      DifferentiatedPhotograph d = DifferentiateByPaths(input, body, material, i, path, progress);
       derivatives = DerivativeLayers(d, photo, material, options.threads);
       return std::move(d.photo);
     }();

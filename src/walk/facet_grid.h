@@ -1,6 +1,6 @@
 #pragma once
 // A regular grid over the layers' surfaces: how far the nearest one is, which proves most flights free, and which
-// facets reach into each cube, which finds what the others meet, in double precision and without a leak.
+// facets reach into each cube, which finds what the others meet, in double precision.
 
 #include <array>
 #include <cmath>

@@ -98,6 +98,45 @@ Media MediaOf(const Capture& capture, const Material& material, const LayeredBod
   return Media(std::move(media));
 }
 
+namespace {
+
+/// The scene and its media with boundaries, cut, tile in contact and lamps.
+Studio StudioOf(const Capture& capture, const Material& material, const PhotographSpec& photo,
+                const PathOptions& options, Studio studio) {
+  studio.specular_factor = SpecularFactor(photo.polarisation);
+  studio.wants_slopes = options.slopes;
+  studio.has_diffuse_exits = options.diffuse_exits;
+  for (size_t i = 0; i < studio.media.size(); ++i) {
+    const OuterBoundary outer{material.surface[Quantity::kRoughness][0], material.surface[Quantity::kWetness][0],
+                              studio.media[static_cast<int>(i)].ior, capture.outside_ior};
+    const double relative_ior = std::max(1.0, outer.inside_ior / outer.outside_ior);
+    studio.outer.push_back(outer);
+    studio.exit_scale.push_back(1.0 / (std::numbers::pi * (1.0 - MomentsOf(relative_ior).diffuse_outside)));
+  }
+  studio.cut_is_opaque = capture.neck != Neck::kAir;
+  if (capture.neck == Neck::kRoot) {
+    const Material::Layer& root = material.layers.back();
+    studio.cut_reflectance = glm::min(material.surface[Quantity::kNeckReturn][0] * HalfSpaceReflectance(root), 1.0);
+    const glm::dvec3 unclamped(glm::lessThan(studio.cut_reflectance, glm::dvec3(1.0)));
+    const CutSlopes slopes = SlopesOfHalfSpace(root);
+    studio.cut_slopes = {unclamped * slopes.scattering, unclamped * slopes.absorption};
+  }
+  if (photo.backing && capture.backings[*photo.backing].in_contact)
+    studio.contact.emplace(capture.backings[*photo.backing]);
+  size_t sampled = 0;
+  for (size_t i : photo.lights) {
+    const Light& light = capture.lights[i];
+    const bool is_sampled =
+        options.lamps_are_sampled && !std::holds_alternative<DomeLight>(light.shape) && sampled++ < kMaxLamps;
+    studio.lamps.push_back(
+        {light.in_camera_frame ? Transformed(light.shape, photo.camera_from_object.Inverse()) : light.shape,
+         light.intensity_scale, is_sampled});
+  }
+  return studio;
+}
+
+}  // namespace
+
 PathPhotograph RenderByPaths(const Capture& capture, const LayeredBody& body, const std::vector<TriangleMesh>& scenery,
                              const Material& material, size_t photograph, const PathOptions& options,
                              const std::function<void(double)>& progress) {
@@ -113,40 +152,11 @@ PathPhotograph RenderByPaths(const Capture& capture, const LayeredBody& body, co
     opaque.push_back(SquareTile(tile.point_mm, tile.normal, tile.size_mm));
     reflectance.push_back(tile.reflectance);
   }
+  Check(options.lanes > 0 || !options.slopes, "derivatives need lanes");
   const RigidTransform object_from_camera = photo.camera_from_object.Inverse();
   const WalkScene scene(body, opaque);
   const Media media = MediaOf(capture, material, body);
-  Studio studio{scene, media, reflectance};
-  studio.specular_factor = SpecularFactor(photo.polarisation);
-  for (size_t i = 0; i < media.size(); ++i)
-    studio.outer.push_back({material.surface[Quantity::kRoughness][0], material.surface[Quantity::kWetness][0],
-                            media[static_cast<int>(i)].ior, capture.outside_ior});
-  studio.cut_is_opaque = capture.neck != Neck::kAir;
-  if (capture.neck == Neck::kRoot)
-    studio.cut_reflectance =
-        glm::min(material.surface[Quantity::kNeckReturn][0] * HalfSpaceReflectance(material.layers.back()), 1.0);
-  studio.wants_slopes = options.slopes;
-  studio.has_diffuse_exits = options.diffuse_exits;
-  for (const OuterBoundary& outer : studio.outer)
-    studio.exit_scale.push_back(
-        1.0 /
-        (std::numbers::pi * (1.0 - MomentsOf(std::max(1.0, outer.inside_ior / outer.outside_ior)).diffuse_outside)));
-  if (capture.neck == Neck::kRoot) {
-    const glm::dvec3 unclamped(glm::lessThan(studio.cut_reflectance, glm::dvec3(1.0)));
-    const CutSlopes slopes = SlopesOfHalfSpace(material.layers.back());
-    studio.cut_slopes = {unclamped * slopes.scattering, unclamped * slopes.absorption};
-  }
-  Check(options.lanes > 0 || !options.slopes, "derivatives need lanes");
-  if (photo.backing && capture.backings[*photo.backing].in_contact)
-    studio.contact.emplace(capture.backings[*photo.backing]);
-  size_t sampled = 0;
-  for (size_t i : photo.lights) {
-    const Light& light = capture.lights[i];
-    const bool is_sampled =
-        options.lamps_are_sampled && !std::holds_alternative<DomeLight>(light.shape) && sampled++ < kMaxLamps;
-    studio.lamps.push_back({light.in_camera_frame ? Transformed(light.shape, object_from_camera) : light.shape,
-                            light.intensity_scale, is_sampled});
-  }
+  const Studio studio = StudioOf(capture, material, photo, options, {scene, media, reflectance});
 
   PathPhotograph result;
   result.width = photo.camera.width;
@@ -156,7 +166,7 @@ PathPhotograph RenderByPaths(const Capture& capture, const LayeredBody& body, co
                samples = std::max<size_t>(1, (options.paths_per_pixel + heroes - 1) / heroes);
   const size_t layers = material.layers.size(), groups = std::min(samples, PathPhotograph::kMaxGroups);
   result.layers = layers;
-  if (options.slopes || options.groups) {
+  if (options.slopes || options.keeps_groups) {
     result.groups = groups;
     result.group_values.resize(pixels * groups);
     result.slopes.resize(options.slopes ? pixels * groups * layers : 0);

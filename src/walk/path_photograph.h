@@ -31,8 +31,8 @@ struct PathOptions {
   int threads = 0;
   int lanes =
       64;  ///< paths side by side; changes nothing but the time. 0: one after the other by rays alone (no slopes)
-  bool slopes = false;  ///< derivatives beside the values
-  bool groups = false;  ///< values of groups of paths; derivatives have them anyway
+  bool slopes = false;        ///< derivatives beside the values
+  bool keeps_groups = false;  ///< values of groups of paths; with slopes they are kept anyway
   /// False: lamps are found by the directions that paths take and by nothing else.
   bool lamps_are_sampled = true;
   /// Light leaves a smooth surface as diffuse light would: several times less noise from lamps, and values that are
