@@ -26,7 +26,9 @@ struct BatchWords {
 /// What `fit` and `batch` share: every one of these may be a column of a manifest.
 std::vector<CLI::Option*> AddFitOptions(CLI::App* fit, CommandLine& line, FitText& text) {
   return {
-      fit->add_option("--model", line.fit.model, "Forward model; this version has: shader."),
+      fit->add_option(
+          "--model", line.fit.model,
+          "shader (default): seconds, for looks. path: goes on from there to the optimum of random walks, minutes."),
       fit->add_option("--fix", text.fixes,
                       "NAME=VALUE or NAME=R,G,B: hold a parameter, such as dentine.absorption_per_mm=0.05.")
           ->take_all(),
@@ -35,6 +37,10 @@ std::vector<CLI::Option*> AddFitOptions(CLI::App* fit, CommandLine& line, FitTex
       fit->add_option("--seed", line.fit.seed, "Seed of random numbers (default 1); model shader uses none."),
       fit->add_flag("--twelve-taps", line.fit.twelve_taps,
                     "Blur by the thesis's 1 + 12 taps in place of 49: faster, coarser."),
+      fit->add_option(
+             "--walks", line.fit.paths_per_photograph,
+             "Model path: walks per photograph of each last run (default 1250000); half as many, 1.4 times the noise.")
+          ->check(CLI::Range(size_t{1000}, size_t{10000000000})),
       fit->add_option("--max-pixels", line.fit.max_pixels_per_photograph,
                       "Pixels per photograph that the fit uses (default 6000).")
           ->check(CLI::Range(size_t{100}, size_t{100000000})),
@@ -277,8 +283,10 @@ CommandLine Parse(const std::vector<std::string>& arguments, std::ostream& error
   if (!text.captures.empty()) line.capture = text.captures.front();
   if (text.captures.size() > 1)
     complain("several captures of one material can't be fitted together by this version; give one.");
-  const std::map<std::string, std::vector<std::string>> models{
-      {"fit", {"shader"}}, {"batch", {"shader"}}, {"render", {"shader", "path"}}, {"slab", {"layered", "path"}}};
+  const std::map<std::string, std::vector<std::string>> models{{"fit", {"shader", "path"}},
+                                                               {"batch", {"shader", "path"}},
+                                                               {"render", {"shader", "path"}},
+                                                               {"slab", {"layered", "path"}}};
   if (const auto known = models.find(line.command); known != models.end()) {
     const auto& names = known->second;
     if (std::find(names.begin(), names.end(), line.fit.model) == names.end()) {

@@ -3,11 +3,55 @@
 #include <algorithm>
 #include <cmath>
 
+#include "fit_by_walks.h"
 #include "fit_pixels.h"
-#include "fit_steps.h"
 #include "optics/twelve_taps.h"
 
 namespace crownfit {
+namespace {
+
+/// Casts and fits by turns, until thicknesses and calibration stay where they were cast.
+FitState FitByShader(const FitProblem& problem, CrownInput& input, Progress& progress) {
+  const auto& [capture, free, errors, options] = problem;
+  CastOptions cast_options;
+  cast_options.threads = options.threads;
+  if (options.twelve_taps) cast_options.kernel = TwelveTapKernel();
+  cast_options.shade_scenery = AnyBlurred(capture);  // a lens spreads its light over the object
+  SolveOptions solve_options;
+  solve_options.use_priors = options.use_priors;
+
+  FitState at;
+  at.x = StartVector(free);
+  at.calibration.amounts.assign(errors.size(), 0.0);
+  constexpr int kMaxCasts = 10;
+  for (bool again = true; again && at.casts < kMaxCasts; ++at.casts) {
+    input.capture = Moved(capture, errors, at.calibration.amounts);
+    at.cast = CastAll(input, ThicknessesOf(capture, MaterialAt(free, at.x)), cast_options, progress);
+    at.pixels = ChoosePixels(input, at.cast, options.max_pixels_per_photograph);
+    if (at.casts > 0 && !errors.empty())  // the first fit takes the calibration as it is
+      at.calibration.slopes = SlopesOf(input, capture, errors, at.calibration.amounts, at.cast, MaterialAt(free, at.x),
+                                       at.scales.light, cast_options, at.pixels, progress);
+    const ImageResiduals residuals(capture, at.cast, free, at.pixels, at.calibration, {3.0, options.threads});
+    if (at.casts == 0) at.x = BracketStart(residuals, free, solve_options, at.x);
+    const SolveResult solved = Solve(residuals, free, at.x, solve_options, [&](int iteration, double cost) {
+      const double chi2 = 2.0 * cost / std::max(1, residuals.count());
+      progress.Show("fitting", 1.0 - std::exp(-0.15 * iteration), "chi2 " + std::to_string(chi2));
+    });
+    const Eigen::VectorXd cast_at = at.x;
+    at.x = solved.x;
+    const Evaluation at_solution = residuals.Evaluate(at.x, true);
+    at.scales = at_solution.scales;
+    at.knowledge = KnowledgeByShader(at.cast, free, at_solution, at.pixels);
+    again = MoveCalibration(at.scales, at.calibration) || solved.thickness_moved ||
+            GeometryIsStale(free, cast_at, at.x, at.knowledge);
+    at.iterations += solved.iterations;
+    at.converged = solved.converged && !again;
+    if (again && !solved.thickness_moved) at.x = HalfWay(free, cast_at, at.x);
+  }
+  return at;
+}
+
+}  // namespace
 
 CrownFit FitCrown(const Capture& stated, const FitOptions& options, Progress& progress) {
   CrownFit fit;
@@ -17,53 +61,32 @@ CrownFit FitCrown(const Capture& stated, const FitOptions& options, Progress& pr
   CheckShaderSupports(fit.capture);
 
   CrownInput input = ReadInput(fit.capture, options.threads);
+  fit.capture = input.capture;  // with bounds that its crown sets
   const FreeParameters free = FreeParametersOf(fit.capture);
   const std::vector<CalibrationError> errors = StatedErrors(fit.capture);
-  CastOptions cast_options;
-  cast_options.threads = options.threads;
-  if (options.twelve_taps) cast_options.kernel = TwelveTapKernel();
-  cast_options.shade_scenery = AnyBlurred(fit.capture);  // a lens spreads its light over the object
+  const FitProblem problem{fit.capture, free, errors, options};
+  FitState at = FitByShader(problem, input, progress);
+  fit.seen_by_shader = MaterialAt(free, at.x);
+  if (options.model == "path") FitByWalks(problem, input, at, progress);
 
-  SolveOptions solve_options;
-  solve_options.use_priors = options.use_priors;
-  Eigen::VectorXd x = StartVector(free);
-  CastState state;
-  std::vector<FitPixels> pixels;
-  Evaluation at_solution;
-  CalibrationState calibration{std::vector<double>(errors.size(), 0.0), {}};
-  constexpr int kMaxCasts = 10;
-  for (bool again = true; again && fit.casts < kMaxCasts; ++fit.casts) {
-    input.capture = Moved(fit.capture, errors, calibration.amounts);
-    state = CastAll(input, ThicknessesOf(fit.capture, MaterialAt(free, x)), cast_options, progress);
-    pixels = ChoosePixels(input, state, options.max_pixels_per_photograph);
-    if (fit.casts > 0 && !errors.empty())  // the first fit takes the calibration as it is
-      calibration.slopes = SlopesOf(input, fit.capture, errors, calibration.amounts, state, MaterialAt(free, x),
-                                    at_solution.scales.light, cast_options, pixels, progress);
-    const ImageResiduals residuals(fit.capture, state, free, pixels, calibration, {3.0, options.threads});
-    if (fit.casts == 0) x = BracketStart(residuals, free, solve_options, x);
-    const SolveResult solved = Solve(residuals, free, x, solve_options, [&](int iteration, double cost) {
-      const double chi2 = 2.0 * cost / std::max(1, residuals.count());
-      progress.Show("fitting", 1.0 - std::exp(-0.15 * iteration), "chi2 " + std::to_string(chi2));
-    });
-    const Eigen::VectorXd cast_at = x;
-    x = solved.x;
-    at_solution = residuals.Evaluate(x, true);
-    fit.uncertainty = Quantify(fit.capture, state, free, x, at_solution, pixels, options.use_priors);
-    again = MoveCalibration(at_solution.scales, calibration) || solved.thickness_moved ||
-            GeometryIsStale(free, cast_at, x, fit.uncertainty);
-    fit.iterations += solved.iterations;
-    fit.converged = solved.converged && !again;
-    if (again && !solved.thickness_moved) x = HalfWay(free, cast_at, x);
-  }
-
-  fit.material = MaterialAt(free, x);
-  fit.scales = at_solution.scales;
-  fit.mean_thickness_mm = state.crown->thickness_mm;
-  fit.ends_at_neck = !state.crown->cut.triangles.empty();
+  fit.material = MaterialAt(free, at.x);
+  fit.uncertainty = Quantify(fit.capture, free, at.x, at.knowledge, options.use_priors);
+  fit.scales = at.scales;
+  fit.iterations = at.iterations;
+  fit.casts = at.casts;
+  for (const FreeEntry& e : free.entries) fit.free_names.push_back(e.name);
+  fit.steps = at.steps;
+  fit.walked_paths = at.walked_paths;
+  fit.converged = at.converged;
+  fit.mean_thickness_mm = at.cast.crown->thickness_mm;
+  fit.ends_at_neck = !at.cast.crown->cut.triangles.empty();
   fit.messages = input.source.messages;
-  for (const FitPixels& p : pixels) fit.fitted_pixels += p.pixels.size();
-  fit.photographs = ComparePhotographs(input, state, fit.material, at_solution.scales, pixels, options.threads);
-  fit.calibration = HowFarMoved(errors, calibration.amounts);
+  for (const FitPixels& p : at.pixels) fit.fitted_pixels += p.pixels.size();
+  const Predictor predict = options.model == "path"
+                                ? PredictorByWalks(problem, input, at, progress)
+                                : PredictorByShader(input, at.cast, fit.material, at.scales, options.threads);
+  fit.photographs = ComparePhotographs(input, at.cast, predict, at.scales, at.pixels, options.threads);
+  fit.calibration = HowFarMoved(errors, at.calibration.amounts);
   fit.caveats = PhotographCaveats(fit.capture, input.photographs);
   Judge(fit);
   return fit;

@@ -69,6 +69,7 @@ CrownInput ReadInput(const Capture& capture, int threads, bool with_images) {
     }
   }
   input.source = ReadCrownSource(capture, threads);
+  for (auto& message : KeepBuildable(input.source, input.capture)) input.source.messages.push_back(std::move(message));
   CheckObjectIsInPicture(capture, *input.source.meshes[0]);
   input.scenery = ReadScenery(capture);
   return input;
@@ -104,14 +105,13 @@ std::vector<double> CastThicknesses(const Capture& capture, const Crown& crown, 
 }
 
 bool GeometryIsStale(const FreeParameters& free, const Eigen::VectorXd& cast_at, const Eigen::VectorXd& x,
-                     const Uncertainty& uncertainty) {
+                     const DataKnowledge& knowledge) {
+  constexpr double kMoved = 1e-3;
   for (int k = 0; k < free.count(); ++k) {
-    const FreeEntry& e = free.entries[k];
-    if (!e.moves_surface) continue;
-    double relative_stddev = 0;
-    for (const auto& p : uncertainty.parameters)
-      if (p.layer == e.layer && p.quantity == e.quantity) relative_stddev = p.stddev[0] / p.value[0];
-    if (std::abs(x[k] - cast_at[k]) > std::max(1e-3, 0.1 * relative_stddev)) return true;
+    if (!free.entries[k].moves_surface) continue;
+    const double stddev = std::sqrt(knowledge.Variance(Eigen::RowVectorXd::Unit(free.count(), k)));
+    const double range = free.entries[k].high - free.entries[k].low;
+    if (std::abs(x[k] - cast_at[k]) > std::max(kMoved, 0.1 * std::min(stddev, range))) return true;
   }
   return false;
 }
@@ -127,8 +127,15 @@ bool AnyBlurred(const Capture& capture) {
                      [](const auto& p) { return p.blur.has_value(); });
 }
 
+Predictor PredictorByShader(const CrownInput& input, const CastState& state, const Material& material,
+                            const LinearScales& scales, int threads) {
+  return [&input, &state, &material, &scales, threads](size_t photograph) {
+    return PredictPixels(input.capture, state, photograph, material, scales.light, threads);
+  };
+}
+
 std::vector<PhotographResult> ComparePhotographs(const CrownInput& input, const CastState& state,
-                                                 const Material& material, const LinearScales& scales,
+                                                 const Predictor& predict, const LinearScales& scales,
                                                  const std::vector<FitPixels>& fitted, int threads) {
   std::vector<PhotographResult> results(input.capture.photographs.size());
   // The exposure of a group that was fitted holds for its held-out photographs too.
@@ -149,7 +156,7 @@ std::vector<PhotographResult> ComparePhotographs(const CrownInput& input, const 
     r.photograph = photo.linear;
     r.prediction = Image(photo.linear.width, photo.linear.height, 3);
     r.compared.assign(photo.usable.size(), 0);
-    const std::vector<glm::dvec3> values = PredictPixels(input.capture, state, i, material, scales.light, threads);
+    const std::vector<glm::dvec3> values = predict(i);
 
     r.exposure = spec.exposure_scale;
     if (const auto group = exposure_of_group.find(ExposureGroup(spec)); group != exposure_of_group.end()) {

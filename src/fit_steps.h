@@ -1,6 +1,7 @@
 #pragma once
 // The named steps of FitCrown that join modules.
 
+#include <functional>
 #include <optional>
 
 #include "base/progress.h"
@@ -18,7 +19,8 @@ struct CrownInput {
   std::vector<TriangleMesh> scenery;
 };
 
-/// Reads images and meshes and checks them against each other. Throws InputError.
+/// Reads images and meshes and checks them against each other; thicknesses are bounded by what the crown is deep enough
+/// for. Throws InputError.
 /// `with_images` false: as for rendering, where the photographs need not exist.
 CrownInput ReadInput(const Capture& capture, int threads, bool with_images = true);
 
@@ -36,7 +38,7 @@ std::vector<double> CastThicknesses(const Capture& capture, const Crown& crown, 
 /// True when a fitted thickness is so far from the cast one that lengths should be cast again: by more than 0.1 % and
 /// more than a tenth of its standard deviation.
 bool GeometryIsStale(const FreeParameters& free, const Eigen::VectorXd& cast_at, const Eigen::VectorXd& x,
-                     const Uncertainty& uncertainty);
+                     const DataKnowledge& knowledge);
 
 /// x with the thicknesses half way between cast and fitted: lengths that scale on one cast overshoot about as much as
 /// they correct, and full steps go back and forth (seen: 0.6013, 0.5989, 0.6013, ... around 0.6000).
@@ -45,9 +47,15 @@ Eigen::VectorXd HalfWay(const FreeParameters& free, const Eigen::VectorXd& cast_
 /// Whether a photograph states its blur.
 bool AnyBlurred(const Capture& capture);
 
+/// Values at exposure 1 of a photograph's pixels, in the order of its cast.
+using Predictor = std::function<std::vector<glm::dvec3>(size_t photograph)>;
+/// All must outlive it.
+Predictor PredictorByShader(const CrownInput& input, const CastState& state, const Material& material,
+                            const LinearScales& scales, int threads);
+
 /// Predicts every photograph, held-out ones included, and compares.
 std::vector<PhotographResult> ComparePhotographs(const CrownInput& input, const CastState& state,
-                                                 const Material& material, const LinearScales& scales,
+                                                 const Predictor& predict, const LinearScales& scales,
                                                  const std::vector<FitPixels>& fitted, int threads);
 
 }  // namespace crownfit

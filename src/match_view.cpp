@@ -81,7 +81,8 @@ std::vector<ColourDifference> Differences(const CrownInput& input, const CastSta
                                           const std::vector<FitPixels>& pixels, int threads) {
   std::vector<ColourDifference> differences;
   const LinearScales scales{{}, StatedLightScales(input.capture), {}};
-  for (const PhotographResult& r : ComparePhotographs(input, state, material, scales, pixels, threads))
+  for (const PhotographResult& r : ComparePhotographs(
+           input, state, PredictorByShader(input, state, material, scales, threads), scales, pixels, threads))
     differences.push_back(r.difference);
   return differences;
 }

@@ -1,6 +1,8 @@
 #include "path_derivatives.h"
 
 #include <cmath>
+#include <tuple>
+#include <utility>
 
 namespace crownfit {
 namespace {
@@ -10,78 +12,96 @@ struct Steps {
   double down, up;
 };
 
-Steps StepsOf(Quantity quantity, double value) {
-  constexpr double kShare = 0.2, kIorStep = 0.02, kFromSmooth = 0.05;
+Steps StepsOf(Quantity quantity, double value, double high) {
+  constexpr double kShare = 0.2, kIorStep = 0.02, kFromSmooth = 0.05, kLeast = 0.02;
   if (quantity == Quantity::kIor) return {value - kIorStep >= 1.0 ? kIorStep : 0.0, kIorStep};
   if (quantity == Quantity::kRoughness)
     return value > 0.1 * kFromSmooth ? Steps{kShare * value, kShare * value} : Steps{0.0, kFromSmooth};
-  return {-std::log(1.0 - kShare), std::log(1.0 + kShare)};
+  const double up = std::log(std::min(1.0 + kShare, high / value));
+  return {-std::log(1.0 - kShare), up > kLeast ? up : 0.0};
 }
 
-bool IsByLogarithm(Quantity q) { return q == Quantity::kThickness || q == Quantity::kThicknessScale; }
+double HighestOf(const Capture& capture, const SlopeParameter& p) {
+  return (p.layer < capture.layers.size() ? capture.layers[p.layer][p.quantity]
+                                          : capture.surface[static_cast<size_t>(p.quantity)])
+      .high;
+}
 
 ChannelValues& ValuesOf(Material& material, const SlopeParameter& p) {
   return p.layer < material.layers.size() ? material.layers[p.layer][p.quantity] : material.surface[p.quantity];
 }
 
-/// Thicknesses that shape the crown, indices, roughness.
-std::vector<SlopeParameter> DifferencedParameters(const Capture& capture, const Material& material) {
-  std::vector<SlopeParameter> all;
-  for (size_t l = 0; l < material.layers.size(); ++l) {
-    all.push_back({l, Quantity::kIor});
-    const bool has_offset = l + 1 < material.layers.size() && !capture.layers[l + 1].surface;
-    if (has_offset) all.push_back({l, ThicknessQuantity(capture, l)});
-  }
-  all.push_back({material.layers.size(), Quantity::kRoughness});
-  return all;
+}  // namespace
+
+bool IsDifferentiatedByLogarithm(Quantity q) {
+  return q == Quantity::kThickness || q == Quantity::kThicknessScale || q == Quantity::kReducedScattering ||
+         q == Quantity::kAbsorption;
 }
 
-}  // namespace
+const LayeredBody& Bodies::Of(const Material& material) {
+  constexpr size_t kKept = 4;
+  const std::vector<double> thicknesses = ThicknessesOf(input_.capture, material);
+  for (auto b = built_.begin(); b != built_.end(); ++b)
+    if (b->first == thicknesses) {
+      built_.splice(built_.begin(), built_, b);
+      return b->second;
+    }
+  built_.emplace_front(std::piecewise_construct, std::forward_as_tuple(thicknesses),
+                       std::forward_as_tuple(BuildSurfaces(input_.capture, input_.source, thicknesses), threads_,
+                                             input_.source.absorption));
+  if (built_.size() > kKept) built_.pop_back();
+  return built_.front().second;
+}
+
+std::vector<SlopeParameter> DifferencedParameters(const Capture& capture) {
+  std::vector<SlopeParameter> all;
+  for (size_t l = 0; l < capture.layers.size(); ++l) {
+    all.push_back({l, Quantity::kIor});
+    const bool has_offset = l + 1 < capture.layers.size() && !capture.layers[l + 1].surface;
+    if (has_offset) all.push_back({l, ThicknessQuantity(capture, l)});
+  }
+  all.push_back({capture.layers.size(), Quantity::kRoughness});
+  return all;
+}
 
 std::string NameOf(const SlopeParameter& p, const Material& material) {
   const std::string owner = p.layer < material.layers.size() ? material.layers[p.layer].name : "surface";
   return owner + "." + RowOf(p.quantity).key;
 }
 
-DifferentiatedPhotograph DifferentiateByPaths(const CrownInput& input, const LayeredBody& body,
-                                              const Material& material, size_t photograph, const PathOptions& stated,
-                                              Progress& progress) {
+DifferentiatedPhotograph DifferentiateByPaths(const CrownInput& input, Bodies& bodies, const Material& material,
+                                              size_t photograph, const PathOptions& stated,
+                                              const std::vector<SlopeParameter>& differenced, Progress& progress) {
   const Capture& capture = input.capture;
-  const std::vector<SlopeParameter> parameters = DifferencedParameters(capture, material);
-  const double pictures = 2.0 * static_cast<double>(parameters.size()) + 1.0;
+  const double pictures = 2.0 * static_cast<double>(differenced.size()) + 1.0;
   double done = 0;
-  const auto body_of = [&](const Material& m) {
-    return LayeredBody(BuildSurfaces(capture, input.source, ThicknessesOf(capture, m)), stated.threads,
-                       input.source.absorption);
-  };
-  const auto render = [&](const Material& m, const LayeredBody& b, bool slopes) {
+  const auto render = [&](const Material& m, bool slopes) {
     PathOptions options = stated;
     options.slopes = slopes;
-    options.keeps_groups = true;
+    options.keeps_groups = !differenced.empty();
     const std::string name = capture.photographs[photograph].name;
-    PathPhotograph photo = RenderByPaths(capture, b, input.scenery, m, photograph, options, [&](double share) {
-      progress.Show("walking " + name, (done + share) / pictures);
-    });
+    PathPhotograph photo =
+        RenderByPaths(capture, bodies.Of(m), input.scenery, m, photograph, options,
+                      [&](double share) { progress.Show("walking " + name, (done + share) / pictures); });
     ++done;
     return photo;
   };
-  PathPhotograph photo = render(material, body, true);
+  PathPhotograph photo = render(material, true);
   std::vector<DifferenceSlopes> differences;
-  for (const SlopeParameter& p : parameters) {
+  for (const SlopeParameter& p : differenced) {
     Material moved = material;
     const double value = ValuesOf(moved, p)[0];
-    const Steps steps = StepsOf(p.quantity, value);
+    const Steps steps = StepsOf(p.quantity, value, HighestOf(capture, p));
     const auto at = [&](double step) {
       if (step == 0) return photo.group_values;
-      ValuesOf(moved, p).fill(IsByLogarithm(p.quantity) ? value * std::exp(step) : value + step);
-      return IsByLogarithm(p.quantity) ? render(moved, body_of(moved), false).group_values
-                                       : render(moved, body, false).group_values;
+      ValuesOf(moved, p).fill(IsDifferentiatedByLogarithm(p.quantity) ? value * std::exp(step) : value + step);
+      return render(moved, false).group_values;
     };
     const std::vector<glm::vec3> low = at(-steps.down), high = at(steps.up);
     // Of the parabola through three points, or of the line through two.
-    const double sum = steps.down + steps.up;
-    const float of_low = static_cast<float>(steps.down > 0 ? -steps.up / (steps.down * sum) : 0.0),
-                of_high = static_cast<float>(steps.down > 0 ? steps.down / (steps.up * sum) : 1.0 / steps.up);
+    const auto [down, up] = steps;
+    const float of_low = static_cast<float>(down > 0 ? (up > 0 ? -up / (down * (down + up)) : -1.0 / down) : 0.0),
+                of_high = static_cast<float>(up > 0 ? (down > 0 ? down / (up * (down + up)) : 1.0 / up) : 0.0);
     DifferenceSlopes d{p, photo.group_values};
     for (size_t i = 0; i < d.values.size(); ++i)
       d.values[i] = of_low * (low[i] - d.values[i]) + of_high * (high[i] - d.values[i]);

@@ -1,6 +1,8 @@
 #pragma once
 // A photograph by walks with its derivatives by scattering, absorption, g, index, thickness and roughness.
 
+#include <list>
+
 #include "base/progress.h"
 #include "fit_steps.h"
 #include "walk/picture_slopes.h"
@@ -12,13 +14,31 @@ struct DifferentiatedPhotograph {
   PooledSlopes slopes;
 };
 
-/// By scattering, absorption and g from the paths themselves; by the layers' thickness and index and the surface's
-/// roughness from pictures with those changed and the same random numbers (thickness by +-20 % and the parabola through
-/// three: smaller steps have ten times the noise and no less bias).
-/// `body`: as the material's thicknesses shape it.
-DifferentiatedPhotograph DifferentiateByPaths(const CrownInput& input, const LayeredBody& body,
-                                              const Material& material, size_t photograph, const PathOptions& options,
-                                              Progress& progress);
+/// The bodies that materials' thicknesses shape; the last few are kept.
+class Bodies {
+ public:
+  Bodies(const CrownInput& input, int threads) : input_(input), threads_(threads) {}
+  /// Stays until four others were asked for.
+  const LayeredBody& Of(const Material& material);
+
+ private:
+  const CrownInput& input_;
+  int threads_;
+  std::list<std::pair<std::vector<double>, LayeredBody>> built_;  ///< latest first
+};
+
+/// What pictures are needed for: thicknesses that shape the crown, indices, roughness.
+std::vector<SlopeParameter> DifferencedParameters(const Capture& capture);
+
+/// By scattering, absorption and g from the paths themselves; by `differenced` parameters from pictures with those
+/// changed and the same random numbers (thickness by +-20 % and the parabola through three: smaller steps have ten
+/// times the noise and no less bias).
+DifferentiatedPhotograph DifferentiateByPaths(const CrownInput& input, Bodies& bodies, const Material& material,
+                                              size_t photograph, const PathOptions& options,
+                                              const std::vector<SlopeParameter>& differenced, Progress& progress);
+
+/// Thickness is differentiated by its logarithm, like the coefficients; index, g and roughness as they are.
+bool IsDifferentiatedByLogarithm(Quantity quantity);
 
 /// "enamel.absorption_per_mm", "surface.roughness".
 std::string NameOf(const SlopeParameter& parameter, const Material& material);

@@ -70,8 +70,7 @@ std::vector<ImageLayer> DerivativeLayers(const DifferentiatedPhotograph& d, cons
 std::vector<std::string> RenderByPath(const CrownInput& input, const Material& material, const RenderOptions& options,
                                       Progress& progress, const Done& done) {
   const Capture& capture = input.capture;
-  const LayeredBody body(BuildSurfaces(capture, input.source, ThicknessesOf(capture, material)), options.threads,
-                         input.source.absorption);
+  Bodies bodies(input, options.threads);
   PathOptions path;
   path.paths_per_pixel = options.paths_per_pixel;
   path.seed = options.seed;
@@ -83,9 +82,10 @@ std::vector<std::string> RenderByPath(const CrownInput& input, const Material& m
     std::vector<ImageLayer> derivatives;
     const PathPhotograph rendered = [&] {
       if (!options.derivatives)
-        return RenderByPaths(capture, body, input.scenery, material, i, path,
+        return RenderByPaths(capture, bodies.Of(material), input.scenery, material, i, path,
                              [&](double share) { progress.Show("walking " + photo.name, share); });
-      DifferentiatedPhotograph d = DifferentiateByPaths(input, body, material, i, path, progress);
+      DifferentiatedPhotograph d =
+          DifferentiateByPaths(input, bodies, material, i, path, DifferencedParameters(capture), progress);
       derivatives = DerivativeLayers(d, photo, material, options.threads);
       return std::move(d.photo);
     }();

@@ -254,25 +254,39 @@ TEST(WalkedStep, FindsWhatChangedWithinItsErrors) {
     return RenderByPaths(scene.capture, body, {}, m, 0, options, [](double) {});
   };
   const PathPhotograph observed = render(truth, 1, false), predicted = render(start, 2, false);
-  std::vector<WalkedStep::Pixel> pixels;
+  const PooledSlopes slopes(render(start, 3, true));
+  const RowsOfSlopes rows(
+      {{&slopes, 1.0}},
+      [](const SlopeParameter& p, int) -> Eigen::RowVectorXd {
+        if (p.quantity != Quantity::kAbsorption) return {};
+        return Eigen::RowVectorXd::Unit(2, static_cast<Eigen::Index>(p.layer));
+      },
+      2);
+  WalkedStep step(2, slopes.groups());
   for (size_t p = 0; p < observed.pixels.size(); ++p) {
     if (!observed.pixels[p].on_object) continue;
-    WalkedStep::Pixel pixel{p, observed.pixels[p].mean - predicted.pixels[p].mean, {}};
-    for (int k = 0; k < 6; ++k)
-      pixel.covariance[k] = observed.pixels[p].covariance[k] + predicted.pixels[p].covariance[k];
-    pixels.push_back(pixel);
+    const glm::dvec3 off = observed.pixels[p].mean - predicted.pixels[p].mean;
+    const Eigen::Matrix3d of_walks = CovarianceOf(predicted.pixels[p].covariance);
+    WalkedRows row = rows.Zero();
+    rows.AddTo(row, p, 1.0);
+    step.Add({{off.x, off.y, off.z}, CovarianceOf(observed.pixels[p].covariance) + of_walks, of_walks}, row);
   }
-  WalkedStep step(2);
-  step.Add(
-      PooledSlopes(render(start, 3, true)),
-      [](const SlopeParameter& p, int) { return p.quantity == Quantity::kAbsorption ? static_cast<int>(p.layer) : -1; },
-      pixels);
-  const WalkedStep::Solution s = step.Solve().value();
+  const WalkedStep::Prior none{Eigen::Vector2d::Zero(), Eigen::Vector2d::Zero()};
+  const WalkedStep::Solution s = step.Solve(none);
+  EXPECT_TRUE(s.seen);
   for (int i = 0; i < 2; ++i) {
     const double stddev = std::sqrt(s.covariance(i, i));
     EXPECT_LT(stddev, 0.012) << i;
     EXPECT_NEAR(s.step[i], i == 0 ? 0.06 : -0.04, 3 * stddev) << i;
+    EXPECT_GT(s.walk_covariance(i, i), 0.3 * s.covariance(i, i)) << "observed and predicted by as many paths";
+    EXPECT_LT(s.walk_covariance(i, i), 0.8 * s.covariance(i, i));
   }
+  const WalkedStep::Solution held = step.Solve(none, {0});
+  EXPECT_EQ(held.step[0], 0.0);
+  EXPECT_EQ(held.covariance(0, 0), 0.0);
+  EXPECT_LT(held.covariance(1, 1), s.covariance(1, 1)) << "one unknown fewer";
+  const WalkedStep::Prior sure{Eigen::Vector2d(1e8, 0.0), Eigen::Vector2d::Zero()};
+  EXPECT_NEAR(step.Solve(sure).step[1], held.step[1], 1e-3) << "a sure prior holds as well";
 }
 
 }  // namespace

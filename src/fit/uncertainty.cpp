@@ -1,6 +1,7 @@
 #include "fit/uncertainty.h"
 
 #include <Eigen/Cholesky>
+#include <Eigen/Eigenvalues>
 #include <Eigen/QR>
 #include <Eigen/SVD>
 #include <algorithm>
@@ -14,51 +15,14 @@ namespace {
 
 constexpr double kNullRatio = 1e-7;  // singular values below this share of the largest are null directions
 constexpr double kUnidentifiedFactor = 4.0;
+constexpr double kWeak = 0.35;  // standard deviation from which a direction is named
 constexpr double kZ95 = 1.959963984540054;
-constexpr int kPatch = 8;  // pixels
 // Errors of the model `shader` that many pixels share, relative to the signal: at the true values of the path-traced
 // incisor and disc its level is off by 4 % rms per photograph, its channels by 2 % against each other, its patches by 3
 // % (docs/validation.md).
 constexpr double kPatchError = 0.03;       // common to a patch, in one channel
 constexpr double kPhotographError = 0.04;  // common to a photograph
 constexpr double kChannelError = 0.02;     // common to a photograph, in one channel
-
-/// Variance of a linear combination: data only; infinite when it leans on a null direction.
-struct DataCovariance {
-  Eigen::VectorXd singular;
-  Eigen::MatrixXd v;
-  double null_below = 0;
-  double inflation = 1;
-  Eigen::MatrixXd model_scatter;  ///< J' C J of the model's own correlated errors
-  double Variance(const Eigen::RowVectorXd& g) const {
-    double sum = 0;
-    Eigen::VectorXd pull = Eigen::VectorXd::Zero(v.rows());  // N^-1 g, with N the normal matrix
-    for (int i = 0; i < singular.size(); ++i) {
-      const double along = g.dot(v.col(i));
-      if (singular[i] <= null_below) {
-        if (std::abs(along) > 1e-4 * g.norm()) return HUGE_VAL;
-      } else {
-        sum += inflation * along * along / (singular[i] * singular[i]);
-        pull += along / (singular[i] * singular[i]) * v.col(i);
-      }
-    }
-    return sum + pull.dot(model_scatter * pull);
-  }
-};
-
-DataCovariance Decompose(const Evaluation& e) {
-  // R of a QR first: the singular values of J without squaring its condition number.
-  const int k = static_cast<int>(e.jacobian.cols());
-  const Eigen::MatrixXd jacobian = e.jacobian;
-  const Eigen::HouseholderQR<Eigen::MatrixXd> qr(jacobian);
-  const Eigen::MatrixXd r = qr.matrixQR().topRows(k).triangularView<Eigen::Upper>();
-  const Eigen::JacobiSVD<Eigen::MatrixXd> svd(r, Eigen::ComputeFullV);
-  DataCovariance c;
-  c.singular = svd.singularValues();
-  c.v = svd.matrixV();
-  c.null_below = kNullRatio * c.singular[0];
-  return c;
-}
 
 /// Calls visit(rows) for every patch of neighbouring pixels and every channel: its residuals' indices and the signal
 /// there in standard deviations.
@@ -151,39 +115,63 @@ const char* Word(Status status) {
   return "";
 }
 
-Uncertainty Quantify(const Capture& capture, const CastState& state, const FreeParameters& free,
-                     const Eigen::VectorXd& x, const Evaluation& e, const std::vector<FitPixels>& pixels,
-                     bool use_priors) {
+double DataKnowledge::Variance(const Eigen::RowVectorXd& g) const {
+  constexpr double kLeans = 1e-4;
+  if (unseen.cols() > 0 && (g * unseen).cwiseAbs().maxCoeff() > kLeans * g.norm()) return HUGE_VAL;
+  return (g * covariance * g.transpose())(0, 0);
+}
+
+DataKnowledge KnowledgeByShader(const CastState& state, const FreeParameters& free, const Evaluation& e,
+                                const std::vector<FitPixels>& pixels) {
+  const int n = free.count();
+  DataKnowledge k;
+  k.covariance = Eigen::MatrixXd::Zero(n, n);
+  k.unseen = Eigen::MatrixXd::Identity(n, n);
+  if (!e.finite) return k;  // nothing was learned
+  const double freedom = std::max(1.0, static_cast<double>(e.residuals.size()) - n);
+  k.reduced_chi2 = e.residuals.squaredNorm() / freedom;
+  k.block_chi2 = BlockChi2(state, e, pixels);
+  k.inflation = std::max({1.0, k.reduced_chi2, k.block_chi2});
+  if (n == 0) return k;
+  // R of a QR first: the singular values of J without squaring its condition number.
+  const Eigen::MatrixXd jacobian = e.jacobian;
+  const Eigen::HouseholderQR<Eigen::MatrixXd> qr(jacobian);
+  const Eigen::MatrixXd r = qr.matrixQR().topRows(n).triangularView<Eigen::Upper>();
+  const Eigen::JacobiSVD<Eigen::MatrixXd> svd(r, Eigen::ComputeFullV);
+  const Eigen::VectorXd singular = svd.singularValues();
+  const Eigen::MatrixXd& v = svd.matrixV();
+  const auto seen = (singular.array() > kNullRatio * singular[0]).count();
+  k.condition = singular[n - 1] > 0 ? singular[0] / singular[n - 1] : HUGE_VAL;
+  const Eigen::MatrixXd inverse =
+      v.leftCols(seen) * singular.head(seen).cwiseAbs2().cwiseInverse().asDiagonal() * v.leftCols(seen).transpose();
+  k.covariance = k.inflation * inverse + inverse * ModelScatter(state, e, pixels) * inverse;
+  k.unseen = v.rightCols(n - seen);
+  return k;
+}
+
+Uncertainty Quantify(const Capture& capture, const FreeParameters& free, const Eigen::VectorXd& x,
+                     const DataKnowledge& data, bool use_priors) {
   Uncertainty result;
-  if (!e.finite) {  // nothing was learned: a flat problem in which every direction is null
-    Evaluation flat;
-    flat.residuals = Eigen::VectorXd::Zero(3 * std::max<int>(1, free.count()));
-    flat.jacobian.setZero(flat.residuals.size(), free.count());
-    return Quantify(capture, state, free, x, flat, {}, use_priors);
-  }
   const Material material = MaterialAt(free, x);
   const int n = free.count();
-  const double freedom = std::max(1.0, static_cast<double>(e.residuals.size()) - n);
-  result.reduced_chi2 = e.residuals.squaredNorm() / freedom;
-  result.block_chi2 = BlockChi2(state, e, pixels);
-  result.inflation = std::max({1.0, result.reduced_chi2, result.block_chi2});
-  DataCovariance data;
+  result.reduced_chi2 = data.reduced_chi2;
+  result.block_chi2 = data.block_chi2;
+  result.inflation = data.inflation;
+  result.condition = data.condition;
+  result.of_walks.assign(data.of_walks.begin(), data.of_walks.end());
   Eigen::MatrixXd posterior(n, n);
   if (n > 0) {
-    data = Decompose(e);
-    data.inflation = result.inflation;
-    data.model_scatter = ModelScatter(state, e, pixels);
-    result.condition = data.singular[n - 1] > 0 ? data.singular[0] / data.singular[n - 1] : HUGE_VAL;
-    for (int i = n - 1; i >= 0; --i) {
-      const bool null = data.singular[i] <= data.null_below;
-      const double stddev = null ? HUGE_VAL : std::sqrt(data.Variance(data.v.col(i).transpose()));
-      if (stddev > 0.35) result.weak_directions.push_back(Describe(free, data.v.col(i), stddev));
-    }
-    // With the priors: the data's normal matrix, weakened by the same inflation and model error, plus theirs.
+    // With the priors: what the photographs say, plus theirs.
     Eigen::MatrixXd precision = Eigen::MatrixXd::Zero(n, n);
-    for (int i = 0; i < n; ++i) {
-      const double variance = data.Variance(data.v.col(i).transpose());
-      if (std::isfinite(variance)) precision += data.v.col(i) * data.v.col(i).transpose() / variance;
+    const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(data.covariance);
+    const auto unseen = data.unseen.cols();
+    for (Eigen::Index i = 0; i < unseen; ++i)
+      result.weak_directions.push_back(Describe(free, data.unseen.col(i), HUGE_VAL));
+    for (Eigen::Index i = n - 1; i >= unseen; --i) {  // the covariance is 0 along unseen directions
+      const Eigen::VectorXd along = eigen.eigenvectors().col(i);
+      const double stddev = std::sqrt(std::max(0.0, eigen.eigenvalues()[i]));
+      if (stddev > kWeak) result.weak_directions.push_back(Describe(free, along, stddev));
+      if (stddev > 0) precision += along * along.transpose() / (stddev * stddev);
     }
     for (int k = 0; k < n; ++k) precision(k, k) += 1.0 / (free.entries[k].prior_stddev * free.entries[k].prior_stddev);
     posterior = precision.ldlt().solve(Eigen::MatrixXd::Identity(n, n));
@@ -207,7 +195,7 @@ Uncertainty Quantify(const Capture& capture, const CastState& state, const FreeP
       const bool log = row.scale == Scale::kLog;
       const Eigen::RowVectorXd g =
           ValueGradient(free, x, layer, row.quantity, static_cast<int>(c)) / (log ? p.value[c] : 1.0);
-      const double data_sd = std::sqrt(data.Variance(g));
+      const double data_sd = std::sqrt(std::max(0.0, data.Variance(g)));
       const double posterior_sd = std::sqrt((g * posterior * g.transpose())(0, 0));
       const double prior_sd = spec.prior_log_stddev.value_or(row.prior_stddev);
       const bool entry_prior = use_priors && data_sd > 0.5 * prior_sd;

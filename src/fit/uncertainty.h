@@ -1,6 +1,6 @@
 #pragma once
-// How sure the fit is: from the data-only normal matrix, through its singular values, so that directions the
-// photographs say nothing about get an infinite variance instead of none.
+// How sure the fit is. What the photographs alone say stays apart from priors, so that directions they say nothing
+// about get an infinite variance instead of none.
 
 #include <optional>
 #include <string>
@@ -24,16 +24,32 @@ struct FittedParameter {
 
 struct Uncertainty {
   std::vector<FittedParameter> parameters;
-  double reduced_chi2 = 0;  ///< of the pixels, residuals squared over degrees of freedom
-  double block_chi2 = 0;    ///< of sums over patches of neighbouring pixels: larger when errors are correlated
-  double inflation = 1;     ///< variances of the data were multiplied by max(1, reduced_chi2, block_chi2)
-  double condition = 0;     ///< of the data-only problem in the fit's own scales
+  double reduced_chi2 = 0;       ///< of the pixels, residuals squared over degrees of freedom
+  double block_chi2 = 0;         ///< of sums over patches of neighbouring pixels: larger when errors are correlated
+  double inflation = 1;          ///< variances of the data were multiplied by max(1, reduced_chi2, block_chi2)
+  double condition = 0;          ///< of the data-only problem in the fit's own scales
+  std::vector<double> of_walks;  ///< per free entry: the share of its variance that the fit's own walks make
   std::vector<std::string> weak_directions;  ///< combinations that the photographs do not tell apart
 };
 
-/// `e`: evaluation with derivatives at the solution.
-Uncertainty Quantify(const Capture& capture, const CastState& state, const FreeParameters& free,
-                     const Eigen::VectorXd& x, const Evaluation& e, const std::vector<FitPixels>& pixels,
-                     bool use_priors);
+/// What the photographs alone say about the free entries around a solution.
+struct DataKnowledge {
+  Eigen::MatrixXd covariance;  ///< within what is seen
+  Eigen::MatrixXd unseen;      ///< columns: unit directions of which nothing is known
+  Eigen::VectorXd of_walks;    ///< share of every entry's variance that the fit's own walks make; empty: none walked
+  double condition = 0, reduced_chi2 = 0, block_chi2 = 0, inflation = 1;
+  /// Of a linear combination; infinite when it leans on an unseen direction.
+  double Variance(const Eigen::RowVectorXd& g) const;
+};
+
+/// Of model `shader`, whose own errors many pixels share. `e`: evaluation with derivatives at the solution.
+DataKnowledge KnowledgeByShader(const CastState& state, const FreeParameters& free, const Evaluation& e,
+                                const std::vector<FitPixels>& pixels);
+
+/// Width of the patches of neighbouring pixels whose errors are looked at together.
+inline constexpr int kPatch = 8;
+
+Uncertainty Quantify(const Capture& capture, const FreeParameters& free, const Eigen::VectorXd& x,
+                     const DataKnowledge& data, bool use_priors);
 
 }  // namespace crownfit

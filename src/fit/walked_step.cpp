@@ -1,74 +1,139 @@
 #include "fit/walked_step.h"
 
+#include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "base/error.h"
 
 namespace crownfit {
 
-void WalkedStep::Add(const PooledSlopes& slopes, const UnknownOf& unknown_of, const std::vector<Pixel>& pixels) {
-  const int groups = slopes.groups();
-  if (normal_.size() == 0) {
-    normal_ = noise_ = Eigen::MatrixXd::Zero(unknowns_, unknowns_);
-    right_ = Eigen::VectorXd::Zero(unknowns_);
-    normal_without_.assign(groups, normal_);
-    right_without_.assign(groups, right_);
+Eigen::Matrix3d CovarianceOf(const std::array<double, 6>& v) {
+  Eigen::Matrix3d m;
+  m << v[0], v[1], v[2], v[1], v[3], v[4], v[2], v[4], v[5];
+  return m;
+}
+
+RowsOfSlopes::RowsOfSlopes(std::vector<Run> runs, const SlopeChain& chain, int unknowns)
+    : runs_(std::move(runs)), unknowns_(unknowns) {
+  Check(!runs_.empty(), "slopes");
+  const PooledSlopes& first = *runs_[0].slopes;
+  double sum = 0;
+  for (const Run& r : runs_) {
+    Check(r.slopes->groups() == first.groups() && r.slopes->parameters().size() == first.parameters().size(),
+          "runs of as many groups and parameters");
+    sum += r.weight;
   }
-  Check(normal_without_.size() == static_cast<size_t>(groups), "photographs of as many groups of paths");
-  struct Entry {
-    size_t parameter;
-    int channel, unknown;
-  };
-  std::vector<Entry> entries;
-  for (size_t j = 0; j < slopes.parameters().size(); ++j)
+  for (Run& r : runs_) r.weight /= sum;
+  for (size_t j = 0; j < first.parameters().size(); ++j)
     for (int c = 0; c < kChannels; ++c)
-      if (const int u = unknown_of(slopes.parameters()[j], c); u >= 0) entries.push_back({j, c, u});
-  using Rows = Eigen::Matrix<double, kChannels, Eigen::Dynamic>;
-  std::vector<Rows> without(groups);
-  for (const Pixel& p : pixels) {
-    Eigen::Matrix3d covariance;
-    const auto& v = p.covariance;
-    covariance << v[0], v[1], v[2], v[1], v[3], v[4], v[2], v[4], v[5];
-    const Eigen::LLT<Eigen::Matrix3d> root(covariance);
-    Check(root.info() == Eigen::Success, "a covariance with an inverse");
-    const auto whiten = [&](auto& m) { root.matrixL().solveInPlace(m); };
-    Eigen::Vector3d residual(p.residual.x, p.residual.y, p.residual.z);
-    Rows all = Rows::Zero(kChannels, unknowns_);
-    without.assign(groups, all);
-    for (const Entry& e : entries) {
-      const double brightness = slopes.brightness(e.channel, p.pixel);
-      all(e.channel, e.unknown) += brightness * slopes.At(e.parameter, e.channel, p.pixel);
-      const std::vector<double> some = slopes.Without(e.parameter, e.channel, p.pixel);
-      for (int g = 0; g < groups; ++g) without[g](e.channel, e.unknown) += brightness * some[g];
+      if (Eigen::RowVectorXd row = chain(first.parameters()[j], c); row.size() > 0 && !row.isZero())
+        entries_.push_back({j, c, std::move(row)});
+}
+
+WalkedRows RowsOfSlopes::Zero() const {
+  const WalkedRows::Rows zero = WalkedRows::Rows::Zero(kChannels, unknowns_);
+  return {zero, std::vector<WalkedRows::Rows>(runs_[0].slopes->groups(), zero)};
+}
+
+void RowsOfSlopes::AddTo(WalkedRows& rows, size_t pixel, double weight) const {
+  for (const Run& run : runs_)
+    for (const Entry& e : entries_) {
+      const double brightness = weight * run.weight * run.slopes->brightness(e.channel, pixel);
+      rows.all.row(e.channel) += brightness * run.slopes->At(e.parameter, e.channel, pixel) * e.chain;
+      const std::vector<double> some = run.slopes->Without(e.parameter, e.channel, pixel);
+      for (size_t g = 0; g < some.size(); ++g) rows.without[g].row(e.channel) += brightness * some[g] * e.chain;
     }
-    whiten(residual);
-    whiten(all);
-    normal_.noalias() += all.transpose() * all;
-    right_.noalias() += all.transpose() * residual;
-    for (int g = 0; g < groups; ++g) {
-      whiten(without[g]);
-      normal_without_[g].noalias() += without[g].transpose() * without[g];
-      right_without_[g].noalias() += without[g].transpose() * residual;
-      noise_.noalias() += (groups - 1.0) / groups * (without[g] - all).transpose() * (without[g] - all);
-    }
+}
+
+WalkedStep::WalkedStep(int unknowns, int groups)
+    : unknowns_(unknowns),
+      normal_(Eigen::MatrixXd::Zero(unknowns, unknowns)),
+      noise_(normal_),
+      of_walks_(normal_),
+      right_(Eigen::VectorXd::Zero(unknowns)),
+      normal_without_(groups, normal_),
+      right_without_(groups, right_) {}
+
+void WalkedStep::Add(const Pixel& pixel, WalkedRows rows) {
+  const size_t groups = normal_without_.size();
+  Check(rows.without.size() == groups, "photographs of as many groups of paths");
+  const Eigen::LLT<Eigen::Matrix3d> root(pixel.covariance);
+  Check(root.info() == Eigen::Success, "a covariance with an inverse");
+  const auto whiten = [&](auto& m) { root.matrixL().solveInPlace(m); };
+  Eigen::Vector3d residual = pixel.residual;
+  Eigen::Matrix3d of_walks = pixel.of_walks;
+  whiten(residual);
+  whiten(of_walks);
+  of_walks.transposeInPlace();
+  whiten(of_walks);
+  whiten(rows.all);
+  normal_.noalias() += rows.all.transpose() * rows.all;
+  of_walks_.noalias() += rows.all.transpose() * of_walks * rows.all;
+  right_.noalias() += rows.all.transpose() * residual;
+  const double n = static_cast<double>(groups);
+  for (size_t g = 0; g < groups; ++g) {
+    WalkedRows::Rows& some = rows.without[g];
+    whiten(some);
+    normal_without_[g].noalias() += some.transpose() * some;
+    right_without_[g].noalias() += some.transpose() * residual;
+    some -= rows.all;
+    noise_.noalias() += (n - 1.0) / n * some.transpose() * some;
   }
 }
 
-std::optional<WalkedStep::Solution> WalkedStep::Solve() const {
+void WalkedStep::Add(const WalkedStep& other) {
+  normal_ += other.normal_;
+  noise_ += other.noise_;
+  of_walks_ += other.of_walks_;
+  right_ += other.right_;
+  for (size_t g = 0; g < normal_without_.size(); ++g) {
+    normal_without_[g] += other.normal_without_[g];
+    right_without_[g] += other.right_without_[g];
+  }
+}
+
+WalkedStep::Solution WalkedStep::Solve(const Prior& prior, const std::vector<int>& held, Noise noise) const {
   const double groups = static_cast<double>(normal_without_.size());
-  const Eigen::MatrixXd signal = normal_ - noise_;
-  const Eigen::LLT<Eigen::MatrixXd> solver(signal);
-  if (solver.info() != Eigen::Success) return std::nullopt;
-  const Eigen::MatrixXd inverse = solver.solve(Eigen::MatrixXd::Identity(unknowns_, unknowns_));
+  const double taken_off = noise == Noise::kTakenOff ? 1.0 : 0.0;
   Solution s;
-  s.step = solver.solve(right_);
+  // In units of what the pixels say about each unknown alone; what noise leaves of a direction is at least nothing.
+  const Eigen::VectorXd unit =
+      (normal_.diagonal() + prior.precision).unaryExpr([](double v) { return v > 0 ? 1.0 / std::sqrt(v) : 1.0; });
+  const auto inverse_of = [&](const Eigen::MatrixXd& normal, bool* seen) {
+    Eigen::MatrixXd scaled = unit.asDiagonal() * normal * unit.asDiagonal();
+    for (const int k : held) {
+      scaled.row(k).setZero();
+      scaled.col(k).setZero();
+    }
+    const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(0.5 * (scaled + scaled.transpose()));
+    if (seen) *seen = eigen.eigenvalues().minCoeff() > 0 || !held.empty();
+    const Eigen::MatrixXd positive =
+        eigen.eigenvectors() * eigen.eigenvalues().cwiseMax(0.0).asDiagonal() * eigen.eigenvectors().transpose();
+    Eigen::MatrixXd with_prior = positive;
+    with_prior.diagonal() += unit.cwiseAbs2().cwiseProduct(prior.precision);
+    for (const int k : held) with_prior(k, k) = 1.0;
+    Eigen::MatrixXd inverse = with_prior.ldlt().solve(Eigen::MatrixXd::Identity(unknowns_, unknowns_));
+    for (const int k : held) {
+      inverse.row(k).setZero();
+      inverse.col(k).setZero();
+    }
+    return Eigen::MatrixXd(unit.asDiagonal() * inverse * unit.asDiagonal());
+  };
+  const Eigen::MatrixXd inverse = inverse_of(normal_ - taken_off * noise_, &s.seen);
+  s.step = inverse * (right_ + prior.pull);
+  s.gain = s.step.dot(2.0 * right_ - (normal_ - taken_off * noise_) * s.step);
   Eigen::MatrixXd steps(unknowns_, static_cast<Eigen::Index>(groups));
   for (size_t g = 0; g < normal_without_.size(); ++g)
     steps.col(static_cast<Eigen::Index>(g)) =
-        (normal_without_[g] - groups / (groups - 1.0) * noise_).ldlt().solve(right_without_[g]);
+        inverse_of(normal_without_[g] - taken_off * groups / (groups - 1.0) * noise_, nullptr) *
+        (right_without_[g] + prior.pull);
   const Eigen::MatrixXd off = steps.colwise() - steps.rowwise().mean();
   s.slope_covariance = (groups - 1.0) / groups * off * off.transpose();
-  s.covariance = inverse * normal_ * inverse + s.slope_covariance;
+  s.walk_covariance = inverse * of_walks_ * inverse + s.slope_covariance;
+  Eigen::MatrixXd known = normal_;
+  known.diagonal() += prior.precision;
+  s.covariance = inverse * known * inverse + s.slope_covariance;
   return s;
 }
 

@@ -1,45 +1,88 @@
 #pragma once
 // One Gauss-Newton step towards photographs, with pictures and derivatives from walks: both are noisy, and known to be.
-// What a fit by walks will be made of; so far studies and tests use it.
 
 #include <Eigen/Dense>
+#include <array>
 #include <functional>
-#include <optional>
 #include <vector>
 
 #include "walk/picture_slopes.h"
 
 namespace crownfit {
 
-/// Which unknown a slope parameter's channel moves; -1: none.
-using UnknownOf = std::function<int(const SlopeParameter&, int channel)>;
+/// From the six numbers that a PixelEstimate holds: RR RG RB GG GB BB.
+Eigen::Matrix3d CovarianceOf(const std::array<double, 6>& pairs);
+
+/// Derivatives of one pixel's channels by the unknowns: from all paths, and from all but each group's.
+struct WalkedRows {
+  using Rows = Eigen::Matrix<double, kChannels, Eigen::Dynamic>;
+  Rows all;
+  std::vector<Rows> without;
+};
+
+/// How unknowns move what slopes are by: d(parameter) / d(unknowns) of one channel, with the parameter as
+/// SlopeParameter differentiates by it. Empty: not at all.
+using SlopeChain = std::function<Eigen::RowVectorXd(const SlopeParameter&, int channel)>;
+
+/// Turns a photograph's slopes into rows: the mean of several runs, that may stand at somewhat different places.
+class RowsOfSlopes {
+ public:
+  struct Run {
+    const PooledSlopes* slopes;
+    double weight;
+  };
+  /// Runs of as many groups and the same parameters; they must outlive it.
+  RowsOfSlopes(std::vector<Run> runs, const SlopeChain& chain, int unknowns);
+  /// Adds `weight` times the derivatives of a pixel.
+  void AddTo(WalkedRows& rows, size_t pixel, double weight) const;
+  WalkedRows Zero() const;
+
+ private:
+  struct Entry {
+    size_t parameter;
+    int channel;
+    Eigen::RowVectorXd chain;
+  };
+  std::vector<Run> runs_;  ///< weights with sum 1
+  std::vector<Entry> entries_;
+  int unknowns_;
+};
 
 class WalkedStep {
  public:
-  explicit WalkedStep(int unknowns) : unknowns_(unknowns) {}
+  WalkedStep(int unknowns, int groups);
 
-  /// A photograph's pixels: observed less predicted values, and the covariance of those differences (sensor and walks)
-  /// per channel pair RR RG RB GG GB BB. The slopes must come from other walks than the prediction.
+  /// Observed less predicted values, the covariance of that difference, and the share of it that the prediction's own
+  /// walks make. The derivatives must come from other walks than the prediction.
   struct Pixel {
-    size_t pixel;
-    glm::dvec3 residual;
-    std::array<double, 6> covariance;
+    Eigen::Vector3d residual;
+    Eigen::Matrix3d covariance, of_walks = Eigen::Matrix3d::Zero();
   };
-  void Add(const PooledSlopes& slopes, const UnknownOf& unknown_of, const std::vector<Pixel>& pixels);
+  void Add(const Pixel& pixel, WalkedRows rows);
+  void Add(const WalkedStep& other);
 
+  /// What is known of the unknowns beside the photographs, or holds them near where they are: 1 / variance, and
+  /// (where it wants them - where they are) / variance.
+  struct Prior {
+    Eigen::VectorXd precision, pull;
+  };
   struct Solution {
     Eigen::VectorXd step;
     Eigen::MatrixXd covariance;        ///< of the step: pixels, and slopes
-    Eigen::MatrixXd slope_covariance;  ///< the second's share
+    Eigen::MatrixXd walk_covariance;   ///< the prediction's walks' and the slopes' share
+    Eigen::MatrixXd slope_covariance;  ///< the slopes' share
+    double gain = 0;                   ///< what the step takes off the photographs' chi2; its noise alone: 1 an unknown
+    bool seen = true;                  ///< false: without the prior some directions would be nothing but noise
   };
+  enum class Noise { kTakenOff, kLeft };
   /// The least-squares step in which the slopes' own noise, that would pull it towards zero, is taken off the normal
-  /// matrix (Fuller 1987, Measurement Error Models, 2.2); the noise is found by leaving groups of paths out.
-  /// Nothing when the slopes are little but noise: more paths are needed.
-  std::optional<Solution> Solve() const;
+  /// matrix (Fuller 1987, Measurement Error Models, 2.2); the noise is found by leaving groups of paths out. `held`:
+  /// unknowns that stay where they are. With the noise left in, steps are too short, and the safer the noisier.
+  Solution Solve(const Prior& prior, const std::vector<int>& held = {}, Noise noise = Noise::kTakenOff) const;
 
  private:
   int unknowns_;
-  Eigen::MatrixXd normal_, noise_;
+  Eigen::MatrixXd normal_, noise_, of_walks_;
   Eigen::VectorXd right_;
   std::vector<Eigen::MatrixXd> normal_without_;  ///< per group of paths
   std::vector<Eigen::VectorXd> right_without_;

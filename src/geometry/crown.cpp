@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdio>
 #include <numbers>
 
 #include "base/error.h"
@@ -173,6 +174,30 @@ std::vector<double> StatedThicknesses(const Capture& capture) {
   for (size_t i = 0; i < capture.layers.size(); ++i)
     thickness.push_back(capture.layers[i][ThicknessQuantity(capture, i)].value[0]);
   return thickness;
+}
+
+std::vector<std::string> KeepBuildable(const CrownSource& source, Capture& capture) {
+  constexpr double kLeft = 0.05, kStart = 0.5;  // of the greatest depth
+  std::vector<std::string> messages;
+  for (size_t i = 1; i < capture.layers.size(); ++i) {
+    const ParameterSpec& spec = capture.layers[i - 1][Quantity::kThickness];
+    if (source.meshes[i] || source.thickness[i - 1]) continue;
+    const size_t base = BaseOf(source, i);
+    double room = (1.0 - kLeft) * source.fields[base]->max_depth_mm();
+    for (size_t k = base; k + 1 < i; ++k) room -= capture.layers[k][ThicknessQuantity(capture, k)].value[0];
+    if (room <= spec.low || spec.high <= room) continue;
+    ParameterSpec& kept = capture.layers[i - 1][Quantity::kThickness];
+    kept.high = room;
+    if (kept.fixed || kept.value[0] < room) continue;
+    char text[300];
+    std::snprintf(text, sizeof text,
+                  "%s: the start %.3g mm leaves nothing of layer '%s', as '%s' is at most %.3g mm deep; %.3g mm taken",
+                  ThicknessKey(i - 1).c_str(), kept.value[0], capture.layers[i].name.c_str(),
+                  capture.layers[base].name.c_str(), source.fields[base]->max_depth_mm(), kStart * room);
+    messages.emplace_back(text);
+    kept.value.fill(std::max(kept.low, kStart * room));
+  }
+  return messages;
 }
 
 std::vector<TriangleMesh> BuildSurfaces(const Capture& capture, const CrownSource& source,

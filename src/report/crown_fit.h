@@ -18,7 +18,15 @@ struct FitOptions {
   uint64_t seed = 1;
   int threads = 0;
   size_t max_pixels_per_photograph = 6000;  ///< the fit takes every n-th pixel of larger ones; figures show them all
+  size_t paths_per_photograph = 1250000;    ///< model path: walks of each of its last runs
   bool twelve_taps = false;                 ///< blur by the thesis's 13 taps in place of 49
+};
+
+/// One step of a fit by walks, in the free entries' own scales.
+struct WalkedFitStep {
+  std::string stage;  ///< "search" or "run"
+  double paths_per_photograph = 0, reduced_chi2 = 0, block_chi2 = 0;
+  Eigen::VectorXd from, step, stddev, stddev_of_walks;
 };
 
 struct PhotographResult {
@@ -45,6 +53,7 @@ struct CrownFit {
   Capture capture;  ///< with the overrides applied
   FitOptions options;
   Material material;
+  Material seen_by_shader;  ///< with which model `shader` comes nearest: what the viewer shows
   Uncertainty uncertainty;
   LinearScales scales;
   std::vector<PhotographResult> photographs;
@@ -52,6 +61,9 @@ struct CrownFit {
   std::vector<double> mean_thickness_mm;      ///< per layer, of the fitted geometry
   bool converged = false, usable = false, ends_at_neck = false;
   int iterations = 0, casts = 0;
+  std::vector<std::string> free_names;  ///< of the free entries, in the order of `steps`
+  std::vector<WalkedFitStep> steps;     ///< model path
+  double walked_paths = 0;
   size_t fitted_pixels = 0;
   std::vector<std::string> messages;  ///< what was repaired in the input
   std::vector<std::string> reasons;   ///< why the result is not usable, and parameters at their bounds

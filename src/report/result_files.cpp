@@ -87,9 +87,8 @@ JsonValue LayerJson(const CrownFit& fit, size_t layer) {
 }
 
 JsonValue ViewerJson(const CrownFit& fit) {
-  // The fit's own model is the viewer's, so the effective parameters are the fitted ones.
   JsonValue::Array layers;
-  for (const auto& layer : fit.material.layers) {
+  for (const auto& layer : fit.seen_by_shader.layers) {
     JsonValue::Object o{{"name", layer.name}};
     for (Quantity q : {Quantity::kIor, Quantity::kReducedScattering, Quantity::kAbsorption})
       o.emplace_back(RowOf(q).key, std::vector<double>(layer[q].begin(), layer[q].end()));
@@ -98,7 +97,7 @@ JsonValue ViewerJson(const CrownFit& fit) {
   return JsonValue::Object{
       {"note", "effective parameters of the real-time shader; not physical when the fit used another model"},
       {"layers", layers},
-      {"roughness", fit.material.surface[Quantity::kRoughness][0]}};
+      {"roughness", fit.seen_by_shader.surface[Quantity::kRoughness][0]}};
 }
 
 JsonValue ProvenanceJson(const CrownFit& fit) {
@@ -118,8 +117,24 @@ JsonValue ProvenanceJson(const CrownFit& fit) {
                          {"fix", fixed},
                          {"free", freed},
                          {"priors", fit.options.use_priors},
+                         {"paths_per_photograph", static_cast<double>(fit.options.paths_per_photograph)},
                          {"twelve_taps", fit.options.twelve_taps},
                          {"max_pixels_per_photograph", static_cast<double>(fit.options.max_pixels_per_photograph)}}}};
+}
+
+JsonValue StepsJson(const CrownFit& fit) {
+  const auto list = [](const Eigen::VectorXd& v) { return std::vector<double>(v.begin(), v.end()); };
+  JsonValue::Array steps;
+  for (const WalkedFitStep& s : fit.steps)
+    steps.push_back(JsonValue::Object{{"stage", s.stage},
+                                      {"paths_per_photograph", s.paths_per_photograph},
+                                      {"reduced_chi2", s.reduced_chi2},
+                                      {"block_chi2", s.block_chi2},
+                                      {"from", list(s.from)},
+                                      {"step", list(s.step)},
+                                      {"stddev", list(s.stddev)},
+                                      {"stddev_of_walks", list(s.stddev_of_walks)}});
+  return JsonValue::Object{{"entries", fit.free_names}, {"walked_paths", fit.walked_paths}, {"steps", steps}};
 }
 
 }  // namespace
@@ -164,7 +179,8 @@ std::string MaterialJson(const CrownFit& fit) {
                                             {"condition", u.condition},
                                             {"reduced_chi2", u.reduced_chi2},
                                             {"block_chi2", u.block_chi2},
-                                            {"variance_inflation", u.inflation}}},
+                                            {"variance_inflation", u.inflation},
+                                            {"monte_carlo_share_of_variance", u.of_walks}}},
       {"linear_scales", scales},
       {"calibration", moved},
       {"provenance", ProvenanceJson(fit)}});
@@ -189,6 +205,7 @@ void WriteResult(const std::filesystem::path& folder, const CrownFit& fit, const
                                              {"peak_memory_MiB", static_cast<double>(usage.ru_maxrss) / 1024.0},
                                              {"iterations", fit.iterations},
                                              {"casts", fit.casts},
+                                             {"walks", StepsJson(fit)},
                                              {"fitted_pixels", static_cast<double>(fit.fitted_pixels)}}));
   WriteTextFile(folder / "material.json", MaterialJson(fit));
 }

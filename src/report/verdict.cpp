@@ -7,7 +7,7 @@
 namespace crownfit {
 namespace {
 
-constexpr double kLevelDrift = 0.08;  // twice what model `shader` is off by
+constexpr double kLevelDrift = 0.08;  // of a photograph: twice what model `shader` is off by
 constexpr double kFarMoved = 3.0;     // standard deviations, root mean square
 
 std::string Number(double v) {
@@ -38,6 +38,7 @@ void AddCaveats(CrownFit& fit) {
   if (fit.ends_at_neck)
     fit.caveats.push_back("The scan is open at the neck: what lies beyond is assumed, and pixels within " +
                           Number(kNeckReachMm) + " mm of it count for less (up to 30 % error at the cut).");
+  if (fit.options.model == "path") return;
   fit.caveats.push_back(
       "Model `shader` takes the layers below every point as flat. The intervals carry its mean error on path-traced "
       "objects (4 % of a photograph's level, 3 % of a patch); behind clear enamel without dentine and in light from "
@@ -105,6 +106,11 @@ void Judge(CrownFit& fit) {
   if (u.reduced_chi2 > kChi2Limit)
     fit.reasons.push_back("reduced chi2 is " + Number(u.reduced_chi2) + ", above the limit " + Number(kChi2Limit) +
                           ": the model does not explain these photographs within their noise");
+  if (fit.options.model == "path" && u.block_chi2 > kChi2Limit)
+    fit.reasons.push_back("what is left in patches of neighbouring pixels is " + Number(u.block_chi2) +
+                          " times its noise (limit " + Number(kChi2Limit) +
+                          "): the photographs, their calibration and the model contradict each other, or more walks "
+                          "are needed (--walks)");
   const bool any = std::any_of(u.parameters.begin(), u.parameters.end(), [](const FittedParameter& p) {
     return p.status == Status::kFitted && p.quantity != Quantity::kRoughness && p.quantity != Quantity::kWetness;
   });

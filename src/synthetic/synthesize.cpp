@@ -12,26 +12,6 @@
 namespace crownfit {
 namespace {
 
-/// Variance of the mean of a walked pixel, averaged over its neighbours on the object: a pixel's own estimate goes up
-/// and down with its value, and weights made from it would favour the dark ones.
-std::vector<glm::dvec3> SmoothedVariance(const PathPhotograph& photo) {
-  constexpr int kReach = 3;
-  std::vector<glm::dvec3> smooth(photo.pixels.size());
-  for (int y = 0; y < photo.height; ++y)
-    for (int x = 0; x < photo.width; ++x) {
-      const PixelEstimate& here = photo.pixels[static_cast<size_t>(y) * photo.width + x];
-      glm::dvec3 sum(0.0);
-      double count = 0;
-      for (int v = std::max(0, y - kReach); v <= std::min(photo.height - 1, y + kReach); ++v)
-        for (int u = std::max(0, x - kReach); u <= std::min(photo.width - 1, x + kReach); ++u) {
-          const PixelEstimate& near = photo.pixels[static_cast<size_t>(v) * photo.width + u];
-          if (near.on_object == here.on_object) sum += near.variance(), ++count;
-        }
-      smooth[static_cast<size_t>(y) * photo.width + x] = sum / count;
-    }
-  return smooth;
-}
-
 JsonValue TruthOf(const Recipe& recipe, const Material& material, const std::vector<double>& exposure_errors) {
   const auto values = [](const ParameterRow& row, const Material::Layer& owner) -> JsonValue {
     const ChannelValues& v = owner[row.quantity];
@@ -87,7 +67,8 @@ std::vector<std::string> Synthesize(const Recipe& recipe, const std::filesystem:
     const PathPhotograph photo = RenderByPaths(capture, body, scenery, material, i, options,
                                                [&](double share) { progress("walking " + spec.name, share); });
     counters.Add(photo.counters);
-    const auto walk_variance = SmoothedVariance(photo);
+    const auto walk_covariance = SmoothedCovariance(photo);
+    const auto walk_variance = [&](size_t p, int c) { return walk_covariance[p][std::array{0, 3, 5}[c]]; };
     exposure_errors.push_back(ExposureError(recipe, i));
     const double exposure = spec.exposure_scale * exposure_errors.back();
     Image picture(photo.width, photo.height, 3), variance(photo.width, photo.height, 3);
@@ -98,9 +79,9 @@ std::vector<std::string> Synthesize(const Recipe& recipe, const std::filesystem:
         const double sensor = std::pow(recipe.noise_relative * value, 2) + std::pow(recipe.noise_floor, 2);
         const uint64_t key = Key(recipe.seed, kSynthesisStream, 4, i, p);
         picture.values[3 * p + c] = static_cast<float>(value + std::sqrt(sensor) * Gaussian(key, c));
-        variance.values[3 * p + c] = static_cast<float>(sensor + exposure * exposure * walk_variance[p][c]);
+        variance.values[3 * p + c] = static_cast<float>(sensor + exposure * exposure * walk_variance(p, c));
         if (photo.pixels[p].on_object && c == 1) {
-          noise2 += walk_variance[p][c];
+          noise2 += walk_variance(p, c);
           light += photo.pixels[p].mean[c];
           ++on_object;
         }

@@ -78,6 +78,59 @@ glm::dvec3 HalfSpaceReflectance(const Material::Layer& layer) {
   return reflectance;
 }
 
+namespace {
+
+/// Calls visit(pixel, neighbour) for the pixels around every pixel that are on the object like it, or off it like it;
+/// then done(pixel, neighbours). Further away where there are few.
+template <class Visit, class Done>
+void ForNeighbours(const PathPhotograph& photo, int reach, const Visit& visit, const Done& done) {
+  constexpr int kFewest = 4;
+  const int furthest = std::max(photo.width, photo.height);
+  for (int y = 0; y < photo.height; ++y)
+    for (int x = 0; x < photo.width; ++x) {
+      const size_t here = static_cast<size_t>(y) * photo.width + x;
+      std::vector<size_t> neighbours;
+      const bool is_on = photo.pixels[here].on_object;
+      for (int r = reach; neighbours.size() < kFewest && r < furthest; r *= 2) {
+        neighbours.clear();
+        for (int v = std::max(0, y - r); v <= std::min(photo.height - 1, y + r); ++v)
+          for (int u = std::max(0, x - r); u <= std::min(photo.width - 1, x + r); ++u) {
+            const size_t near = static_cast<size_t>(v) * photo.width + u;
+            if (near != here && photo.pixels[near].on_object == is_on) neighbours.push_back(near);
+          }
+        if (!is_on) break;
+      }
+      for (const size_t near : neighbours) visit(here, photo.pixels[near]);
+      done(here, static_cast<double>(neighbours.size()));
+    }
+}
+
+}  // namespace
+
+std::vector<std::array<double, 6>> SmoothedCovariance(const PathPhotograph& photo) {
+  constexpr int kReach = 5;
+  std::vector<std::array<double, 6>> smooth(photo.pixels.size());
+  ForNeighbours(
+      photo, kReach,
+      [&](size_t here, const PixelEstimate& near) {
+        for (size_t k = 0; k < near.covariance.size(); ++k) smooth[here][k] += near.covariance[k];
+      },
+      [&](size_t here, double count) {
+        for (size_t k = 0; k < smooth[here].size(); ++k)
+          smooth[here][k] = count > 0 ? smooth[here][k] / count : photo.pixels[here].covariance[k];
+      });
+  return smooth;
+}
+
+std::vector<glm::dvec3> SmoothedMeans(const PathPhotograph& photo) {
+  constexpr int kReach = 2;
+  std::vector<glm::dvec3> smooth(photo.pixels.size(), glm::dvec3(0.0));
+  ForNeighbours(
+      photo, kReach, [&](size_t here, const PixelEstimate& near) { smooth[here] += near.mean; },
+      [&](size_t here, double count) { smooth[here] = count > 0 ? smooth[here] / count : photo.pixels[here].mean; });
+  return smooth;
+}
+
 Media MediaOf(const Capture& capture, const Material& material, const LayeredBody& body) {
   std::vector<Medium> media(1);
   media[0].ior = capture.outside_ior;
@@ -162,6 +215,9 @@ PathPhotograph RenderByPaths(const Capture& capture, const LayeredBody& body, co
   result.width = photo.camera.width;
   result.height = photo.camera.height;
   result.pixels.resize(static_cast<size_t>(result.width) * result.height);
+  std::vector<size_t> wanted;
+  for (size_t p = 0; p < result.pixels.size(); ++p)
+    if (options.wanted.empty() || options.wanted[p]) wanted.push_back(p);
   const size_t heroes = media.heroes(), pixels = result.pixels.size(),
                samples = std::max<size_t>(1, (options.paths_per_pixel + heroes - 1) / heroes);
   const size_t layers = material.layers.size(), groups = std::min(samples, PathPhotograph::kMaxGroups);
@@ -173,12 +229,12 @@ PathPhotograph RenderByPaths(const Capture& capture, const LayeredBody& body, co
   }
   constexpr size_t kAtOnce = 4096;  // paths
   const size_t pixels_at_once = std::max<size_t>(1, kAtOnce / (samples * heroes)),
-               chunks = (pixels + pixels_at_once - 1) / pixels_at_once;
+               chunks = (wanted.size() + pixels_at_once - 1) / pixels_at_once;
   std::vector<WalkCounters> counters(chunks);
   const auto render = [&](size_t chunk) {
-    const size_t first = chunk * pixels_at_once, count = std::min(pixels_at_once, pixels - first);
+    const size_t first = chunk * pixels_at_once, count = std::min(pixels_at_once, wanted.size() - first);
     const auto start = [&](size_t task) {
-      const size_t pixel = first + task / (samples * heroes), s = task / heroes % samples, hero = task % heroes;
+      const size_t pixel = wanted[first + task / (samples * heroes)], s = task / heroes % samples, hero = task % heroes;
       RandomStream random(Key(options.seed, 0x70617468ull, options.stream, photograph, pixel, s, hero));
       const double x = static_cast<double>(pixel % result.width) + random.Next(),
                    y = static_cast<double>(pixel / result.width) + random.Next();
@@ -197,6 +253,7 @@ PathPhotograph RenderByPaths(const Capture& capture, const LayeredBody& body, co
     };
     TracePaths(studio, body.grid, values.size(), options.lanes, start, keep, counters[chunk]);
     for (size_t k = 0; k < count; ++k) {
+      const size_t at_pixel = wanted[first + k];
       PixelSum sum;
       std::array<glm::dvec3, PathPhotograph::kMaxGroups> group_sum{};
       for (size_t s = 0; s < samples; ++s) {
@@ -207,7 +264,7 @@ PathPhotograph RenderByPaths(const Capture& capture, const LayeredBody& body, co
         group_sum[s % groups] += value;
       }
       for (size_t g = 0; g < result.groups; ++g)
-        result.group_values[(first + k) * groups + g] =
+        result.group_values[at_pixel * groups + g] =
             glm::vec3(group_sum[g] / static_cast<double>((samples - g + groups - 1) / groups));
       for (size_t g = 0; options.slopes && g < groups; ++g)
         for (size_t l = 0; l < layers; ++l) {
@@ -218,12 +275,12 @@ PathPhotograph RenderByPaths(const Capture& capture, const LayeredBody& body, co
               const size_t at = ((k * samples + s) * heroes + hero) * layers + l;
               group.Add(slopes[at], controls[at]);
             }
-          result.slopes[((first + k) * groups + g) * layers + l] = group.Mean(static_cast<double>(paths));
+          result.slopes[(at_pixel * groups + g) * layers + l] = group.Mean(static_cast<double>(paths));
         }
-      PixelEstimate& pixel = result.pixels[first + k];
+      PixelEstimate& pixel = result.pixels[at_pixel];
       pixel = sum.Estimate(static_cast<int>(samples));
-      const glm::dvec2 centre(static_cast<double>((first + k) % result.width) + 0.5,
-                              static_cast<double>((first + k) / result.width) + 0.5);
+      const glm::dvec2 centre(static_cast<double>(at_pixel % result.width) + 0.5,
+                              static_cast<double>(at_pixel / result.width) + 0.5);
       const auto seen =
           scene.Next(object_from_camera.translation_mm,
                      object_from_camera.Direction(DirectionFromPixel(photo.camera, centre)), kOutside, kFar);

@@ -152,7 +152,7 @@ PooledSlopes::PooledSlopes(const PathPhotograph& photo, const std::vector<Differ
 }
 
 void PooledSlopes::FindPlaces(const PathPhotograph& photo) {
-  constexpr int kReach = 2, kNoiseReach = 4;
+  constexpr int kReach = 2, kNoiseReach = 4, kFewest = 4;
   constexpr double kDark = 1e-3;  // of the mean: no darker counts
   places_.resize(photo.pixels.size());
   glm::dvec2 low(1e9), high(-1e9);
@@ -167,16 +167,20 @@ void PooledSlopes::FindPlaces(const PathPhotograph& photo) {
     mean += photo.pixels[p].mean, ++n;
   }
   mean /= std::max(1.0, n);
+  const int furthest = std::max(photo.width, photo.height);
   const auto around = [&](size_t p, int reach, bool with_itself, const auto& value) {
     const int x = static_cast<int>(p % photo.width), y = static_cast<int>(p / photo.width);
-    glm::dvec3 sum(0.0);
-    double count = 0;
-    for (int v = std::max(0, y - reach); v <= std::min(photo.height - 1, y + reach); ++v)
-      for (int u = std::max(0, x - reach); u <= std::min(photo.width - 1, x + reach); ++u) {
-        const PixelEstimate& near = photo.pixels[static_cast<size_t>(v) * photo.width + u];
-        if (near.on_object && (with_itself || u != x || v != y)) sum += value(near), ++count;
-      }
-    return count > 0 ? sum / count : value(photo.pixels[p]);
+    for (; reach < furthest; reach *= 2) {  // further where only some pixels were rendered
+      glm::dvec3 sum(0.0);
+      double count = 0;
+      for (int v = std::max(0, y - reach); v <= std::min(photo.height - 1, y + reach); ++v)
+        for (int u = std::max(0, x - reach); u <= std::min(photo.width - 1, x + reach); ++u) {
+          const PixelEstimate& near = photo.pixels[static_cast<size_t>(v) * photo.width + u];
+          if (near.on_object && (with_itself || u != x || v != y)) sum += value(near), ++count;
+        }
+      if (count >= kFewest) return sum / count;
+    }
+    return value(photo.pixels[p]);
   };
   for (size_t p = 0; p < places_.size(); ++p) {
     Place& place = places_[p];

@@ -9,6 +9,8 @@
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
+#include <optional>
+#include <utility>
 
 #include "base/parallel.h"
 #include "fit/walked_step.h"
@@ -38,25 +40,31 @@ Material Moved(Material m, const Eigen::VectorXd& x) {
   return m;
 }
 
+/// A pixel's place in the picture, and what a step is told of it.
+using Compared = std::pair<size_t, WalkedStep::Pixel>;
+
 /// Differences and their covariance, averaged over the neighbours: a pixel's own goes up and down with its value.
-std::vector<WalkedStep::Pixel> Compare(const PathPhotograph& observed, const PathPhotograph& predicted, uint64_t key) {
+std::vector<Compared> Compare(const PathPhotograph& observed, const PathPhotograph& predicted, uint64_t key) {
   constexpr int kReach = 3;
-  std::vector<WalkedStep::Pixel> pixels;
+  std::vector<Compared> pixels;
   for (size_t p = 0; p < predicted.pixels.size(); ++p) {
     if (!predicted.pixels[p].on_object) continue;
     const int x = static_cast<int>(p) % kPixels, y = static_cast<int>(p) / kPixels;
-    std::array<double, 6> covariance{};
+    std::array<double, 6> covariance{}, of_walks{};
     glm::dvec3 mean(0.0);
     double n = 0;
     for (int v = std::max(0, y - kReach); v <= std::min(kPixels - 1, y + kReach); ++v)
       for (int u = std::max(0, x - kReach); u <= std::min(kPixels - 1, x + kReach); ++u) {
         const size_t q = static_cast<size_t>(v) * kPixels + u;
         if (!predicted.pixels[q].on_object) continue;
-        for (int k = 0; k < 6; ++k)
+        for (int k = 0; k < 6; ++k) {
           covariance[k] += observed.pixels[q].covariance[k] + predicted.pixels[q].covariance[k];
+          of_walks[k] += predicted.pixels[q].covariance[k];
+        }
         mean += predicted.pixels[q].mean, ++n;
       }
-    for (double& v : covariance) v /= n;
+    for (auto* sums : {&covariance, &of_walks})
+      for (double& v : *sums) v /= n;
     mean /= n;
     glm::dvec3 residual = observed.pixels[p].mean - predicted.pixels[p].mean;
     for (int c = 0; c < kChannels; ++c) {
@@ -64,13 +72,13 @@ std::vector<WalkedStep::Pixel> Compare(const PathPhotograph& observed, const Pat
       covariance[c == 0 ? 0 : c == 1 ? 3 : 5] += sensor * sensor;
       residual[c] += sensor * Gaussian(key, p * kChannels + c);
     }
-    pixels.push_back({p, residual, covariance});
+    pixels.push_back({p, {{residual.x, residual.y, residual.z}, CovarianceOf(covariance), CovarianceOf(of_walks)}});
   }
   return pixels;
 }
 
 WalkedStep::Solution Step(const LayeredBody& body, const Eigen::VectorXd& truth, uint64_t seed) {
-  WalkedStep step(kUnknowns);
+  std::optional<WalkedStep> step;
   for (const bool has_softbox : {true, false}) {
     const KnownScene scene = SmoothIncisor(kPixels, has_softbox);
     const Material start = StatedMaterial(scene.capture);
@@ -81,9 +89,23 @@ WalkedStep::Solution Step(const LayeredBody& body, const Eigen::VectorXd& truth,
     };
     const PathPhotograph observed = render(Moved(start, truth), 512, 1, false),
                          predicted = render(start, 512, 2, false), derivatives = render(start, 1536, 3, true);
-    step.Add(PooledSlopes(derivatives), UnknownOfSlope, Compare(observed, predicted, Key(seed, 4, has_softbox)));
+    const PooledSlopes slopes(derivatives);
+    const RowsOfSlopes rows(
+        {{&slopes, 1.0}},
+        [](const SlopeParameter& p, int channel) -> Eigen::RowVectorXd {
+          const int unknown = UnknownOfSlope(p, channel);
+          if (unknown < 0) return {};
+          return Eigen::RowVectorXd::Unit(kUnknowns, unknown);
+        },
+        kUnknowns);
+    if (!step) step.emplace(kUnknowns, slopes.groups());
+    for (const auto& [place, pixel] : Compare(observed, predicted, Key(seed, 4, has_softbox))) {
+      WalkedRows row = rows.Zero();
+      rows.AddTo(row, place, 1.0);
+      step->Add(pixel, std::move(row));
+    }
   }
-  return step.Solve().value();
+  return step->Solve({Eigen::VectorXd::Zero(kUnknowns), Eigen::VectorXd::Zero(kUnknowns)});
 }
 
 }  // namespace

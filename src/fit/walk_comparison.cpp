@@ -1,0 +1,108 @@
+#include "fit/walk_comparison.h"
+
+#include <Eigen/Cholesky>
+#include <algorithm>
+#include <cmath>
+#include <map>
+
+#include "fit/uncertainty.h"
+
+namespace crownfit {
+namespace {
+
+/// How the channels' noise goes together, from differences of neighbouring residuals: walked photographs follow one
+/// path in all channels, and cameras interpolate.
+Eigen::Matrix3d NoiseCorrelation(const FitPixels& p, const PhotographCast& cast,
+                                 const std::vector<Eigen::Vector3d>& residual,
+                                 const std::vector<Eigen::Vector3d>& stddev) {
+  constexpr double kClip = 4.0, kShrink = 0.98, kFew = 1e-3;
+  constexpr int kNear = 4;  // pixels: where only every n-th is used
+  Eigen::Matrix3d sum = kFew * Eigen::Matrix3d::Identity();
+  for (size_t i = 1; i < residual.size(); ++i) {
+    const PixelCast &a = cast.pixels[p.pixels[i - 1]], &b = cast.pixels[p.pixels[i]];
+    if (a.y != b.y || std::abs(a.x - b.x) > kNear) continue;
+    const Eigen::Vector3d off =
+        ((residual[i] - residual[i - 1]).array() / (stddev[i].cwiseAbs2() + stddev[i - 1].cwiseAbs2()).array().sqrt())
+            .cwiseMax(-kClip)
+            .cwiseMin(kClip);
+    sum += off * off.transpose();
+  }
+  const Eigen::Vector3d root = sum.diagonal().cwiseSqrt().cwiseInverse();
+  Eigen::Matrix3d correlation = kShrink * root.asDiagonal() * sum * root.asDiagonal();
+  correlation.diagonal().setOnes();
+  return correlation;
+}
+
+void WeighPatches(const FitPixels& p, const PhotographCast& cast, const std::vector<Eigen::Vector3d>& stddev,
+                  const Eigen::Matrix3d& correlation, WalkComparison& c) {
+  constexpr double kWidth = 3.0, kUsualLargest = 1.0, kClip = 4.0;
+  const Eigen::LLT<Eigen::Matrix3d> root(correlation);
+  std::map<std::pair<int, int>, std::vector<size_t>> patches;
+  for (size_t i = 0; i < p.pixels.size(); ++i)
+    patches[{cast.pixels[p.pixels[i]].x / kPatch, cast.pixels[p.pixels[i]].y / kPatch}].push_back(i);
+  std::vector<double> largest;
+  for (const auto& [place, members] : patches) {
+    Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+    for (const size_t i : members) {
+      Eigen::Vector3d r = c.residual[i].cwiseQuotient(stddev[i]);
+      sum += r;
+      root.matrixL().solveInPlace(r);
+      c.chi2 += r.cwiseAbs2().cwiseMin(kClip * kClip).sum();
+    }
+    sum /= std::sqrt(static_cast<double>(members.size()));
+    root.matrixL().solveInPlace(sum);
+    c.block_chi2 += sum.squaredNorm();
+    largest.push_back(sum.cwiseAbs().maxCoeff());
+  }
+  c.values = kChannels * p.pixels.size();
+  c.block_values = kChannels * patches.size();
+  std::vector<double> sorted = largest;
+  std::nth_element(sorted.begin(), sorted.begin() + static_cast<long>(sorted.size() / 2), sorted.end());
+  const double width = kWidth * std::max(kUsualLargest, sorted[sorted.size() / 2]);
+  c.weight.assign(p.pixels.size(), 1.0);
+  size_t patch = 0;
+  for (const auto& [place, members] : patches) {
+    for (const size_t i : members) c.weight[i] = std::min(1.0, width / largest[patch]);
+    ++patch;
+  }
+}
+
+}  // namespace
+
+std::vector<size_t> PlacesOf(const FitPixels& p, const PhotographCast& cast, int width) {
+  std::vector<size_t> places;
+  for (const int s : p.sources) places.push_back(static_cast<size_t>(cast.pixels[s].y) * width + cast.pixels[s].x);
+  return places;
+}
+
+WalkComparison CompareWithWalks(const FitPixels& p, const PhotographCast& cast, const PathPhotograph& walked,
+                                double exposure) {
+  const std::vector<size_t> places = PlacesOf(p, cast, walked.width);
+  const auto smooth = SmoothedCovariance(walked);
+  const auto root = [](const glm::dvec3& v) { return Eigen::Vector3d(std::sqrt(v.x), std::sqrt(v.y), std::sqrt(v.z)); };
+  WalkComparison c;
+  std::vector<Eigen::Vector3d> stddev, of_walks;
+  for (size_t i = 0; i < p.pixels.size(); ++i) {
+    glm::dvec3 predicted = p.scenery.empty() ? glm::dvec3(0.0) : p.scenery[i], variance(0.0);
+    for (int t = p.first_term[i]; t < p.first_term[i + 1]; ++t) {
+      const size_t place = places[p.terms[t].source];
+      const double weight = p.terms[t].weight;
+      predicted += weight * walked.pixels[place].mean;
+      // Noise that the lens spreads is shared between neighbours: as much as if each had all of it.
+      variance += exposure * exposure * weight * glm::dvec3(smooth[place][0], smooth[place][3], smooth[place][5]);
+    }
+    const glm::dvec3 off = p.values[i] - exposure * predicted;
+    c.residual.emplace_back(off.x, off.y, off.z);
+    of_walks.push_back(root(variance));
+    stddev.push_back(root(variance + p.stddev[i] * p.stddev[i]));
+  }
+  const Eigen::Matrix3d correlation = NoiseCorrelation(p, cast, c.residual, stddev);
+  for (size_t i = 0; i < stddev.size(); ++i) {
+    c.covariance.push_back(stddev[i].asDiagonal() * correlation * stddev[i].asDiagonal());
+    c.of_walks.push_back(of_walks[i].asDiagonal() * correlation * of_walks[i].asDiagonal());
+  }
+  WeighPatches(p, cast, stddev, correlation, c);
+  return c;
+}
+
+}  // namespace crownfit

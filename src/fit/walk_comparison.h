@@ -1,0 +1,30 @@
+#pragma once
+// A photograph compared with a walked prediction: what is left, how large its noise is, and how much it counts.
+
+#include <Eigen/Core>
+#include <vector>
+
+#include "fit/nuisances.h"
+#include "geometry/cast_samples.h"
+#include "walk/path_photograph.h"
+
+namespace crownfit {
+
+struct WalkComparison {
+  std::vector<Eigen::Vector3d> residual;  ///< observed less predicted, per fitted pixel
+  /// Of the residual, and the share of it that the prediction's walks make.
+  std::vector<Eigen::Matrix3d> covariance, of_walks;
+  /// Huber's, of the pixel's whole patch (kPatch): less where neighbours are off together by more than noise. A single
+  /// walked pixel has rare large values by nature, and is right only in the mean.
+  std::vector<double> weight;
+  double chi2 = 0, block_chi2 = 0;  ///< sums of squares of pixels (each at most 4^2), of patches
+  size_t values = 0, block_values = 0;
+};
+
+/// Index into the picture of every sharp pixel (FitPixels::sources).
+std::vector<size_t> PlacesOf(const FitPixels& p, const PhotographCast& cast, int width);
+
+WalkComparison CompareWithWalks(const FitPixels& p, const PhotographCast& cast, const PathPhotograph& walked,
+                                double exposure);
+
+}  // namespace crownfit

@@ -1,0 +1,309 @@
+#include "fit_by_walks.h"
+
+#include <algorithm>
+#include <cmath>
+#include <glm/gtx/component_wise.hpp>
+#include <list>
+#include <optional>
+
+#include "base/parallel.h"
+#include "fit/walk_comparison.h"
+#include "path_derivatives.h"
+#include "walk_unknowns.h"
+
+namespace crownfit {
+namespace {
+
+class WalkFit {
+ public:
+  WalkFit(const FitProblem& problem, CrownInput& input, FitState& at, Progress& progress)
+      : problem_(problem),
+        input_(input),
+        at_(at),
+        progress_(progress),
+        unknowns_(problem, at),
+        bodies_(input, problem.options.threads),
+        slopes_(at.pixels.size()) {
+    for (const SlopeParameter& p : DifferencedParameters(problem.capture))
+      if (unknowns_.IsFree(p)) differenced_.push_back(p);
+  }
+
+  void Run() {
+    at_.converged = false;
+    ChooseStart();
+    for (const double share : {kSearchShare, kMiddleShare}) Search(share * Paths());
+    constexpr size_t kMostRuns = 5;
+    std::vector<Estimate> runs{LongRun()};
+    while (runs.size() < kMostRuns && !at_.converged) {
+      runs.push_back(LongRun());
+      at_.converged = Conclude({runs.end()[-2], runs.end()[-1]});
+    }
+  }
+
+ private:
+  static constexpr double kSettled = 3.0;                          // gain of chi2 an unknown; of noise alone 1
+  static constexpr double kSearchShare = 0.2, kMiddleShare = 0.4;  // of a long run's paths
+  static constexpr int kFewestPaths = 48;                          // per pixel: derivatives' errors come from groups
+
+  struct Estimate {
+    Eigen::VectorXd unknowns;
+    Eigen::MatrixXd covariance, of_walks;  ///< of the material's entries
+    double chi2 = 0, block_chi2 = 0;
+    std::vector<std::vector<glm::dvec3>> values;
+  };
+
+  double Paths() const { return static_cast<double>(problem_.options.paths_per_photograph); }
+
+  /// The capture with its calibration and lamps where the fit has moved them.
+  void MoveInput() {
+    input_.capture = Moved(problem_.capture, problem_.errors, at_.calibration.amounts);
+    for (size_t l = 0; l < input_.capture.lights.size(); ++l)
+      input_.capture.lights[l].intensity_scale = at_.scales.light[l];
+  }
+
+  const PhotographSpec& SpecOf(const FitPixels& p) const { return input_.capture.photographs[p.photograph]; }
+  const PhotographCast& CastOf(const FitPixels& p) const { return at_.cast.photographs[p.photograph]; }
+
+  PathOptions OptionsFor(const FitPixels& p, double paths) {
+    const Camera& camera = SpecOf(p).camera;
+    PathOptions options;
+    options.wanted.assign(static_cast<size_t>(camera.width) * camera.height, 0);
+    for (const size_t place : PlacesOf(p, CastOf(p), camera.width)) options.wanted[place] = 1;
+    const double pixels = static_cast<double>(p.sources.size());
+    options.paths_per_pixel = std::max(kFewestPaths, static_cast<int>(std::ceil(paths / pixels)));
+    options.seed = problem_.options.seed;
+    options.stream = Key(kFitStream, ++run_);
+    options.threads = problem_.options.threads;
+    at_.walked_paths += options.paths_per_pixel * pixels;
+    return options;
+  }
+
+  PathPhotograph Predict(const Material& material, const FitPixels& p, double paths) {
+    return RenderByPaths(input_.capture, bodies_.Of(material), input_.scenery, material, p.photograph,
+                         OptionsFor(p, paths), [&](double share) { progress_.Show(stage_, share, SpecOf(p).name); });
+  }
+
+  /// A material with nearly the same derivatives of ln(pixel), whose walks tell them with several times less noise: a
+  /// smooth surface with diffuse exits, and less forward scattering at the same reduced coefficient (similarity). The
+  /// solution does not move by it: there the derivatives only weigh what is left of the photographs.
+  Material SimilarForDerivatives(Material m, const LayeredBody& body) const {
+    constexpr double kClear = 1.0, kForwardIfClear = 0.8, kForward = 0.5;
+    for (size_t l = 0; l < m.layers.size(); ++l) {
+      Material::Layer& layer = m.layers[l];
+      if (unknowns_.IsFree({l, Quantity::kAsymmetry}) || unknowns_.IsFree({l, Quantity::kIsotropicFraction})) continue;
+      const double deep = glm::compMin(body.high - body.low);
+      const double thickness = l + 1 < m.layers.size() ? layer[ThicknessQuantity(problem_.capture, l)][0] : deep;
+      const bool is_clear = layer[Quantity::kReducedScattering][1] * thickness < kClear;
+      layer[Quantity::kAsymmetry].fill(std::min(layer[Quantity::kAsymmetry][0], is_clear ? kForwardIfClear : kForward));
+    }
+    if (!RoughnessIsFree()) m.surface[Quantity::kRoughness].fill(0.0);
+    return m;
+  }
+  bool RoughnessIsFree() const { return unknowns_.IsFree({problem_.capture.layers.size(), Quantity::kRoughness}); }
+
+  struct SlopesFound {
+    Eigen::VectorXd at;
+    double paths;
+    PooledSlopes slopes;
+  };
+  /// The last runs' slopes from about here; drops the others.
+  std::vector<RowsOfSlopes::Run> SlopesNear(std::list<SlopesFound>& found) const {
+    constexpr double kNear = 0.3;
+    constexpr size_t kMost = 4;
+    found.remove_if([&](const SlopesFound& f) { return unknowns_.LongestLogarithm(f.at - at_.x) > kNear; });
+    if (found.size() > kMost) found.resize(kMost, found.front());
+    std::vector<RowsOfSlopes::Run> runs;
+    for (const SlopesFound& f : found) runs.push_back({&f.slopes, f.paths});
+    return runs;
+  }
+
+  struct Gathered {
+    WalkedStep step;
+    double chi2, block_chi2;
+    std::vector<std::vector<glm::dvec3>> values;  ///< per photograph of the fit and sharp pixel
+  };
+
+  /// Walks every photograph at the point where the fit stands, once for values and once for derivatives.
+  Gathered Gather(double paths, double slope_paths) {
+    MoveInput();
+    const Material material = MaterialAt(problem_.free, at_.x);
+    const Material similar = SimilarForDerivatives(material, bodies_.Of(material));
+    std::optional<WalkedStep> step;
+    WalkComparison total;
+    std::vector<std::vector<glm::dvec3>> values(at_.pixels.size());
+    for (size_t g = 0; g < at_.pixels.size(); ++g) {
+      const FitPixels& p = at_.pixels[g];
+      const PathPhotograph walked = Predict(material, p, paths);
+      PathOptions options = OptionsFor(p, slope_paths);
+      options.diffuse_exits = !RoughnessIsFree();
+      slopes_[g].push_front(
+          {at_.x, static_cast<double>(options.paths_per_pixel),
+           DifferentiateByPaths(input_, bodies_, similar, p.photograph, options, differenced_, progress_).slopes});
+      const RowsOfSlopes rows(SlopesNear(slopes_[g]), unknowns_.Chain(), unknowns_.count());
+      const int groups = slopes_[g].front().slopes.groups();
+      const std::vector<size_t> places = PlacesOf(p, CastOf(p), walked.width);
+      const std::vector<glm::dvec3> smooth = SmoothedMeans(walked);
+      std::vector<glm::dvec3> sharp;  // without the noise that what is left of a pixel shares
+      for (const size_t place : places) {
+        values[g].push_back(walked.pixels[place].mean);
+        sharp.push_back(smooth[place]);
+      }
+      const double exposure = unknowns_.ExposureOf(p);
+      const WalkComparison c = CompareWithWalks(p, CastOf(p), walked, exposure);
+      const WalkUnknowns::Slopes nuisances(unknowns_, g, input_.capture, material);
+      if (!step) step.emplace(unknowns_.count(), groups);
+      constexpr size_t kParts = 64;  // fixed, so that sums do not depend on the number of threads
+      std::vector<WalkedStep> parts(kParts, WalkedStep(unknowns_.count(), groups));
+      ParallelFor(kParts, problem_.options.threads, [&](size_t part) {
+        for (size_t i = part * p.pixels.size() / kParts; i < (part + 1) * p.pixels.size() / kParts; ++i) {
+          WalkedRows row = rows.Zero();
+          for (int t = p.first_term[i]; t < p.first_term[i + 1]; ++t)
+            rows.AddTo(row, places[p.terms[t].source], exposure * p.terms[t].weight);
+          WalkedRows::Rows exact = WalkedRows::Rows::Zero(kChannels, unknowns_.count());
+          nuisances.AddTo(exact, i, sharp);
+          row.all += exact;
+          for (auto& some : row.without) some += exact;
+          parts[part].Add({c.residual[i], c.covariance[i] / c.weight[i], c.of_walks[i] / c.weight[i]}, std::move(row));
+        }
+      });
+      for (const WalkedStep& part : parts) step->Add(part);
+      total.chi2 += c.chi2, total.block_chi2 += c.block_chi2;
+      total.values += c.values, total.block_values += c.block_values;
+    }
+    ++at_.iterations;
+    return {std::move(*step), total.chi2 / static_cast<double>(total.values),
+            total.block_chi2 / static_cast<double>(total.block_values), std::move(values)};
+  }
+
+  /// Takes the better one of where the fit stands and the capture's own start values.
+  void ChooseStart() {
+    stage_ = "walking from the start";
+    const auto misfit = [&] {
+      MoveInput();
+      const Material material = MaterialAt(problem_.free, at_.x);
+      double sum = 0;
+      for (const FitPixels& p : at_.pixels) {
+        const PathPhotograph walked = Predict(material, p, 0.25 * kSearchShare * Paths());
+        const WalkComparison c = CompareWithWalks(p, CastOf(p), walked, unknowns_.ExposureOf(p));
+        sum += c.block_chi2 / static_cast<double>(c.block_values);
+      }
+      return sum;
+    };
+    const Eigen::VectorXd from = unknowns_.Here();
+    const double misfit_from = misfit();
+    unknowns_.GoTo(unknowns_.Stated());
+    if (misfit() > misfit_from) unknowns_.GoTo(from);
+  }
+
+  /// Steps until they gain no more than noise does. Where one made things worse it is taken back, and derivatives get
+  /// twice the paths.
+  void Search(double paths) {
+    constexpr double kReach = 0.4, kLongest = 0.7, kWorse = 1.1;
+    constexpr int kMostSteps = 20;
+    double slope_paths = paths, best = HUGE_VAL;
+    Eigen::VectorXd best_at = unknowns_.Here();
+    for (int i = 0; i < kMostSteps; ++i) {
+      stage_ = "walking, step " + std::to_string(at_.steps.size() + 1);
+      Gathered g = Gather(paths, slope_paths);
+      if (g.block_chi2 > kWorse * best && slope_paths < Paths()) {
+        slope_paths *= 2.0;
+        unknowns_.GoTo(best_at);
+        g = Gather(paths, slope_paths);
+      }
+      best = g.block_chi2;
+      best_at = unknowns_.Here();
+      WalkedStep::Solution s;
+      const Eigen::VectorXd whole =
+          unknowns_.Bounded(g.step, unknowns_.Prior(kReach, problem_.options.use_priors), WalkedStep::Noise::kLeft, s);
+      const Eigen::VectorXd step = unknowns_.Shortened(whole, kLongest);
+      Record("search", paths, g, step, s);
+      unknowns_.GoTo(best_at + step);
+      if (s.gain <= kSettled * unknowns_.count()) break;
+    }
+  }
+
+  Estimate LongRun() {
+    constexpr double kReach = 3.0, kLongest = 0.4, kNothingKnown = 100.0;
+    stage_ = "walking, long run, step " + std::to_string(at_.steps.size() + 1);
+    Gathered g = Gather(Paths(), Paths());
+    WalkedStep::Solution s;
+    const Eigen::VectorXd step =
+        unknowns_.Shortened(unknowns_.Bounded(g.step, unknowns_.Prior(kReach, problem_.options.use_priors),
+                                              WalkedStep::Noise::kTakenOff, s),
+                            kLongest);
+    Record("run", Paths(), g, step, s);
+    const WalkedStep::Solution data = g.step.Solve(unknowns_.Prior(kNothingKnown, false));
+    const int n = unknowns_.material();
+    Estimate e{unknowns_.Here() + step,
+               data.covariance.topLeftCorner(n, n),
+               data.walk_covariance.topLeftCorner(n, n),
+               g.chi2,
+               g.block_chi2,
+               std::move(g.values)};
+    unknowns_.GoTo(e.unknowns);
+    return e;
+  }
+
+  /// Goes to the runs' mean and says what is known there; true when they agree.
+  bool Conclude(const std::vector<Estimate>& runs) {
+    constexpr double kAgree = 2.5;  // mean square of what runs differ by, in the standard deviations of their walks
+    const double n = static_cast<double>(runs.size());
+    const int m = unknowns_.material();
+    Eigen::VectorXd mean = Eigen::VectorXd::Zero(unknowns_.count());
+    Eigen::MatrixXd covariance = Eigen::MatrixXd::Zero(m, m), of_walks = covariance;
+    DataKnowledge k;
+    at_.walked.clear();
+    for (const auto& values : runs[0].values) at_.walked.emplace_back(values.size(), glm::dvec3(0.0));
+    for (const Estimate& e : runs) {
+      mean += e.unknowns / n;
+      covariance += e.covariance / n;
+      of_walks += e.of_walks / n;
+      k.reduced_chi2 += e.chi2 / n;
+      k.block_chi2 += e.block_chi2 / n;
+      for (size_t g = 0; g < at_.walked.size(); ++g)
+        for (size_t i = 0; i < at_.walked[g].size(); ++i) at_.walked[g][i] += e.values[g][i] / n;
+    }
+    double off = 0;
+    for (const Estimate& e : runs)
+      off += (e.unknowns - mean).head(m).cwiseAbs2().cwiseQuotient(of_walks.diagonal().cwiseMax(1e-12)).sum();
+    unknowns_.GoTo(mean);
+    k.inflation = std::max(1.0, k.block_chi2);
+    const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> data(covariance - of_walks);
+    k.covariance = k.inflation * data.eigenvectors() * data.eigenvalues().cwiseMax(0.0).asDiagonal() *
+                       data.eigenvectors().transpose() +
+                   of_walks / n;
+    k.unseen = Eigen::MatrixXd::Zero(m, 0);
+    k.of_walks = of_walks.diagonal().cwiseQuotient(n * k.covariance.diagonal());
+    const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> all(k.covariance);
+    if (m > 0) k.condition = std::sqrt(all.eigenvalues()[m - 1] / all.eigenvalues()[0]);
+    at_.knowledge = k;
+    return off <= kAgree * m * (n - 1.0);
+  }
+
+  void Record(const std::string& stage, double paths, const Gathered& g, const Eigen::VectorXd& step,
+              const WalkedStep::Solution& s) {
+    const int n = unknowns_.material();
+    at_.steps.push_back({stage, paths, g.chi2, g.block_chi2, at_.x, step.head(n),
+                         s.covariance.diagonal().head(n).cwiseSqrt(),
+                         s.walk_covariance.diagonal().head(n).cwiseSqrt()});
+  }
+
+  const FitProblem& problem_;
+  CrownInput& input_;
+  FitState& at_;
+  Progress& progress_;
+  WalkUnknowns unknowns_;
+  Bodies bodies_;
+  std::vector<SlopeParameter> differenced_;
+  std::vector<std::list<SlopesFound>> slopes_;  ///< per photograph of the fit, latest first
+  uint64_t run_ = 0;
+  std::string stage_;
+};
+
+}  // namespace
+
+void FitByWalks(const FitProblem& problem, CrownInput& input, FitState& at, Progress& progress) {
+  WalkFit(problem, input, at, progress).Run();
+}
+
+}  // namespace crownfit

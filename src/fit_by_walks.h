@@ -1,0 +1,20 @@
+#pragma once
+// The fit's end: Gauss-Newton steps with the path model's own pictures and derivatives.
+
+#include "fit_state.h"
+
+namespace crownfit {
+
+inline constexpr uint64_t kFitStream = 0x6669747365656bull;  ///< no photograph's synthesis is keyed by it
+
+/// Moves a fit from where another model left it to the optimum of model `path`. First short runs until steps are no
+/// larger than their noise, then long ones with walks of their own until two in a row agree within what their walks
+/// explain; the result is the mean of those two. The start is whichever of `at` and the capture's own
+/// start values explains the photographs better.
+void FitByWalks(const FitProblem& problem, CrownInput& input, FitState& at, Progress& progress);
+
+/// Pictures of every photograph, held-out ones included, to look at: walks at the solution; where they are noisier than
+/// shader's picture is wrong, shader's detail times the ratio of both over a few pixels.
+Predictor PredictorByWalks(const FitProblem& problem, const CrownInput& input, const FitState& at, Progress& progress);
+
+}  // namespace crownfit

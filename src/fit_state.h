@@ -1,0 +1,33 @@
+#pragma once
+// What a fit is given, and where it stands.
+
+#include "calibration/calibration_error.h"
+#include "fit/free_parameters.h"
+#include "fit/nuisances.h"
+#include "fit/uncertainty.h"
+#include "fit_steps.h"
+
+namespace crownfit {
+
+struct FitProblem {
+  const Capture& capture;  ///< as stated, with the overrides applied
+  const FreeParameters& free;
+  const std::vector<CalibrationError>& errors;
+  const FitOptions& options;
+};
+
+struct FitState {
+  Eigen::VectorXd x;
+  LinearScales scales;           ///< `calibration` in it: further than `calibration` below
+  CalibrationState calibration;  ///< how far the stated calibration is moved
+  CastState cast;
+  std::vector<FitPixels> pixels;
+  DataKnowledge knowledge;
+  std::vector<WalkedFitStep> steps;
+  std::vector<std::vector<glm::dvec3>> walked;  ///< values of `pixels`' sharp pixels by walks, at the solution
+  int iterations = 0, casts = 0;
+  double walked_paths = 0;
+  bool converged = false;
+};
+
+}  // namespace crownfit

@@ -1,0 +1,164 @@
+#include "walk_unknowns.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "path_derivatives.h"
+
+namespace crownfit {
+
+WalkUnknowns::WalkUnknowns(const FitProblem& problem, FitState& at) : problem_(problem), at_(at) {
+  const Nuisances nuisances(problem.capture, at.pixels, at.calibration);
+  stated_ = nuisances.Stated();
+  material_ = problem.free.count();
+  exposures_ = static_cast<int>(stated_.exposure.size());
+  errors_ = at.calibration.slopes.empty() ? 0 : static_cast<int>(problem.errors.size());
+  lights_ = nuisances.lights();
+  first_photograph_.resize(exposures_);
+  for (auto p = at.pixels.rbegin(); p != at.pixels.rend(); ++p)
+    if (p->exposure >= 0) first_photograph_[p->exposure] = p->photograph;
+  at_.scales.calibration.assign(problem.errors.size(), 0.0);
+}
+
+bool WalkUnknowns::IsFree(const SlopeParameter& p) const {
+  const size_t layer = p.layer < problem_.capture.layers.size() ? p.layer : kSurfaceOwner;
+  return std::any_of(problem_.free.entries.begin(), problem_.free.entries.end(),
+                     [&](const FreeEntry& e) { return e.layer == layer && e.quantity == p.quantity; });
+}
+
+Eigen::VectorXd WalkUnknowns::Here() const {
+  Eigen::VectorXd here(count());
+  here.head(material_) = at_.x;
+  for (int e = 0; e < exposures_; ++e) here[exposure(e)] = at_.scales.exposure[e];
+  for (size_t l = 0; l < lights_.size(); ++l) here[light(l)] = at_.scales.light[lights_[l]];
+  for (int e = 0; e < errors_; ++e) here[error(e)] = at_.calibration.amounts[e];
+  return here;
+}
+
+Eigen::VectorXd WalkUnknowns::Stated() const {
+  Eigen::VectorXd stated = Eigen::VectorXd::Zero(count());
+  stated.head(material_) = StartVector(problem_.free);
+  for (int e = 0; e < exposures_; ++e) stated[exposure(e)] = stated_.exposure[e];
+  for (size_t l = 0; l < lights_.size(); ++l) stated[light(l)] = stated_.light[lights_[l]];
+  return stated;
+}
+
+void WalkUnknowns::GoTo(const Eigen::VectorXd& there) {
+  constexpr double kDark = 1e-9;
+  at_.x = there.head(material_);
+  for (int e = 0; e < exposures_; ++e) at_.scales.exposure[e] = std::max(kDark, there[exposure(e)]);
+  for (size_t l = 0; l < lights_.size(); ++l) at_.scales.light[lights_[l]] = std::max(kDark, there[light(l)]);
+  for (int e = 0; e < errors_; ++e) at_.calibration.amounts[e] = there[error(e)];
+}
+
+double WalkUnknowns::ExposureOf(const FitPixels& p) const {
+  return p.exposure < 0 ? problem_.capture.photographs[p.photograph].exposure_scale : at_.scales.exposure[p.exposure];
+}
+
+WalkedStep::Prior WalkUnknowns::Prior(double reach, bool with_priors) const {
+  constexpr double kFree = 1e-12;
+  WalkedStep::Prior prior{Eigen::VectorXd::Constant(count(), kFree), Eigen::VectorXd::Zero(count())};
+  const auto want = [&](int k, double stddev, double from_here) {
+    prior.precision[k] += 1.0 / (stddev * stddev);
+    prior.pull[k] += from_here / (stddev * stddev);
+  };
+  for (int k = 0; k < material_; ++k) {
+    const FreeEntry& e = problem_.free.entries[k];
+    want(k, reach * (e.scale == Scale::kLog ? 1.0 : e.prior_stddev), 0.0);
+    if (with_priors) want(k, e.prior_stddev, e.prior_mean - at_.x[k]);
+  }
+  for (int e = 0; e < exposures_; ++e)
+    if (const double stddev = problem_.capture.photographs[first_photograph_[e]].exposure_stddev; stddev > 0)
+      want(exposure(e), stddev, stated_.exposure[e] - at_.scales.exposure[e]);
+  for (size_t l = 0; l < lights_.size(); ++l)
+    if (const Light& spec = problem_.capture.lights[lights_[l]]; !spec.scale_is_free)
+      want(light(l), spec.intensity_stddev, stated_.light[lights_[l]] - at_.scales.light[lights_[l]]);
+  for (int e = 0; e < errors_; ++e) want(error(e), 1.0, -at_.calibration.amounts[e]);
+  return prior;
+}
+
+Eigen::VectorXd WalkUnknowns::Bounded(const WalkedStep& step, const WalkedStep::Prior& prior, WalkedStep::Noise noise,
+                                      WalkedStep::Solution& s) const {
+  Eigen::VectorXd moved = Eigen::VectorXd::Zero(count());
+  std::vector<int> held;
+  for (bool again = true; again;) {
+    again = false;
+    s = step.Solve(prior, held, noise);
+    for (int k = 0; k < material_; ++k) {
+      if (std::count(held.begin(), held.end(), k)) continue;
+      const FreeEntry& e = problem_.free.entries[k];
+      moved[k] = std::clamp(s.step[k], e.low - at_.x[k], e.high - at_.x[k]);
+      if (moved[k] == s.step[k]) continue;
+      held.push_back(k);
+      again = true;
+    }
+  }
+  moved.tail(count() - material_) = s.step.tail(count() - material_);
+  return moved;
+}
+
+double WalkUnknowns::LongestLogarithm(const Eigen::VectorXd& step) const {
+  double longest = 0;
+  for (int k = 0; k < material_; ++k)
+    if (problem_.free.entries[k].scale == Scale::kLog) longest = std::max(longest, std::abs(step[k]));
+  return longest;
+}
+
+Eigen::VectorXd WalkUnknowns::Shortened(const Eigen::VectorXd& step, double longest) const {
+  const double here = LongestLogarithm(step);
+  return here > longest ? Eigen::VectorXd(longest / here * step) : step;
+}
+
+SlopeChain WalkUnknowns::Chain() const {
+  return
+      [this, material = MaterialAt(problem_.free, at_.x)](const SlopeParameter& p, int channel) -> Eigen::RowVectorXd {
+        if (!IsFree(p)) return {};
+        const size_t layer = p.layer < material.layers.size() ? p.layer : kSurfaceOwner;
+        const double value = (layer == kSurfaceOwner ? material.surface : material.layers[layer])[p.quantity][channel];
+        Eigen::RowVectorXd row = Eigen::RowVectorXd::Zero(count());
+        row.head(material_) = ValueGradient(problem_.free, at_.x, layer, p.quantity, channel) /
+                              (IsDifferentiatedByLogarithm(p.quantity) ? value : 1.0);
+        return row;
+      };
+}
+
+WalkUnknowns::Slopes::Slopes(const WalkUnknowns& unknowns, size_t number, const Capture& moved,
+                             const Material& material)
+    : u_(unknowns), p_(unknowns.at_.pixels[number]), exposure_(unknowns.ExposureOf(p_)) {
+  if (u_.errors_ > 0) calibration_ = &u_.at_.calibration.slopes[number];
+  if (u_.errors_ == 0 && u_.lights_.empty()) return;
+  const auto predict = [&](const std::vector<double>& scale) {
+    shader_.push_back(PredictPixels(moved, u_.at_.cast, p_.photograph, material, scale, u_.problem_.options.threads));
+  };
+  predict(u_.at_.scales.light);
+  for (const int l : u_.lights_) {
+    std::vector<double> alone(u_.at_.scales.light.size(), 0.0);
+    alone[l] = 1.0;
+    predict(alone);
+  }
+}
+
+void WalkUnknowns::Slopes::AddTo(WalkedRows::Rows& rows, size_t pixel, const std::vector<glm::dvec3>& sharp) const {
+  constexpr double kMostScale = 4.0, kDark = 1e-12;
+  glm::dvec3 sum = p_.scenery.empty() ? glm::dvec3(0.0) : p_.scenery[pixel], of_shader(0.0);
+  std::vector<glm::dvec3> of_light(u_.lights_.size(), glm::dvec3(0.0));
+  for (int t = p_.first_term[pixel]; t < p_.first_term[pixel + 1]; ++t) {
+    const double weight = p_.terms[t].weight;
+    const int source = p_.terms[t].source, k = p_.sources[source];
+    sum += weight * sharp[source];
+    if (shader_.empty()) continue;
+    of_shader += weight * shader_[0][k];
+    for (size_t l = 0; l < of_light.size(); ++l) of_light[l] += weight * shader_[l + 1][k];
+  }
+  for (int c = 0; c < kChannels; ++c) {
+    if (p_.exposure >= 0) rows(c, u_.exposure(p_.exposure)) += sum[c];
+    const double scale = exposure_ * std::clamp(sum[c] / std::max(of_shader[c], kDark), 1.0 / kMostScale, kMostScale);
+    for (size_t l = 0; l < of_light.size(); ++l) rows(c, u_.light(l)) += scale * of_light[l][c];
+    if (!calibration_) continue;
+    const auto row = kChannels * static_cast<Eigen::Index>(pixel) + c;
+    for (size_t e = 0; e < calibration_->errors.size(); ++e)
+      rows(c, u_.error(calibration_->errors[e])) += scale * calibration_->by_error(row, static_cast<Eigen::Index>(e));
+  }
+}
+
+}  // namespace crownfit

@@ -1,0 +1,69 @@
+#pragma once
+// What a step by walks solves for: the free entries, then the nuisances (exposures, lamps' intensities, and how far the
+// calibration is off by its own account).
+
+#include "fit/walked_step.h"
+#include "fit_state.h"
+
+namespace crownfit {
+
+class WalkUnknowns {
+ public:
+  /// Both must outlive it; it reads and writes where the fit stands.
+  WalkUnknowns(const FitProblem& problem, FitState& at);
+
+  int count() const { return error(errors_); }
+  int material() const { return material_; }
+  bool IsFree(const SlopeParameter& p) const;
+
+  Eigen::VectorXd Here() const;
+  Eigen::VectorXd Stated() const;  ///< where the capture starts
+  void GoTo(const Eigen::VectorXd& there);
+  double ExposureOf(const FitPixels& p) const;
+
+  /// Stated errors of the nuisances and, where wanted, the material's priors. `reach`: how far a step may be trusted,
+  /// in ln or in prior standard deviations.
+  WalkedStep::Prior Prior(double reach, bool with_priors) const;
+  /// The step that stays within the bounds: what would cross one stops there, and the others are solved without it.
+  Eigen::VectorXd Bounded(const WalkedStep& step, const WalkedStep::Prior& prior, WalkedStep::Noise noise,
+                          WalkedStep::Solution& solution) const;
+  /// The same direction, with no entry's logarithm moved further than `longest`.
+  Eigen::VectorXd Shortened(const Eigen::VectorXd& step, double longest) const;
+  /// Of what the logarithms of free entries move by.
+  double LongestLogarithm(const Eigen::VectorXd& step) const;
+
+  /// By the free entries.
+  SlopeChain Chain() const;
+
+  /// Derivatives of one photograph's pixels by the nuisances. Those of lamps and of the calibration are as shader sees
+  /// them, scaled to the walks' brightness.
+  class Slopes {
+   public:
+    /// `number`: of the photograph in FitState::pixels; `moved`: the capture where the fit has moved it.
+    Slopes(const WalkUnknowns& unknowns, size_t number, const Capture& moved, const Material& material);
+    /// `sharp`: values of FitPixels::sources by walks, whose noise must not be that of the pixel's residual.
+    void AddTo(WalkedRows::Rows& rows, size_t pixel, const std::vector<glm::dvec3>& sharp) const;
+
+   private:
+    const WalkUnknowns& u_;
+    const FitPixels& p_;
+    const CalibrationSlopes* calibration_ = nullptr;
+    double exposure_;
+    /// Per pixel of the cast, by shader: with all lamps, and with each whose intensity is fitted alone at 1.
+    std::vector<std::vector<glm::dvec3>> shader_;
+  };
+
+ private:
+  int exposure(int e) const { return material_ + e; }
+  int light(size_t l) const { return material_ + exposures_ + static_cast<int>(l); }
+  int error(int e) const { return material_ + exposures_ + static_cast<int>(lights_.size()) + e; }
+
+  const FitProblem& problem_;
+  FitState& at_;
+  LinearScales stated_;
+  int material_, exposures_, errors_;
+  std::vector<int> lights_;               ///< of the capture, whose intensity is fitted
+  std::vector<size_t> first_photograph_;  ///< per exposure
+};
+
+}  // namespace crownfit

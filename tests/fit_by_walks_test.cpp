@@ -1,0 +1,109 @@
+// Photographs by walks, fitted by walks: what the fit finds is the truth within its own intervals.
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "base/random.h"
+#include "exchange/material_file.h"
+#include "fit_crown.h"
+#include "fit_steps.h"
+#include "photo/image_io.h"
+#include "report/result_files.h"
+#include "support/synthetic_capture.h"
+#include "support/temporary_folder.h"
+#include "walk/path_photograph.h"
+
+namespace crownfit {
+namespace {
+
+/// Walks the photographs of a synthetic capture from its truth.json; `exposures`: recorded over stated.
+Capture Walked(const std::filesystem::path& folder, const SyntheticCapture& options,
+               const std::vector<double>& exposures = {}) {
+  WriteSyntheticCapture(folder, options);
+  Capture capture = ReadCapture(folder);
+  const Material truth = ReadMaterialFile(folder / "truth.json", capture);
+  const CrownInput input = ReadInput(capture, 0, false);
+  const LayeredBody body(BuildSurfaces(capture, input.source, ThicknessesOf(capture, truth)), 0);
+  constexpr double kNoise = 0.01, kFloor = 5e-4;
+  for (size_t i = 0; i < capture.photographs.size(); ++i) {
+    const PathPhotograph photo = RenderByPaths(capture, body, input.scenery, truth, i, {200, 77, 3, 0}, [](double) {});
+    const auto of_walks = SmoothedCovariance(photo);
+    const double exposure = exposures.empty() ? 1.0 : exposures[i];
+    Image picture(photo.width, photo.height, 3), variance = picture;
+    for (size_t p = 0; p < photo.pixels.size(); ++p)
+      for (int c = 0; c < kChannels; ++c) {
+        const double value = exposure * photo.pixels[p].mean[c], sensor = std::hypot(kNoise * value, kFloor);
+        picture.values[3 * p + c] = static_cast<float>(value + sensor * Gaussian(Key(5, i, p), c));
+        variance.values[3 * p + c] = static_cast<float>(
+            sensor * sensor + exposure * exposure * of_walks[p][std::array{0, 3, 5}[static_cast<size_t>(c)]]);
+      }
+    PhotographFiles& files = capture.photographs[i].files;
+    WriteImageFile(files.image, picture);
+    files.variance = folder / ("variance" + std::to_string(i) + ".exr");
+    WriteImageFile(*files.variance, variance);
+  }
+  return capture;
+}
+
+CrownFit Fit(const Capture& capture, size_t walks) {
+  FitOptions options;
+  options.model = "path";
+  options.use_priors = false;
+  options.paths_per_photograph = walks;
+  options.overrides.fix = {{"surface.roughness", {0.22, 0.22, 0.22}}};
+  Progress silent(ProgressMode::kNone);
+  return FitCrown(capture, options, silent);
+}
+
+struct Coverage {
+  int fitted = 0, held = 0;
+  double chi2 = 0;
+};
+
+Coverage CoverageOf(const CrownFit& fit, const std::filesystem::path& folder) {
+  const Material truth = ReadMaterialFile(folder / "truth.json", fit.capture);
+  Coverage coverage;
+  for (const auto& p : fit.uncertainty.parameters) {
+    if (p.status != Status::kFitted) continue;
+    const auto& owner = p.layer == kSurfaceOwner ? truth.surface : truth.layers[p.layer];
+    for (size_t c = 0; c < p.value.size(); ++c) {
+      const double at = owner[p.quantity][c];
+      ++coverage.fitted;
+      coverage.held += p.low95[c] <= at && at <= p.high95[c];
+      coverage.chi2 += std::pow(std::log(p.value[c] / at) / (p.stddev[c] / p.value[c]), 2);
+    }
+  }
+  return coverage;
+}
+
+TEST(FitByWalks, FindsAToothWithinItsOwnIntervalsWhereShaderMissesIt) {
+  const TemporaryFolder folder;
+  Capture capture = Walked(folder.path, {.pixels = 24}, {1.0, 1.04, 1.0, 0.97, 1.0, 1.0});
+  for (size_t i : {1, 3}) capture.photographs[i].exposure_stddev = 0.04;  // recorded 4 % and -3 % off
+  const CrownFit fit = Fit(capture, 150000);
+  EXPECT_TRUE(fit.converged);
+  EXPECT_TRUE(fit.usable);
+  EXPECT_LT(fit.uncertainty.block_chi2, 1.5);
+  const Coverage c = CoverageOf(fit, folder.path);
+  EXPECT_GE(c.fitted, 7);
+  EXPECT_GE(c.held, c.fitted - 1);
+  EXPECT_LT(c.chi2, 2.5 * c.fitted);
+  const auto& dentine = fit.uncertainty.parameters;
+  const auto s = std::find_if(dentine.begin(), dentine.end(), [](const FittedParameter& p) {
+    return p.layer == 1 && p.quantity == Quantity::kReducedScattering;
+  });
+  EXPECT_LT(s->stddev[1] / s->value[1], 0.1) << "said to be well known";
+  EXPECT_NEAR(fit.photographs[1].exposure, 1.04, 0.03);
+  EXPECT_NEAR(fit.photographs[3].exposure, 0.97, 0.03);
+  EXPECT_NE(fit.seen_by_shader.layers[0][Quantity::kReducedScattering][1],
+            fit.material.layers[0][Quantity::kReducedScattering][1])
+      << "the viewer keeps what looks right to it";
+  for (const double share : fit.uncertainty.of_walks) {
+    EXPECT_GT(share, 0.0);
+    EXPECT_LT(share, 1.0);
+  }
+}
+
+}  // namespace
+}  // namespace crownfit
