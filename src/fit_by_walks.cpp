@@ -32,11 +32,13 @@ class WalkFit {
     at_.converged = false;
     ChooseStart();
     for (const double share : {kSearchShare, kMiddleShare}) Search(share * Paths());
-    constexpr size_t kMostRuns = 5;
+    constexpr size_t kMostRuns = 8;
     std::vector<Estimate> runs{LongRun()};
     while (runs.size() < kMostRuns && !at_.converged) {
       runs.push_back(LongRun());
-      at_.converged = Conclude({runs.end()[-2], runs.end()[-1]});
+      const std::vector<Estimate> last{runs.end()[-2], runs.end()[-1]};
+      const bool is_there = !last[0].is_on_its_way && !last[1].is_on_its_way;
+      at_.converged = Conclude(last) && is_there;
     }
   }
 
@@ -50,6 +52,7 @@ class WalkFit {
     Eigen::MatrixXd covariance, of_walks;  ///< of the material's entries
     double chi2 = 0, block_chi2 = 0;
     std::vector<std::vector<glm::dvec3>> values;
+    bool is_on_its_way;  ///< the step was cut short
   };
 
   double Paths() const { return static_cast<double>(problem_.options.paths_per_photograph); }
@@ -223,7 +226,7 @@ class WalkFit {
   }
 
   Estimate LongRun() {
-    constexpr double kReach = 3.0, kLongest = 0.4, kNothingKnown = 100.0;
+    constexpr double kReach = 3.0, kLongest = 0.5, kNothingKnown = 100.0;
     stage_ = "walking, long run, step " + std::to_string(at_.steps.size() + 1);
     Gathered g = Gather(Paths(), Paths());
     WalkedStep::Solution s;
@@ -239,7 +242,8 @@ class WalkFit {
                data.walk_covariance.topLeftCorner(n, n),
                g.chi2,
                g.block_chi2,
-               std::move(g.values)};
+               std::move(g.values),
+               unknowns_.LongestLogarithm(step) > 0.99 * kLongest};
     unknowns_.GoTo(e.unknowns);
     return e;
   }
