@@ -25,26 +25,28 @@ class WalkFit {
         bodies_(input, problem.options.threads),
         slopes_(at.pixels.size()) {
     for (const SlopeParameter& p : DifferencedParameters(problem.capture))
-      if (unknowns_.IsFree(p)) differenced_.push_back(p);
+      if (unknowns_.IsFree(p) && p.quantity != Quantity::kRoughness) differenced_.push_back(p);
   }
 
   void Run() {
     at_.converged = false;
     ChooseStart();
     for (const double share : {kSearchShare, kMiddleShare}) Search(share * Paths());
-    constexpr size_t kMostRuns = 8;
+    constexpr size_t kMostRuns = 6;
     std::vector<Estimate> runs{LongRun()};
-    while (runs.size() < kMostRuns && !at_.converged) {
+    size_t lost = 0;
+    while (runs.size() + lost < kMostRuns && !at_.converged) {
       runs.push_back(LongRun());
-      const std::vector<Estimate> last{runs.end()[-2], runs.end()[-1]};
-      const bool is_there = !last[0].is_on_its_way && !last[1].is_on_its_way;
-      at_.converged = Conclude(last) && is_there;
+      // Those that were still on their way only led here.
+      if (runs.end()[-2].is_on_its_way || runs.back().is_on_its_way) runs.erase(runs.begin(), runs.end() - 1), ++lost;
+      at_.converged = Conclude(runs) && runs.size() > 1;
     }
   }
 
  private:
   static constexpr double kSettled = 3.0;                          // gain of chi2 an unknown; of noise alone 1
   static constexpr double kSearchShare = 0.2, kMiddleShare = 0.4;  // of a long run's paths
+  static constexpr double kRoughnessShare = 0.25;                  // of the paths for other derivatives
   static constexpr int kFewestPaths = 48;                          // per pixel: derivatives' errors come from groups
 
   struct Estimate {
@@ -99,24 +101,28 @@ class WalkFit {
       const bool is_clear = layer[Quantity::kReducedScattering][1] * thickness < kClear;
       layer[Quantity::kAsymmetry].fill(std::min(layer[Quantity::kAsymmetry][0], is_clear ? kForwardIfClear : kForward));
     }
-    if (!RoughnessIsFree()) m.surface[Quantity::kRoughness].fill(0.0);
+    m.surface[Quantity::kRoughness].fill(0.0);
     return m;
   }
-  bool RoughnessIsFree() const { return unknowns_.IsFree({problem_.capture.layers.size(), Quantity::kRoughness}); }
+  SlopeParameter Roughness() const { return {problem_.capture.layers.size(), Quantity::kRoughness}; }
 
   struct SlopesFound {
     Eigen::VectorXd at;
     double paths;
+    bool of_roughness;  ///< it alone: the others' derivatives need no rough surface
     PooledSlopes slopes;
   };
   /// The last runs' slopes from about here; drops the others.
   std::vector<RowsOfSlopes::Run> SlopesNear(std::list<SlopesFound>& found) const {
     constexpr double kNear = 0.3;
-    constexpr size_t kMost = 4;
+    constexpr size_t kMost = 8;
     found.remove_if([&](const SlopesFound& f) { return unknowns_.LongestLogarithm(f.at - at_.x) > kNear; });
     if (found.size() > kMost) found.resize(kMost, found.front());
     std::vector<RowsOfSlopes::Run> runs;
-    for (const SlopesFound& f : found) runs.push_back({&f.slopes, f.paths});
+    for (const SlopesFound& f : found)
+      runs.push_back({&f.slopes, f.paths, [of_roughness = f.of_roughness](const SlopeParameter& p) {
+                        return (p.quantity == Quantity::kRoughness) == of_roughness;
+                      }});
     return runs;
   }
 
@@ -138,10 +144,18 @@ class WalkFit {
       const FitPixels& p = at_.pixels[g];
       const PathPhotograph walked = Predict(material, p, paths);
       PathOptions options = OptionsFor(p, slope_paths);
-      options.diffuse_exits = !RoughnessIsFree();
+      options.diffuse_exits = true;
       slopes_[g].push_front(
-          {at_.x, static_cast<double>(options.paths_per_pixel),
+          {at_.x, static_cast<double>(options.paths_per_pixel), false,
            DifferentiateByPaths(input_, bodies_, similar, p.photograph, options, differenced_, progress_).slopes});
+      if (unknowns_.IsFree(Roughness())) {
+        Material rough = similar;
+        rough.surface[Quantity::kRoughness] = material.surface[Quantity::kRoughness];
+        options = OptionsFor(p, kRoughnessShare * slope_paths);
+        slopes_[g].push_front(
+            {at_.x, static_cast<double>(options.paths_per_pixel), true,
+             DifferentiateByPaths(input_, bodies_, rough, p.photograph, options, {Roughness()}, progress_).slopes});
+      }
       const RowsOfSlopes rows(SlopesNear(slopes_[g]), unknowns_.Chain(), unknowns_.count());
       const int groups = slopes_[g].front().slopes.groups();
       const std::vector<size_t> places = PlacesOf(p, CastOf(p), walked.width);
@@ -248,9 +262,11 @@ class WalkFit {
     return e;
   }
 
-  /// Goes to the runs' mean and says what is known there; true when they agree.
+  /// Goes to the runs' mean and says what is known there; true when they agree: two at once, or several that scatter
+  /// by somewhat more than their walks, which then widens the intervals.
   bool Conclude(const std::vector<Estimate>& runs) {
-    constexpr double kAgree = 2.5;  // mean square of what runs differ by, in the standard deviations of their walks
+    constexpr double kAgreeAtOnce = 2.0, kAgree = 5.0;  // mean square of scatter in standard deviations of the walks
+    constexpr size_t kSeveral = 4;
     const double n = static_cast<double>(runs.size());
     const int m = unknowns_.material();
     Eigen::VectorXd mean = Eigen::VectorXd::Zero(unknowns_.count());
@@ -270,9 +286,12 @@ class WalkFit {
     double off = 0;
     for (const Estimate& e : runs)
       off += (e.unknowns - mean).head(m).cwiseAbs2().cwiseQuotient(of_walks.diagonal().cwiseMax(1e-12)).sum();
+    const Eigen::MatrixXd walks_alone = of_walks;
+    const double scatter = runs.size() > 1 && m > 0 ? off / (m * (n - 1.0)) : 0.0;
+    of_walks *= std::max(1.0, scatter);
     unknowns_.GoTo(mean);
     k.inflation = std::max(1.0, k.block_chi2);
-    const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> data(covariance - of_walks);
+    const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> data(covariance - walks_alone);
     k.covariance = k.inflation * data.eigenvectors() * data.eigenvalues().cwiseMax(0.0).asDiagonal() *
                        data.eigenvectors().transpose() +
                    of_walks / n;
@@ -281,7 +300,7 @@ class WalkFit {
     const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> all(k.covariance);
     if (m > 0) k.condition = std::sqrt(all.eigenvalues()[m - 1] / all.eigenvalues()[0]);
     at_.knowledge = k;
-    return off <= kAgree * m * (n - 1.0);
+    return scatter <= (runs.size() < kSeveral ? kAgreeAtOnce : kAgree);
   }
 
   void Record(const std::string& stage, double paths, const Gathered& g, const Eigen::VectorXd& step,

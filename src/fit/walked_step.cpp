@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 #include <utility>
 
 #include "base/error.h"
@@ -14,36 +15,37 @@ Eigen::Matrix3d CovarianceOf(const std::array<double, 6>& v) {
   return m;
 }
 
-RowsOfSlopes::RowsOfSlopes(std::vector<Run> runs, const SlopeChain& chain, int unknowns)
-    : runs_(std::move(runs)), unknowns_(unknowns) {
-  Check(!runs_.empty(), "slopes");
-  const PooledSlopes& first = *runs_[0].slopes;
-  double sum = 0;
-  for (const Run& r : runs_) {
-    Check(r.slopes->groups() == first.groups() && r.slopes->parameters().size() == first.parameters().size(),
-          "runs of as many groups and parameters");
-    sum += r.weight;
+RowsOfSlopes::RowsOfSlopes(const std::vector<Run>& runs, const SlopeChain& chain, int unknowns)
+    : unknowns_(unknowns), groups_(0) {
+  Check(!runs.empty(), "slopes");
+  groups_ = runs[0].slopes->groups();
+  std::map<std::pair<size_t, Quantity>, double> sum;
+  for (const Run& r : runs) {
+    Check(r.slopes->groups() == groups_, "runs of as many groups");
+    for (const SlopeParameter& p : r.slopes->parameters())
+      if (r.tells(p)) sum[{p.layer, p.quantity}] += r.weight;
   }
-  for (Run& r : runs_) r.weight /= sum;
-  for (size_t j = 0; j < first.parameters().size(); ++j)
-    for (int c = 0; c < kChannels; ++c)
-      if (Eigen::RowVectorXd row = chain(first.parameters()[j], c); row.size() > 0 && !row.isZero())
-        entries_.push_back({j, c, std::move(row)});
+  for (const Run& r : runs)
+    for (size_t j = 0; j < r.slopes->parameters().size(); ++j) {
+      const SlopeParameter& p = r.slopes->parameters()[j];
+      for (int c = 0; c < kChannels && r.tells(p); ++c)
+        if (const Eigen::RowVectorXd row = chain(p, c); row.size() > 0 && !row.isZero())
+          entries_.push_back({r.slopes, j, c, r.weight / sum[{p.layer, p.quantity}] * row});
+    }
 }
 
 WalkedRows RowsOfSlopes::Zero() const {
   const WalkedRows::Rows zero = WalkedRows::Rows::Zero(kChannels, unknowns_);
-  return {zero, std::vector<WalkedRows::Rows>(runs_[0].slopes->groups(), zero)};
+  return {zero, std::vector<WalkedRows::Rows>(groups_, zero)};
 }
 
 void RowsOfSlopes::AddTo(WalkedRows& rows, size_t pixel, double weight) const {
-  for (const Run& run : runs_)
-    for (const Entry& e : entries_) {
-      const double brightness = weight * run.weight * run.slopes->brightness(e.channel, pixel);
-      rows.all.row(e.channel) += brightness * run.slopes->At(e.parameter, e.channel, pixel) * e.chain;
-      const std::vector<double> some = run.slopes->Without(e.parameter, e.channel, pixel);
-      for (size_t g = 0; g < some.size(); ++g) rows.without[g].row(e.channel) += brightness * some[g] * e.chain;
-    }
+  for (const Entry& e : entries_) {
+    const double brightness = weight * e.slopes->brightness(e.channel, pixel);
+    rows.all.row(e.channel) += brightness * e.slopes->At(e.parameter, e.channel, pixel) * e.chain;
+    const std::vector<double> some = e.slopes->Without(e.parameter, e.channel, pixel);
+    for (size_t g = 0; g < some.size(); ++g) rows.without[g].row(e.channel) += brightness * some[g] * e.chain;
+  }
 }
 
 WalkedStep::WalkedStep(int unknowns, int groups)

@@ -24,28 +24,30 @@ struct WalkedRows {
 /// SlopeParameter differentiates by it. Empty: not at all.
 using SlopeChain = std::function<Eigen::RowVectorXd(const SlopeParameter&, int channel)>;
 
-/// Turns a photograph's slopes into rows: the mean of several runs, that may stand at somewhat different places.
+/// Turns a photograph's slopes into rows: for every parameter the mean of the runs that tell it, which may stand at
+/// somewhat different places.
 class RowsOfSlopes {
  public:
   struct Run {
     const PooledSlopes* slopes;
     double weight;
+    std::function<bool(const SlopeParameter&)> tells = [](const SlopeParameter&) { return true; };
   };
-  /// Runs of as many groups and the same parameters; they must outlive it.
-  RowsOfSlopes(std::vector<Run> runs, const SlopeChain& chain, int unknowns);
+  /// Runs of as many groups; they must outlive it.
+  RowsOfSlopes(const std::vector<Run>& runs, const SlopeChain& chain, int unknowns);
   /// Adds `weight` times the derivatives of a pixel.
   void AddTo(WalkedRows& rows, size_t pixel, double weight) const;
   WalkedRows Zero() const;
 
  private:
   struct Entry {
+    const PooledSlopes* slopes;
     size_t parameter;
     int channel;
-    Eigen::RowVectorXd chain;
+    Eigen::RowVectorXd chain;  ///< times the run's share
   };
-  std::vector<Run> runs_;  ///< weights with sum 1
   std::vector<Entry> entries_;
-  int unknowns_;
+  int unknowns_, groups_;
 };
 
 class WalkedStep {
