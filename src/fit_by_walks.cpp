@@ -326,7 +326,7 @@ class WalkFit {
 }  // namespace
 
 void FitByWalks(const FitProblem& problem, CrownInput& input, FitState& at, Progress& progress) {
-  WalkFit(problem, input, at, progress).Run();
+  if (problem.free.count() > 0) WalkFit(problem, input, at, progress).Run();
 }
 
 }  // namespace crownfit

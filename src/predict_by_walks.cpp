@@ -24,7 +24,7 @@ Predictor PredictorByWalks(const FitProblem& problem, const CrownInput& input, c
     std::vector<std::optional<Pair>> pairs(static_cast<size_t>(camera.width) * camera.height);
     const auto fitted = std::find_if(at.pixels.begin(), at.pixels.end(),
                                      [&](const FitPixels& p) { return p.photograph == photograph; });
-    if (fitted != at.pixels.end()) {
+    if (fitted != at.pixels.end() && !at.walked.empty()) {
       const auto& of_runs = at.walked[fitted - at.pixels.begin()];
       for (size_t i = 0; i < fitted->sources.size(); ++i) {
         const int k = fitted->sources[i];

@@ -93,10 +93,14 @@ TEST_F(SelfConsistency, EveryIdentifiedParameterComesBackWithinOnePerCent) {
 }
 
 TEST_F(SelfConsistency, AFreeThicknessIsCastAgainUntilItIsFound) {
-  const CrownFit fit = Fit(Make({.pixels = 24, .initial_factor = 1.5, .free_thickness = true}));
+  const Capture capture = Make({.pixels = 24, .initial_factor = 1.5, .free_thickness = true});
+  FitOptions options;  // six derivatives in place of thirteen: half the time
+  options.overrides.fix = {{"surface.roughness", {0.22, 0.22, 0.22}},
+                           {"enamel.reduced_scattering_per_mm", {0.21, 0.24, 0.3}}};
+  const CrownFit fit = Fit(capture, options);
   int count = 0;
   EXPECT_LT(WorstError(fit, folder.path, count), 0.01);
-  EXPECT_GE(count, 8);
+  EXPECT_GE(count, 7);
   EXPECT_NEAR(fit.material.layers[0][Quantity::kThickness][0], 0.6, 0.006);  // started at 0.84
   EXPECT_GT(fit.casts, 1);
   EXPECT_TRUE(fit.converged) << fit.casts << " casts";
