@@ -8,8 +8,8 @@ namespace crownfit {
 inline constexpr uint64_t kFitStream = 0x6669747365656bull;  ///< no photograph's synthesis is keyed by it
 
 /// Moves a fit from where another model left it to the optimum of model `path`. First short runs until steps are no
-/// larger than their noise, then long ones with walks of their own until two in a row agree within what their walks
-/// explain; the result is the mean of those two. The start is whichever of `at` and the capture's own
+/// larger than their noise, then long ones with walks of their own until those that arrived agree within what their
+/// walks explain; the result is their mean. The start is whichever of `at` and the capture's own
 /// start values explains the photographs better.
 void FitByWalks(const FitProblem& problem, CrownInput& input, FitState& at, Progress& progress);
 

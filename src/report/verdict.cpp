@@ -38,7 +38,18 @@ void AddCaveats(CrownFit& fit) {
   if (fit.ends_at_neck)
     fit.caveats.push_back("The scan is open at the neck: what lies beyond is assumed, and pixels within " +
                           Number(kNeckReachMm) + " mm of it count for less (up to 30 % error at the cut).");
-  if (fit.options.model == "path") return;
+  if (fit.options.model == "path") {
+    for (const FittedParameter& p : fit.uncertainty.parameters) {
+      const bool has_no_slopes = p.quantity == Quantity::kWetness || p.quantity == Quantity::kNeckReturn ||
+                                 p.quantity == Quantity::kIsotropicFraction ||
+                                 (p.quantity == Quantity::kThickness && p.layer + 1 == capture.layers.size());
+      if (has_no_slopes && !p.stddev.empty())
+        fit.caveats.push_back("'" + p.name +
+                              "' stays where model `shader` left it: walks give no derivative by it, and "
+                              "what it leaves open is not in the other intervals. Fix it if you know it.");
+    }
+    return;
+  }
   fit.caveats.push_back(
       "Model `shader` takes the layers below every point as flat. The intervals carry its mean error on path-traced "
       "objects (4 % of a photograph's level, 3 % of a patch); behind clear enamel without dentine and in light from "
