@@ -32,10 +32,11 @@ class WalkFit {
     at_.converged = false;
     ChooseStart();
     for (const double share : {kSearchShare, kMiddleShare}) Search(share * Paths());
-    constexpr size_t kMostRuns = 6;
+    constexpr size_t kMostRuns = 8;
+    constexpr double kShareOfWalks = 0.5;  // of the variance, that a fit tries to come below
     std::vector<Estimate> runs{LongRun()};
     size_t lost = 0;
-    while (runs.size() + lost < kMostRuns && !at_.converged) {
+    while (runs.size() + lost < kMostRuns && !(at_.converged && at_.knowledge.of_walks.mean() < kShareOfWalks)) {
       runs.push_back(LongRun());
       // Those that were still on their way only led here.
       if (runs.end()[-2].is_on_its_way || runs.back().is_on_its_way) runs.erase(runs.begin(), runs.end() - 1), ++lost;
@@ -44,10 +45,11 @@ class WalkFit {
   }
 
  private:
-  static constexpr double kSettled = 3.0;                          // gain of chi2 an unknown; of noise alone 1
+  static constexpr double kSettled = 3.0;                          // gain of chi2 over that of noise alone
   static constexpr double kSearchShare = 0.2, kMiddleShare = 0.4;  // of a long run's paths
-  static constexpr double kRoughnessShare = 0.25;                  // of the paths for other derivatives
-  static constexpr int kFewestPaths = 48;                          // per pixel: derivatives' errors come from groups
+  static constexpr double kSlopeShare = 0.4;       // in long runs; derivatives of several runs are averaged
+  static constexpr double kRoughnessShare = 0.25;  // of the paths for other derivatives
+  static constexpr int kFewestPaths = 48;          // per pixel: derivatives' errors come from groups
 
   struct Estimate {
     Eigen::VectorXd unknowns;
@@ -69,13 +71,27 @@ class WalkFit {
   const PhotographSpec& SpecOf(const FitPixels& p) const { return input_.capture.photographs[p.photograph]; }
   const PhotographCast& CastOf(const FitPixels& p) const { return at_.cast.photographs[p.photograph]; }
 
-  PathOptions OptionsFor(const FitPixels& p, double paths) {
-    const Camera& camera = SpecOf(p).camera;
+  /// Numbers in FitState::pixels of photographs that share walks.
+  using Shared = std::vector<size_t>;
+  std::vector<Shared> SharedWalks() const {
+    std::vector<size_t> photographs;
+    for (const FitPixels& p : at_.pixels) photographs.push_back(p.photograph);
+    return WhichShareWalks(input_.capture, photographs);
+  }
+  std::vector<size_t> PhotographsOf(const Shared& shared) const {
+    std::vector<size_t> photographs;
+    for (const size_t g : shared) photographs.push_back(at_.pixels[g].photograph);
+    return photographs;
+  }
+
+  PathOptions OptionsFor(const Shared& shared, double paths, int fewest = kFewestPaths) {
+    const Camera& camera = SpecOf(at_.pixels[shared[0]]).camera;
     PathOptions options;
     options.wanted.assign(static_cast<size_t>(camera.width) * camera.height, 0);
-    for (const size_t place : PlacesOf(p, CastOf(p), camera.width)) options.wanted[place] = 1;
-    const double pixels = static_cast<double>(p.sources.size());
-    options.paths_per_pixel = std::max(kFewestPaths, static_cast<int>(std::ceil(paths / pixels)));
+    for (const size_t g : shared)
+      for (const size_t place : PlacesOf(at_.pixels[g], CastOf(at_.pixels[g]), camera.width)) options.wanted[place] = 1;
+    const double pixels = static_cast<double>(std::count(options.wanted.begin(), options.wanted.end(), 1));
+    options.paths_per_pixel = std::max(fewest, static_cast<int>(std::ceil(paths / pixels)));
     options.seed = problem_.options.seed;
     options.stream = Key(kFitStream, ++run_);
     options.threads = problem_.options.threads;
@@ -83,9 +99,10 @@ class WalkFit {
     return options;
   }
 
-  PathPhotograph Predict(const Material& material, const FitPixels& p, double paths) {
-    return RenderByPaths(input_.capture, bodies_.Of(material), input_.scenery, material, p.photograph,
-                         OptionsFor(p, paths), [&](double share) { progress_.Show(stage_, share, SpecOf(p).name); });
+  std::vector<PathPhotograph> Predict(const Material& material, const Shared& shared, const PathOptions& options) {
+    return RenderTogether(input_.capture, bodies_.Of(material), input_.scenery, material, PhotographsOf(shared),
+                          options,
+                          [&](double share) { progress_.Show(stage_, share, SpecOf(at_.pixels[shared[0]]).name); });
   }
 
   /// A material with nearly the same derivatives of ln(pixel), whose walks tell them with several times less noise: a
@@ -140,52 +157,59 @@ class WalkFit {
     std::optional<WalkedStep> step;
     WalkComparison total;
     std::vector<std::vector<glm::dvec3>> values(at_.pixels.size());
-    for (size_t g = 0; g < at_.pixels.size(); ++g) {
-      const FitPixels& p = at_.pixels[g];
-      const PathPhotograph walked = Predict(material, p, paths);
-      PathOptions options = OptionsFor(p, slope_paths);
-      options.diffuse_exits = true;
-      slopes_[g].push_front(
-          {at_.x, static_cast<double>(options.paths_per_pixel), false,
-           DifferentiateByPaths(input_, bodies_, similar, p.photograph, options, differenced_, progress_).slopes});
+    const auto differentiate = [&](const Shared& shared, const Material& m, double some, bool of_roughness) {
+      PathOptions options = OptionsFor(shared, some);
+      options.diffuse_exits = !of_roughness;
+      auto found =
+          DifferentiateByPaths(input_, bodies_, m, PhotographsOf(shared), options,
+                               of_roughness ? std::vector<SlopeParameter>{Roughness()} : differenced_, progress_);
+      for (size_t k = 0; k < shared.size(); ++k)
+        slopes_[shared[k]].push_front(
+            {at_.x, static_cast<double>(options.paths_per_pixel), of_roughness, std::move(found[k].slopes)});
+    };
+    for (const Shared& shared : SharedWalks()) {
+      PathOptions options = OptionsFor(shared, paths);
+      options.keeps_groups = true;
+      const std::vector<PathPhotograph> walked = Predict(material, shared, options);
+      differentiate(shared, similar, slope_paths, false);
       if (unknowns_.IsFree(Roughness())) {
         Material rough = similar;
         rough.surface[Quantity::kRoughness] = material.surface[Quantity::kRoughness];
-        options = OptionsFor(p, kRoughnessShare * slope_paths);
-        slopes_[g].push_front(
-            {at_.x, static_cast<double>(options.paths_per_pixel), true,
-             DifferentiateByPaths(input_, bodies_, rough, p.photograph, options, {Roughness()}, progress_).slopes});
+        differentiate(shared, rough, kRoughnessShare * slope_paths, true);
       }
-      const RowsOfSlopes rows(SlopesNear(slopes_[g]), unknowns_.Chain(), unknowns_.count());
-      const int groups = slopes_[g].front().slopes.groups();
-      const std::vector<size_t> places = PlacesOf(p, CastOf(p), walked.width);
-      const std::vector<glm::dvec3> smooth = SmoothedMeans(walked);
-      std::vector<glm::dvec3> sharp;  // without the noise that what is left of a pixel shares
-      for (const size_t place : places) {
-        values[g].push_back(walked.pixels[place].mean);
-        sharp.push_back(smooth[place]);
-      }
-      const double exposure = unknowns_.ExposureOf(p);
-      const WalkComparison c = CompareWithWalks(p, CastOf(p), walked, exposure);
-      const WalkUnknowns::Slopes nuisances(unknowns_, g, input_.capture, material);
-      if (!step) step.emplace(unknowns_.count(), groups);
-      constexpr size_t kParts = 64;  // fixed, so that sums do not depend on the number of threads
-      std::vector<WalkedStep> parts(kParts, WalkedStep(unknowns_.count(), groups));
-      ParallelFor(kParts, problem_.options.threads, [&](size_t part) {
-        for (size_t i = part * p.pixels.size() / kParts; i < (part + 1) * p.pixels.size() / kParts; ++i) {
-          WalkedRows row = rows.Zero();
-          for (int t = p.first_term[i]; t < p.first_term[i + 1]; ++t)
-            rows.AddTo(row, places[p.terms[t].source], exposure * p.terms[t].weight);
-          WalkedRows::Rows exact = WalkedRows::Rows::Zero(kChannels, unknowns_.count());
-          nuisances.AddTo(exact, i, sharp);
-          row.all += exact;
-          for (auto& some : row.without) some += exact;
-          parts[part].Add({c.residual[i], c.covariance[i] / c.weight[i], c.of_walks[i] / c.weight[i]}, std::move(row));
+      for (size_t k = 0; k < shared.size(); ++k) {
+        const size_t g = shared[k];
+        const FitPixels& p = at_.pixels[g];
+        const RowsOfSlopes rows(SlopesNear(slopes_[g]), unknowns_.Chain(), unknowns_.material());
+        const std::vector<size_t> places = PlacesOf(p, CastOf(p), walked[k].width);
+        const std::vector<glm::dvec3> smooth = SmoothedMeans(walked[k]);
+        std::vector<glm::dvec3> sharp;  // without the noise that what is left of a pixel shares
+        for (const size_t place : places) {
+          values[g].push_back(walked[k].pixels[place].mean);
+          sharp.push_back(smooth[place]);
         }
-      });
-      for (const WalkedStep& part : parts) step->Add(part);
-      total.chi2 += c.chi2, total.block_chi2 += c.block_chi2;
-      total.values += c.values, total.block_values += c.block_values;
+        const double exposure = unknowns_.ExposureOf(p);
+        const WalkComparison c = CompareWithWalks(p, CastOf(p), walked[k], exposure);
+        const WalkUnknowns::Slopes nuisances(unknowns_, g, input_.capture, material);
+        const WalkedStep none(unknowns_.material(), slopes_[g].front().slopes.groups(), unknowns_.nuisances());
+        if (!step) step.emplace(none);
+        constexpr size_t kParts = 64;  // fixed, so that sums do not depend on the number of threads
+        std::vector<WalkedStep> parts(kParts, none);
+        ParallelFor(kParts, problem_.options.threads, [&](size_t part) {
+          for (size_t i = part * p.pixels.size() / kParts; i < (part + 1) * p.pixels.size() / kParts; ++i) {
+            WalkedRows row = rows.Zero(unknowns_.nuisances());
+            for (int t = p.first_term[i]; t < p.first_term[i + 1]; ++t)
+              rows.AddTo(row, places[p.terms[t].source], exposure * p.terms[t].weight);
+            nuisances.AddTo(row.exact, i, sharp);
+            parts[part].Add(
+                {c.residual[i], c.covariance[i] / c.weight[i], c.of_walks[i] / c.weight[i], c.off_by_group[i]},
+                std::move(row));
+          }
+        });
+        for (const WalkedStep& part : parts) step->Add(part);
+        total.chi2 += c.chi2, total.block_chi2 += c.block_chi2;
+        total.values += c.values, total.block_values += c.block_values;
+      }
     }
     ++at_.iterations;
     return {std::move(*step), total.chi2 / static_cast<double>(total.values),
@@ -194,15 +218,20 @@ class WalkFit {
 
   /// Takes the better one of where the fit stands and the capture's own start values.
   void ChooseStart() {
+    constexpr int kFewToCompare = 8;  // paths per pixel
     stage_ = "walking from the start";
     const auto misfit = [&] {
       MoveInput();
       const Material material = MaterialAt(problem_.free, at_.x);
       double sum = 0;
-      for (const FitPixels& p : at_.pixels) {
-        const PathPhotograph walked = Predict(material, p, 0.25 * kSearchShare * Paths());
-        const WalkComparison c = CompareWithWalks(p, CastOf(p), walked, unknowns_.ExposureOf(p));
-        sum += c.block_chi2 / static_cast<double>(c.block_values);
+      for (const Shared& shared : SharedWalks()) {
+        const std::vector<PathPhotograph> walked =
+            Predict(material, shared, OptionsFor(shared, 0.25 * kSearchShare * Paths(), kFewToCompare));
+        for (size_t k = 0; k < shared.size(); ++k) {
+          const FitPixels& p = at_.pixels[shared[k]];
+          const WalkComparison c = CompareWithWalks(p, CastOf(p), walked[k], unknowns_.ExposureOf(p));
+          sum += c.block_chi2 / static_cast<double>(c.block_values);
+        }
       }
       return sum;
     };
@@ -215,7 +244,7 @@ class WalkFit {
   /// Steps until they gain no more than noise does. Where one made things worse it is taken back, and derivatives get
   /// twice the paths.
   void Search(double paths) {
-    constexpr double kReach = 0.4, kLongest = 0.7, kWorse = 1.1;
+    constexpr double kReach = 0.4, kLongest = 0.7, kWorse = 1.5;
     constexpr int kMostSteps = 20;
     double slope_paths = paths, best = HUGE_VAL;
     Eigen::VectorXd best_at = unknowns_.Here();
@@ -235,14 +264,14 @@ class WalkFit {
       const Eigen::VectorXd step = unknowns_.Shortened(whole, kLongest);
       Record("search", paths, g, step, s);
       unknowns_.GoTo(best_at + step);
-      if (s.gain <= kSettled * unknowns_.count()) break;
+      if (s.gain <= kSettled * s.noise_gain) break;
     }
   }
 
   Estimate LongRun() {
     constexpr double kReach = 3.0, kLongest = 0.5, kNothingKnown = 100.0;
     stage_ = "walking, long run, step " + std::to_string(at_.steps.size() + 1);
-    Gathered g = Gather(Paths(), Paths());
+    Gathered g = Gather(Paths(), kSlopeShare * Paths());
     WalkedStep::Solution s;
     const Eigen::VectorXd step =
         unknowns_.Shortened(unknowns_.Bounded(g.step, unknowns_.Prior(kReach, problem_.options.use_priors),

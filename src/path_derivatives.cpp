@@ -69,9 +69,9 @@ std::string NameOf(const SlopeParameter& p, const Material& material) {
   return owner + "." + RowOf(p.quantity).key;
 }
 
-DifferentiatedPhotograph DifferentiateByPaths(const CrownInput& input, Bodies& bodies, const Material& material,
-                                              size_t photograph, const PathOptions& stated,
-                                              const std::vector<SlopeParameter>& differenced, Progress& progress) {
+std::vector<DifferentiatedPhotograph> DifferentiateByPaths(
+    const CrownInput& input, Bodies& bodies, const Material& material, const std::vector<size_t>& photographs,
+    const PathOptions& stated, const std::vector<SlopeParameter>& differenced, Progress& progress) {
   const Capture& capture = input.capture;
   const double pictures = 2.0 * static_cast<double>(differenced.size()) + 1.0;
   double done = 0;
@@ -79,36 +79,40 @@ DifferentiatedPhotograph DifferentiateByPaths(const CrownInput& input, Bodies& b
     PathOptions options = stated;
     options.slopes = slopes;
     options.keeps_groups = !differenced.empty();
-    const std::string name = capture.photographs[photograph].name;
-    PathPhotograph photo =
-        RenderByPaths(capture, bodies.Of(m), input.scenery, m, photograph, options,
-                      [&](double share) { progress.Show("walking " + name, (done + share) / pictures); });
+    const std::string name = capture.photographs[photographs[0]].name;
+    auto photos = RenderTogether(capture, bodies.Of(m), input.scenery, m, photographs, options,
+                                 [&](double share) { progress.Show("walking " + name, (done + share) / pictures); });
     ++done;
-    return photo;
+    return photos;
   };
-  PathPhotograph photo = render(material, true);
-  std::vector<DifferenceSlopes> differences;
+  std::vector<PathPhotograph> photos = render(material, true);
+  std::vector<std::vector<DifferenceSlopes>> differences(photos.size());  // per photograph
   for (const SlopeParameter& p : differenced) {
     Material moved = material;
     const double value = ValuesOf(moved, p)[0];
     const Steps steps = StepsOf(p.quantity, value, HighestOf(capture, p));
-    const auto at = [&](double step) {
-      if (step == 0) return photo.group_values;
-      ValuesOf(moved, p).fill(IsDifferentiatedByLogarithm(p.quantity) ? value * std::exp(step) : value + step);
-      return render(moved, false).group_values;
-    };
-    const std::vector<glm::vec3> low = at(-steps.down), high = at(steps.up);
+    for (size_t k = 0; k < photos.size(); ++k) differences[k].push_back({p, photos[k].group_values});
     // Of the parabola through three points, or of the line through two.
     const auto [down, up] = steps;
-    const float of_low = static_cast<float>(down > 0 ? (up > 0 ? -up / (down * (down + up)) : -1.0 / down) : 0.0),
-                of_high = static_cast<float>(up > 0 ? (down > 0 ? down / (up * (down + up)) : 1.0 / up) : 0.0);
-    DifferenceSlopes d{p, photo.group_values};
-    for (size_t i = 0; i < d.values.size(); ++i)
-      d.values[i] = of_low * (low[i] - d.values[i]) + of_high * (high[i] - d.values[i]);
-    differences.push_back(std::move(d));
+    const double of_low = down > 0 ? (up > 0 ? -up / (down * (down + up)) : -1.0 / down) : 0.0,
+                 of_high = up > 0 ? (down > 0 ? down / (up * (down + up)) : 1.0 / up) : 0.0;
+    for (auto& of_photo : differences)
+      for (glm::vec3& d : of_photo.back().values) d *= -static_cast<float>(of_low + of_high);
+    for (const auto& [step, weight] : {std::pair(-down, of_low), std::pair(up, of_high)}) {
+      if (weight == 0) continue;
+      ValuesOf(moved, p).fill(IsDifferentiatedByLogarithm(p.quantity) ? value * std::exp(step) : value + step);
+      const std::vector<PathPhotograph> there = render(moved, false);
+      for (size_t k = 0; k < photos.size(); ++k)
+        for (size_t i = 0; i < there[k].group_values.size(); ++i)
+          differences[k].back().values[i] += static_cast<float>(weight) * there[k].group_values[i];
+    }
   }
-  PooledSlopes slopes(photo, differences);
-  return {std::move(photo), std::move(slopes)};
+  std::vector<DifferentiatedPhotograph> all;
+  for (size_t k = 0; k < photos.size(); ++k) {
+    PooledSlopes slopes(photos[k], differences[k]);
+    all.push_back({std::move(photos[k]), std::move(slopes)});
+  }
+  return all;
 }
 
 }  // namespace crownfit

@@ -33,9 +33,10 @@ std::vector<SlopeParameter> DifferencedParameters(const Capture& capture);
 /// By scattering, absorption and g from the paths themselves; by `differenced` parameters from pictures with those
 /// changed and the same random numbers (thickness by +-20 % and the parabola through three: smaller steps have ten
 /// times the noise and no less bias).
-DifferentiatedPhotograph DifferentiateByPaths(const CrownInput& input, Bodies& bodies, const Material& material,
-                                              size_t photograph, const PathOptions& options,
-                                              const std::vector<SlopeParameter>& differenced, Progress& progress);
+/// Photographs that share walks (RenderTogether) share their groups of paths.
+std::vector<DifferentiatedPhotograph> DifferentiateByPaths(
+    const CrownInput& input, Bodies& bodies, const Material& material, const std::vector<size_t>& photographs,
+    const PathOptions& options, const std::vector<SlopeParameter>& differenced, Progress& progress);
 
 /// Thickness is differentiated by its logarithm, like the coefficients; index, g and roughness as they are.
 bool IsDifferentiatedByLogarithm(Quantity quantity);

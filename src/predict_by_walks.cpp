@@ -1,5 +1,7 @@
 #include <algorithm>
 #include <cmath>
+#include <map>
+#include <memory>
 #include <optional>
 
 #include "base/parallel.h"
@@ -8,59 +10,91 @@
 #include "path_derivatives.h"
 
 namespace crownfit {
+namespace {
+
+/// Where walks tell a photograph's values; index y * width + x.
+using WalkedValues = std::vector<std::optional<glm::dvec3>>;
+
+/// The values that walks gave, of every photograph with a cast: those of the fit have them already.
+std::map<size_t, WalkedValues> WalkedPictures(const FitProblem& problem, const CrownInput& input, const FitState& at,
+                                              Progress& progress) {
+  const Capture& capture = input.capture;
+  const auto pixels_of = [&](size_t photograph) {
+    const Camera& camera = capture.photographs[photograph].camera;
+    return static_cast<size_t>(camera.width) * camera.height;
+  };
+  const auto place_of = [&](size_t photograph, const PixelCast& p) {
+    return static_cast<size_t>(p.y) * capture.photographs[photograph].camera.width + p.x;
+  };
+  std::map<size_t, WalkedValues> pictures;
+  for (size_t g = 0; g < at.walked.size(); ++g) {
+    const FitPixels& p = at.pixels[g];
+    WalkedValues& values = pictures[p.photograph];
+    values.resize(pixels_of(p.photograph));
+    for (size_t i = 0; i < p.sources.size(); ++i)
+      values[place_of(p.photograph, at.cast.photographs[p.photograph].pixels[p.sources[i]])] = at.walked[g][i];
+  }
+  std::vector<size_t> others;
+  for (size_t i = 0; i < at.cast.photographs.size(); ++i)
+    if (!pictures.count(i) && !at.cast.photographs[i].pixels.empty()) others.push_back(i);
+  Bodies bodies(input, problem.options.threads);
+  const Material material = MaterialAt(problem.free, at.x);
+  for (const std::vector<size_t>& shared : WhichShareWalks(capture, others)) {
+    std::vector<size_t> photographs;
+    PathOptions options;
+    options.wanted.assign(pixels_of(others[shared[0]]), 0);
+    for (const size_t k : shared) {
+      photographs.push_back(others[k]);
+      for (const PixelCast& pixel : at.cast.photographs[others[k]].pixels)
+        if (!pixel.at_silhouette) options.wanted[place_of(others[k], pixel)] = 1;
+    }
+    const auto pixels = std::count(options.wanted.begin(), options.wanted.end(), 1);
+    options.paths_per_pixel = 1 + static_cast<int>(static_cast<double>(problem.options.paths_per_photograph) /
+                                                   static_cast<double>(std::max<long>(1, pixels)));
+    options.seed = problem.options.seed;
+    options.stream = Key(kFitStream, 0, photographs[0]);
+    options.threads = problem.options.threads;
+    const std::vector<PathPhotograph> walked = RenderTogether(
+        capture, bodies.Of(material), input.scenery, material, photographs, options,
+        [&](double share) { progress.Show("walking " + capture.photographs[photographs[0]].name, share); });
+    for (size_t k = 0; k < photographs.size(); ++k) {
+      WalkedValues& values = pictures[photographs[k]];
+      values.resize(options.wanted.size());
+      for (const PixelCast& pixel : at.cast.photographs[photographs[k]].pixels)
+        if (const size_t place = place_of(photographs[k], pixel); !pixel.at_silhouette)
+          values[place] = walked[k].pixels[place].mean;
+    }
+  }
+  return pictures;
+}
+
+}  // namespace
 
 Predictor PredictorByWalks(const FitProblem& problem, const CrownInput& input, const FitState& at, Progress& progress) {
-  return [&problem, &input, &at, &progress](size_t photograph) {
+  auto pictures = std::make_shared<const std::map<size_t, WalkedValues>>(WalkedPictures(problem, input, at, progress));
+  return [&problem, &input, &at, pictures](size_t photograph) {
     constexpr int kReach = 4;  // pixels over which the ratio is averaged
-    const Material material = MaterialAt(problem.free, at.x);
     const PhotographCast& cast = at.cast.photographs[photograph];
     const Camera& camera = input.capture.photographs[photograph].camera;
-    std::vector<glm::dvec3> values =
-        PredictPixels(input.capture, at.cast, photograph, material, at.scales.light, problem.options.threads);
-    const auto place_of = [&](const PixelCast& pixel) { return static_cast<size_t>(pixel.y) * camera.width + pixel.x; };
-    struct Pair {
-      glm::dvec3 walked, shader;
-    };
-    std::vector<std::optional<Pair>> pairs(static_cast<size_t>(camera.width) * camera.height);
-    const auto fitted = std::find_if(at.pixels.begin(), at.pixels.end(),
-                                     [&](const FitPixels& p) { return p.photograph == photograph; });
-    if (fitted != at.pixels.end() && !at.walked.empty()) {
-      const auto& of_runs = at.walked[fitted - at.pixels.begin()];
-      for (size_t i = 0; i < fitted->sources.size(); ++i) {
-        const int k = fitted->sources[i];
-        pairs[place_of(cast.pixels[k])] = Pair{of_runs[i], values[k]};
-      }
-    } else {
-      PathOptions options;
-      options.wanted.assign(pairs.size(), 0);
-      for (const PixelCast& pixel : cast.pixels)
-        if (!pixel.at_silhouette) options.wanted[place_of(pixel)] = 1;
-      const double pixels = static_cast<double>(std::max<size_t>(1, cast.pixels.size()));
-      options.paths_per_pixel =
-          1 + static_cast<int>(static_cast<double>(problem.options.paths_per_photograph) / pixels);
-      options.seed = problem.options.seed;
-      options.stream = Key(kFitStream, 0, photograph);
-      options.threads = problem.options.threads;
-      Bodies bodies(input, problem.options.threads);
-      const PathPhotograph walked = RenderByPaths(
-          input.capture, bodies.Of(material), input.scenery, material, photograph, options,
-          [&](double share) { progress.Show("walking " + input.capture.photographs[photograph].name, share); });
-      for (size_t k = 0; k < values.size(); ++k)
-        if (const size_t place = place_of(cast.pixels[k]); options.wanted[place])
-          pairs[place] = Pair{walked.pixels[place].mean, values[k]};
-    }
-    std::vector<glm::dvec3> seen = values;
-    ParallelFor(values.size(), problem.options.threads, [&](size_t k) {
+    const std::vector<glm::dvec3> shader = PredictPixels(
+        input.capture, at.cast, photograph, MaterialAt(problem.free, at.x), at.scales.light, problem.options.threads);
+    if (cast.pixels.empty()) return shader;
+    const WalkedValues& walked = pictures->at(photograph);
+    std::vector<size_t> pixel_at(walked.size(), shader.size());  // of the cast; none: their number
+    for (size_t k = 0; k < shader.size(); ++k)
+      pixel_at[static_cast<size_t>(cast.pixels[k].y) * camera.width + cast.pixels[k].x] = k;
+    std::vector<glm::dvec3> seen = shader;
+    ParallelFor(seen.size(), problem.options.threads, [&](size_t k) {
       const PixelCast& pixel = cast.pixels[k];
       glm::dvec3 of_walks(0.0), of_shader(0.0);
       for (int y = std::max(0, pixel.y - kReach); y <= std::min(camera.height - 1, pixel.y + kReach); ++y)
         for (int x = std::max(0, pixel.x - kReach); x <= std::min(camera.width - 1, pixel.x + kReach); ++x) {
-          const auto& pair = pairs[static_cast<size_t>(y) * camera.width + x];
-          if (!pair) continue;
+          const size_t place = static_cast<size_t>(y) * camera.width + x;
+          if (!walked[place]) continue;
           const int dx = x - pixel.x, dy = y - pixel.y;
           const double weight = std::exp(-0.5 * (dx * dx + dy * dy) / kReach);
-          of_walks += weight * pair->walked;
-          of_shader += weight * pair->shader;
+          of_walks += weight * *walked[place];
+          of_shader += weight * shader[pixel_at[place]];
         }
       for (int c = 0; c < kChannels; ++c)
         if (of_shader[c] > 0) seen[k][c] *= of_walks[c] / of_shader[c];

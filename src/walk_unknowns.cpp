@@ -115,10 +115,8 @@ SlopeChain WalkUnknowns::Chain() const {
         if (!IsFree(p)) return {};
         const size_t layer = p.layer < material.layers.size() ? p.layer : kSurfaceOwner;
         const double value = (layer == kSurfaceOwner ? material.surface : material.layers[layer])[p.quantity][channel];
-        Eigen::RowVectorXd row = Eigen::RowVectorXd::Zero(count());
-        row.head(material_) = ValueGradient(problem_.free, at_.x, layer, p.quantity, channel) /
-                              (IsDifferentiatedByLogarithm(p.quantity) ? value : 1.0);
-        return row;
+        return ValueGradient(problem_.free, at_.x, layer, p.quantity, channel) /
+               (IsDifferentiatedByLogarithm(p.quantity) ? value : 1.0);
       };
 }
 
@@ -138,7 +136,8 @@ WalkUnknowns::Slopes::Slopes(const WalkUnknowns& unknowns, size_t number, const 
   }
 }
 
-void WalkUnknowns::Slopes::AddTo(WalkedRows::Rows& rows, size_t pixel, const std::vector<glm::dvec3>& sharp) const {
+void WalkUnknowns::Slopes::AddTo(WalkedRows::Rows& by_nuisances, size_t pixel,
+                                 const std::vector<glm::dvec3>& sharp) const {
   constexpr double kMostScale = 4.0, kDark = 1e-12;
   glm::dvec3 sum = p_.scenery.empty() ? glm::dvec3(0.0) : p_.scenery[pixel], of_shader(0.0);
   std::vector<glm::dvec3> of_light(u_.lights_.size(), glm::dvec3(0.0));
@@ -151,13 +150,14 @@ void WalkUnknowns::Slopes::AddTo(WalkedRows::Rows& rows, size_t pixel, const std
     for (size_t l = 0; l < of_light.size(); ++l) of_light[l] += weight * shader_[l + 1][k];
   }
   for (int c = 0; c < kChannels; ++c) {
-    if (p_.exposure >= 0) rows(c, u_.exposure(p_.exposure)) += sum[c];
+    const auto by = [&](int unknown) -> double& { return by_nuisances(c, unknown - u_.material_); };
+    if (p_.exposure >= 0) by(u_.exposure(p_.exposure)) += sum[c];
     const double scale = exposure_ * std::clamp(sum[c] / std::max(of_shader[c], kDark), 1.0 / kMostScale, kMostScale);
-    for (size_t l = 0; l < of_light.size(); ++l) rows(c, u_.light(l)) += scale * of_light[l][c];
+    for (size_t l = 0; l < of_light.size(); ++l) by(u_.light(l)) += scale * of_light[l][c];
     if (!calibration_) continue;
     const auto row = kChannels * static_cast<Eigen::Index>(pixel) + c;
     for (size_t e = 0; e < calibration_->errors.size(); ++e)
-      rows(c, u_.error(calibration_->errors[e])) += scale * calibration_->by_error(row, static_cast<Eigen::Index>(e));
+      by(u_.error(calibration_->errors[e])) += scale * calibration_->by_error(row, static_cast<Eigen::Index>(e));
   }
 }
 

@@ -14,6 +14,7 @@ class WalkUnknowns {
 
   int count() const { return error(errors_); }
   int material() const { return material_; }
+  int nuisances() const { return count() - material_; }
   bool IsFree(const SlopeParameter& p) const;
 
   Eigen::VectorXd Here() const;
@@ -42,7 +43,7 @@ class WalkUnknowns {
     /// `number`: of the photograph in FitState::pixels; `moved`: the capture where the fit has moved it.
     Slopes(const WalkUnknowns& unknowns, size_t number, const Capture& moved, const Material& material);
     /// `sharp`: values of FitPixels::sources by walks, whose noise must not be that of the pixel's residual.
-    void AddTo(WalkedRows::Rows& rows, size_t pixel, const std::vector<glm::dvec3>& sharp) const;
+    void AddTo(WalkedRows::Rows& by_nuisances, size_t pixel, const std::vector<glm::dvec3>& sharp) const;
 
    private:
     const WalkUnknowns& u_;

@@ -289,5 +289,29 @@ TEST(WalkedStep, FindsWhatChangedWithinItsErrors) {
   EXPECT_NEAR(step.Solve(sure).step[1], held.step[1], 1e-3) << "a sure prior holds as well";
 }
 
+TEST(WalkedStep, NoiseThatPixelsShareDoesNotAverageOut) {
+  // One unknown, a hundred pixels whose predictions have walks in common, or not.
+  constexpr int kPixels = 100, kGroups = 16;
+  for (const bool is_shared : {false, true}) {
+    WalkedStep step(1, kGroups);
+    for (int p = 0; p < kPixels; ++p) {
+      WalkedStep::Pixel pixel{Eigen::Vector3d::Constant(0.1), 2.0 * Eigen::Matrix3d::Identity(),
+                              Eigen::Matrix3d::Identity()};
+      // Means of groups of paths scatter by sqrt(groups) of what their mean does.
+      pixel.off_by_group = Eigen::MatrixXd::Zero(kChannels, kGroups);
+      for (int g = 0; g < kGroups; ++g)
+        for (int c = 0; c < kChannels; ++c)
+          pixel.off_by_group(c, g) =
+              std::sqrt(kGroups) * Gaussian(Key(7, is_shared ? 0 : p), static_cast<uint64_t>(g * kChannels + c));
+      const WalkedRows::Rows one = WalkedRows::Rows::Ones(kChannels, 1);
+      step.Add(pixel, {one, std::vector<WalkedRows::Rows>(kGroups, one), WalkedRows::Rows(kChannels, 0)});
+    }
+    const WalkedStep::Solution s = step.Solve({Eigen::VectorXd::Zero(1), Eigen::VectorXd::Zero(1)});
+    const double values = kChannels * kPixels, of_walks = is_shared ? 1.0 / kChannels : 1.0 / values;
+    EXPECT_NEAR(std::sqrt(s.walk_covariance(0, 0)), std::sqrt(of_walks), 0.4 * std::sqrt(of_walks));
+    EXPECT_NEAR(s.covariance(0, 0) - s.walk_covariance(0, 0), 1.0 / values, 1e-12) << "what cameras add";
+  }
+}
+
 }  // namespace
 }  // namespace crownfit

@@ -105,6 +105,73 @@ TEST(Path, EveryWayOfTracingAndOfFindingLampsGivesTheSamePicture) {
   }
 }
 
+/// Four photographs by one camera: lit from the front over a black and over a white tile in the same place, with a
+/// sheet before half of the object, and from behind.
+KnownScene FourPhotographs(double roughness) {
+  KnownScene scene = Bead();
+  SetSurface(scene, roughness, 0.0);
+  scene.Light(DiskLight{{0, 0, -150}, {0, 0, 1}, glm::dvec3(8.0), 0.0, 55.0});
+  Capture& capture = scene.capture;
+  for (const double rho : {0.03, 0.9})
+    capture.backings.push_back(
+        {.name = "tile", .point_mm = {0, 0, -1.8}, .normal = {0, 0, 1}, .size_mm = 20, .reflectance = glm::dvec3(rho)});
+  ScenerySpec sheet;
+  sheet.reflectance = glm::dvec3(0.02);
+  capture.scenery.push_back(sheet);
+  scene.scenery.push_back(SquareTile({10.2, 0, 1.8}, {0, 0, 1}, 20.0));
+  capture.photographs.resize(4, capture.photographs[0]);
+  for (size_t i = 0; i < 4; ++i)
+    capture.photographs[i].lights = i == 3 ? std::vector<size_t>{2} : std::vector<size_t>{0, 1};
+  capture.photographs[0].backing = 0;
+  capture.photographs[1].backing = 1;
+  capture.photographs[2].scenery = {0};
+  capture.photographs[1].polarisation = Polarisation::kCross;
+  return scene;
+}
+
+TEST(Path, PhotographsThatShareWalksAreThoseOfWalksOfTheirOwn) {
+  for (const double roughness : {0.0, 0.3}) {
+    const KnownScene scene = FourPhotographs(roughness);
+    const LayeredBody body = BodyOf(scene);
+    PathOptions options{.paths_per_pixel = 10000};
+    options.slopes = true;
+    const std::vector<PathPhotograph> together = RenderTogether(
+        scene.capture, body, scene.scenery, StatedMaterial(scene.capture), {0, 1, 2, 3}, options, [](double) {});
+    options.seed = 2;
+    for (size_t i = 0; i < together.size(); ++i) {
+      const PathPhotograph alone =
+          RenderByPaths(scene.capture, body, scene.scenery, StatedMaterial(scene.capture), i, options, [](double) {});
+      double square = 0;
+      int values = 0;
+      Mean slope;
+      for (size_t p = 0; p < alone.pixels.size(); ++p) {
+        const PixelEstimate &a = together[i].pixels[p], &b = alone.pixels[p];
+        EXPECT_EQ(a.on_object, b.on_object);
+        if (!(std::sqrt(b.variance().y) < 0.2 * b.mean.y)) continue;  // a few bright paths state no error
+        square += (a.mean.y - b.mean.y) * (a.mean.y - b.mean.y) / (a.variance().y + b.variance().y);
+        ++values;
+        for (size_t g = 0; g < alone.groups; ++g) {
+          const size_t k = 2 * (p * alone.groups + g);
+          slope.Add(together[i].slopes[k].absorption.y - alone.slopes[k].absorption.y);
+        }
+      }
+      EXPECT_GT(values, 12);
+      EXPECT_LT(square / values, 1.0 + 4.0 * std::sqrt(2.0 / values)) << "photograph " << i << ", " << roughness;
+      EXPECT_LT(std::abs(slope.value()), 4 * slope.error()) << "photograph " << i << ", " << roughness;
+    }
+  }
+}
+
+TEST(Path, EqualPhotographsThatShareWalksAreEqual) {
+  KnownScene scene = FourPhotographs(0.3);
+  scene.capture.photographs[3] = scene.capture.photographs[1];
+  PathOptions options{.paths_per_pixel = 30};
+  const std::vector<PathPhotograph> together = RenderTogether(
+      scene.capture, BodyOf(scene), scene.scenery, StatedMaterial(scene.capture), {0, 1, 2, 3}, options, [](double) {});
+  for (size_t p = 0; p < together[1].pixels.size(); ++p)
+    EXPECT_EQ(together[1].pixels[p].mean, together[3].pixels[p].mean);
+}
+
 TEST(FacetGrid, FindsWhatEveryFacetAskedInTurnGives) {
   // Flights from anywhere inside, in every medium, through nested layers and through a root that stands out (exposed
   // facets), against all triangles (Moeller and Trumbore 1997). Those that pass within rounding of an edge are left

@@ -13,6 +13,7 @@ struct Camera {
   int width = 0, height = 0;
   double fx = 0, fy = 0, cx = 0, cy = 0;  ///< pixels
   std::array<double, 8> distortion{};     ///< k1 k2 p1 p2 k3 k4 k5 k6 (OpenCV order)
+  bool operator==(const Camera&) const = default;
 };
 
 /// Reads camera.json ("crownfit-camera/1").

@@ -11,6 +11,7 @@ namespace crownfit {
 struct RigidTransform {
   glm::dmat3 rotation{1.0};
   glm::dvec3 translation_mm{0.0};
+  bool operator==(const RigidTransform&) const = default;
   glm::dvec3 Point(const glm::dvec3& p) const { return rotation * p + translation_mm; }
   glm::dvec3 Direction(const glm::dvec3& d) const { return rotation * d; }
   RigidTransform Inverse() const {

@@ -14,6 +14,8 @@ struct WalkComparison {
   std::vector<Eigen::Vector3d> residual;  ///< observed less predicted, per fitted pixel
   /// Of the residual, and the share of it that the prediction's walks make.
   std::vector<Eigen::Matrix3d> covariance, of_walks;
+  /// Of the prediction: means of groups of its paths less the mean of all, where it keeps groups (a column each).
+  std::vector<Eigen::Matrix<double, kChannels, Eigen::Dynamic>> off_by_group;
   /// Huber's, of the pixel's whole patch (kPatch): less where neighbours are off together by more than noise. A single
   /// walked pixel has rare large values by nature, and is right only in the mean.
   std::vector<double> weight;

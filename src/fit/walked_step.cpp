@@ -34,9 +34,9 @@ RowsOfSlopes::RowsOfSlopes(const std::vector<Run>& runs, const SlopeChain& chain
     }
 }
 
-WalkedRows RowsOfSlopes::Zero() const {
+WalkedRows RowsOfSlopes::Zero(int exact) const {
   const WalkedRows::Rows zero = WalkedRows::Rows::Zero(kChannels, unknowns_);
-  return {zero, std::vector<WalkedRows::Rows>(groups_, zero)};
+  return {zero, std::vector<WalkedRows::Rows>(groups_, zero), WalkedRows::Rows::Zero(kChannels, exact)};
 }
 
 void RowsOfSlopes::AddTo(WalkedRows& rows, size_t pixel, double weight) const {
@@ -48,14 +48,16 @@ void RowsOfSlopes::AddTo(WalkedRows& rows, size_t pixel, double weight) const {
   }
 }
 
-WalkedStep::WalkedStep(int unknowns, int groups)
-    : unknowns_(unknowns),
-      normal_(Eigen::MatrixXd::Zero(unknowns, unknowns)),
+WalkedStep::WalkedStep(int of_slopes, int groups, int exact)
+    : unknowns_(of_slopes + exact),
+      of_slopes_(of_slopes),
+      normal_(Eigen::MatrixXd::Zero(unknowns_, unknowns_)),
       noise_(normal_),
       of_walks_(normal_),
-      right_(Eigen::VectorXd::Zero(unknowns)),
-      normal_without_(groups, normal_),
-      right_without_(groups, right_) {}
+      of_own_walks_(normal_),
+      right_(Eigen::VectorXd::Zero(unknowns_)),
+      normal_without_(groups, Eigen::MatrixXd::Zero(of_slopes, unknowns_)),
+      right_without_(groups, Eigen::VectorXd::Zero(of_slopes)) {}
 
 void WalkedStep::Add(const Pixel& pixel, WalkedRows rows) {
   const size_t groups = normal_without_.size();
@@ -69,18 +71,31 @@ void WalkedStep::Add(const Pixel& pixel, WalkedRows rows) {
   whiten(of_walks);
   of_walks.transposeInPlace();
   whiten(of_walks);
-  whiten(rows.all);
-  normal_.noalias() += rows.all.transpose() * rows.all;
-  of_walks_.noalias() += rows.all.transpose() * of_walks * rows.all;
-  right_.noalias() += rows.all.transpose() * residual;
+  WalkedRows::Rows whole(kChannels, unknowns_);
+  whole << rows.all, rows.exact;
+  whiten(whole);
+  const auto all = whole.leftCols(of_slopes_), exact = whole.rightCols(unknowns_ - of_slopes_);
+  normal_.noalias() += whole.transpose() * whole;
+  const Eigen::MatrixXd walked = whole.transpose() * of_walks * whole;
+  of_walks_ += walked;
+  if (pixel.off_by_group.cols() == 0) {
+    of_own_walks_ += walked;
+  } else {
+    WalkedRows::Rows off = pixel.off_by_group;
+    whiten(off);
+    if (right_off_.size() == 0) right_off_ = Eigen::MatrixXd::Zero(unknowns_, off.cols());
+    right_off_.noalias() += whole.transpose() * off;
+  }
+  right_.noalias() += whole.transpose() * residual;
   const double n = static_cast<double>(groups);
   for (size_t g = 0; g < groups; ++g) {
     WalkedRows::Rows& some = rows.without[g];
     whiten(some);
-    normal_without_[g].noalias() += some.transpose() * some;
+    normal_without_[g].leftCols(of_slopes_).noalias() += some.transpose() * some;
+    normal_without_[g].rightCols(unknowns_ - of_slopes_).noalias() += some.transpose() * exact;
     right_without_[g].noalias() += some.transpose() * residual;
-    some -= rows.all;
-    noise_.noalias() += (n - 1.0) / n * some.transpose() * some;
+    some -= all;
+    noise_.topLeftCorner(of_slopes_, of_slopes_).noalias() += (n - 1.0) / n * some.transpose() * some;
   }
 }
 
@@ -88,7 +103,12 @@ void WalkedStep::Add(const WalkedStep& other) {
   normal_ += other.normal_;
   noise_ += other.noise_;
   of_walks_ += other.of_walks_;
+  of_own_walks_ += other.of_own_walks_;
   right_ += other.right_;
+  if (right_off_.size() == 0)
+    right_off_ = other.right_off_;
+  else if (other.right_off_.size() > 0)
+    right_off_ += other.right_off_;
   for (size_t g = 0; g < normal_without_.size(); ++g) {
     normal_without_[g] += other.normal_without_[g];
     right_without_[g] += other.right_without_[g];
@@ -126,16 +146,29 @@ WalkedStep::Solution WalkedStep::Solve(const Prior& prior, const std::vector<int
   s.step = inverse * (right_ + prior.pull);
   s.gain = s.step.dot(2.0 * right_ - (normal_ - taken_off * noise_) * s.step);
   Eigen::MatrixXd steps(unknowns_, static_cast<Eigen::Index>(groups));
-  for (size_t g = 0; g < normal_without_.size(); ++g)
+  for (size_t g = 0; g < normal_without_.size(); ++g) {
+    Eigen::MatrixXd normal = normal_;
+    normal.topRows(of_slopes_) = normal_without_[g];
+    normal.leftCols(of_slopes_) = normal_without_[g].transpose();
+    normal.topLeftCorner(of_slopes_, of_slopes_) = normal_without_[g].leftCols(of_slopes_);
+    Eigen::VectorXd right = right_;
+    right.head(of_slopes_) = right_without_[g];
     steps.col(static_cast<Eigen::Index>(g)) =
-        inverse_of(normal_without_[g] - taken_off * groups / (groups - 1.0) * noise_, nullptr) *
-        (right_without_[g] + prior.pull);
+        inverse_of(normal - taken_off * groups / (groups - 1.0) * noise_, nullptr) * (right + prior.pull);
+  }
   const Eigen::MatrixXd off = steps.colwise() - steps.rowwise().mean();
   s.slope_covariance = (groups - 1.0) / groups * off * off.transpose();
-  s.walk_covariance = inverse * of_walks_ * inverse + s.slope_covariance;
-  Eigen::MatrixXd known = normal_;
+  Eigen::MatrixXd of_walks = of_own_walks_;
+  if (right_off_.size() > 0) {
+    const double n = static_cast<double>(right_off_.cols());
+    const Eigen::MatrixXd apart = right_off_.colwise() - right_off_.rowwise().mean();
+    of_walks += apart * apart.transpose() / (n * (n - 1.0));
+  }
+  s.walk_covariance = inverse * of_walks * inverse + s.slope_covariance;
+  Eigen::MatrixXd known = normal_ - of_walks_;
   known.diagonal() += prior.precision;
-  s.covariance = inverse * known * inverse + s.slope_covariance;
+  s.covariance = inverse * known * inverse + s.walk_covariance;
+  s.noise_gain = ((normal_ - taken_off * noise_) * s.covariance).trace();
   return s;
 }
 

@@ -13,11 +13,12 @@ namespace crownfit {
 /// From the six numbers that a PixelEstimate holds: RR RG RB GG GB BB.
 Eigen::Matrix3d CovarianceOf(const std::array<double, 6>& pairs);
 
-/// Derivatives of one pixel's channels by the unknowns: from all paths, and from all but each group's.
+/// Derivatives of one pixel's channels by the unknowns.
 struct WalkedRows {
   using Rows = Eigen::Matrix<double, kChannels, Eigen::Dynamic>;
-  Rows all;
-  std::vector<Rows> without;
+  Rows all;                   ///< by the first unknowns, from all paths ...
+  std::vector<Rows> without;  ///< ... and from all but each group's
+  Rows exact;                 ///< by the other unknowns
 };
 
 /// How unknowns move what slopes are by: d(parameter) / d(unknowns) of one channel, with the parameter as
@@ -37,7 +38,7 @@ class RowsOfSlopes {
   RowsOfSlopes(const std::vector<Run>& runs, const SlopeChain& chain, int unknowns);
   /// Adds `weight` times the derivatives of a pixel.
   void AddTo(WalkedRows& rows, size_t pixel, double weight) const;
-  WalkedRows Zero() const;
+  WalkedRows Zero(int exact = 0) const;
 
  private:
   struct Entry {
@@ -52,13 +53,17 @@ class RowsOfSlopes {
 
 class WalkedStep {
  public:
-  WalkedStep(int unknowns, int groups);
+  /// The first `of_slopes` unknowns have derivatives from groups of paths, `exact` others have none of their noise.
+  WalkedStep(int of_slopes, int groups, int exact = 0);
 
   /// Observed less predicted values, the covariance of that difference, and the share of it that the prediction's own
   /// walks make. The derivatives must come from other walks than the prediction.
   struct Pixel {
     Eigen::Vector3d residual;
     Eigen::Matrix3d covariance, of_walks = Eigen::Matrix3d::Zero();
+    /// How far the means of groups of the prediction's paths are off the mean of all, where pixels share walks: group
+    /// g of every pixel with these. Empty: no other pixel has walks in common with this one.
+    Eigen::Matrix<double, kChannels, Eigen::Dynamic> off_by_group = {};
   };
   void Add(const Pixel& pixel, WalkedRows rows);
   void Add(const WalkedStep& other);
@@ -73,7 +78,7 @@ class WalkedStep {
     Eigen::MatrixXd covariance;        ///< of the step: pixels, and slopes
     Eigen::MatrixXd walk_covariance;   ///< the prediction's walks' and the slopes' share
     Eigen::MatrixXd slope_covariance;  ///< the slopes' share
-    double gain = 0;                   ///< what the step takes off the photographs' chi2; its noise alone: 1 an unknown
+    double gain = 0, noise_gain = 0;   ///< what the step takes off the photographs' chi2; what its noise alone would
     bool seen = true;                  ///< false: without the prior some directions would be nothing but noise
   };
   enum class Noise { kTakenOff, kLeft };
@@ -83,10 +88,12 @@ class WalkedStep {
   Solution Solve(const Prior& prior, const std::vector<int>& held = {}, Noise noise = Noise::kTakenOff) const;
 
  private:
-  int unknowns_;
-  Eigen::MatrixXd normal_, noise_, of_walks_;
+  int unknowns_, of_slopes_;
+  Eigen::MatrixXd normal_, noise_;
+  Eigen::MatrixXd of_walks_, of_own_walks_;  ///< of all pixels; of those that share none
   Eigen::VectorXd right_;
-  std::vector<Eigen::MatrixXd> normal_without_;  ///< per group of paths
+  Eigen::MatrixXd right_off_;                    ///< a column per group of the prediction's paths
+  std::vector<Eigen::MatrixXd> normal_without_;  ///< per group of the derivatives' paths: the rows of_slopes
   std::vector<Eigen::VectorXd> right_without_;
 };
 

@@ -1,8 +1,12 @@
 #pragma once
 // One path from the camera through the open, its boundaries and its lamps. Flights inside the layers: walk_pool.h.
+//
+// A path serves all photographs of one camera at once: inside the object they are the same, outside they differ by
+// their lamps, and where it meets a thing that only some of them have, it branches.
 
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <cmath>
 #include <numbers>
 #include <optional>
@@ -13,6 +17,7 @@
 #include "geometry/light_samples.h"
 #include "optics/shading_terms.h"
 #include "walk/boundary.h"
+#include "walk/path_photograph.h"
 #include "walk/path_slopes.h"
 #include "walk/random_walk.h"
 
@@ -20,10 +25,24 @@ namespace crownfit {
 
 inline constexpr size_t kMaxLamps = 32;  // sampled at one place; more are found by chance alone
 
+/// Of a studio's photographs, one bit each.
+using PhotographSet = uint32_t;
+static_assert(kMaxPhotographs <= 32);
+template <class Do>
+void ForEach(PhotographSet set, const Do& each) {
+  for (; set != 0; set &= set - 1) each(static_cast<size_t>(std::countr_zero(set)));
+}
+
 struct Lamp {
   LightShape shape;
   double scale;
-  bool is_sampled;  ///< a dome is so large that directions find it by themselves
+  bool is_sampled;            ///< a dome is so large that directions find it by themselves
+  PhotographSet photographs;  ///< that it lights
+};
+
+struct OpaqueThing {
+  glm::dvec3 reflectance;
+  PhotographSet photographs;  ///< that it stands in
 };
 
 /// A tile in optical contact: where the outer surface lies on it (within kContactMm), light inside meets the tile's
@@ -45,18 +64,18 @@ struct ContactTile {
   }
 };
 
-/// Everything that stays the same for all paths of one photograph.
+/// Everything that stays the same for all paths of some photographs.
 struct Studio {
   const WalkScene& scene;
   const Media& media;
-  const std::vector<glm::dvec3>& reflectance;  ///< of opaque things
-  std::vector<OuterBoundary> outer{};          ///< between each medium and the outside
+  const std::vector<OpaqueThing>& opaque;
+  std::vector<OuterBoundary> outer{};  ///< between each medium and the outside
   bool cut_is_opaque = false;
   glm::dvec3 cut_reflectance{0.0};  ///< of an opaque cut, from inside
   std::optional<ContactTile> contact{};
   std::vector<Lamp> lamps{};
-  double specular_factor = 1.0;  ///< of light that the outer surface alone reflected
-  bool wants_slopes = false;     ///< derivatives beside the values
+  std::vector<double> specular_factor{};  ///< per photograph: of light that the outer surface alone reflected
+  bool wants_slopes = false;              ///< derivatives beside the values
   CutSlopes cut_slopes{};
   /// For light that leaves smoothly: lamps are looked for in the lobe of diffuse light that is refracted out, in place
   /// of the one direction it takes. Per medium the lobe's 1 / (pi x share of diffuse light that enters from outside).
@@ -70,7 +89,10 @@ struct Studio {
 class CameraPath {
  public:
   CameraPath(const Studio& studio, WalkCounters& counters)
-      : studio_(studio), counters_(counters), slopes_(studio.media, studio.cut_slopes) {}
+      : studio_(studio),
+        counters_(counters),
+        slopes_(studio.media, studio.cut_slopes, studio.specular_factor.size()),
+        value_(studio.specular_factor.size()) {}
 
   /// Starts anew; false when the path ended outside, true when it is on a flight inside.
   bool Begin(const glm::dvec3& position, const glm::dvec3& direction, int hero, const RandomStream& random) {
@@ -79,22 +101,32 @@ class CameraPath {
     state.direction = direction;
     random_ = random;
     hero_ = hero;
-    value_ = glm::dvec3(0.0);
-    carried_ = glm::dvec3(1.0);
-    only_reflected_ = true;
-    left_ = nullptr;
-    opaque_bounces_ = 0;
-    sees_lamps_ = false;  // the camera does not
+    value_.assign(value_.size(), glm::dvec3(0.0));
+    at_ = {};
+    at_.serves = static_cast<PhotographSet>((uint64_t{1} << value_.size()) - 1);
     if (studio_.wants_slopes) slopes_.Begin();
-    return GoOnOutside();
+    return GoOnOutside() || Resume();
   }
 
-  /// Inside, at a boundary; false when the path ended outside.
+  /// To be called when the path ended: true when another branch of it is on a flight inside.
+  bool Resume() {
+    while (!branches_.empty()) {
+      Branch& b = branches_.back();
+      state = std::move(b.state);
+      random_ = b.random;
+      at_ = b.at;
+      branches_.pop_back();
+      if (GoOnOutside()) return true;
+    }
+    return false;
+  }
+
+  /// Inside, at a boundary; false when the branch ended outside.
   bool Meet(const Boundary& b) {
     const int behind = b.behind(state.medium);
     if (IsOpaqueCut(b)) {
       ScatterBackInside(b.normal, studio_.cut_reflectance);
-      slopes_.ReturnedByTheCut();
+      ++at_.cut_returns;
     } else if (b.outside != kOutside) {
       state.direction = ScatterAtSmoothBoundary(state.direction, b.normal,
                                                 studio_.media[behind].ior / studio_.media[state.medium].ior, random_);
@@ -108,26 +140,45 @@ class CameraPath {
   }
 
   /// pi x radiance found so far, per channel.
-  glm::dvec3 value() const { return std::numbers::pi * value_; }
+  glm::dvec3 value(size_t photograph) const { return std::numbers::pi * value_[photograph]; }
   /// Their derivatives, without the pi.
   const PathSlopes& slopes() const { return slopes_; }
   /// To be called where flights inside begin and end: what lies between is one stretch of the derivatives' controls.
-  void OpenStretch() { slopes_.OpenStretch(state, carried_ * studio_.media.Left(state)); }
-  void CloseStretch() { slopes_.CloseStretch(state); }
+  void OpenStretch() { slopes_.OpenStretch(state, at_.carried * studio_.media.Left(state)); }
+  void CloseStretch() {
+    const auto controls = slopes_.CloseStretch(state);
+    if (controls) ForEach(at_.serves, [&](size_t p) { slopes_.AddControls(p, state.medium, *controls); });
+  }
   int hero() const { return hero_; }
 
   WalkState state;
   RandomStream& random() { return random_; }
 
  private:
-  /// Flights through the open and what they meet, until one enters the object (true) or the path ends.
+  /// What a branch of the path is besides its state.
+  struct Way {
+    PhotographSet serves = 0;
+    glm::dvec3 carried{1.0};
+    bool only_reflected = true, sees_lamps = false;  // the camera does not
+    double density = kMirror;
+    std::optional<Boundary> left{};  ///< the opaque boundary it leaves, if it leaves one
+    int opaque_bounces = 0, cut_returns = 0;
+  };
+  struct Branch {
+    WalkState state;
+    RandomStream random;
+    Way at;
+  };
+
+  /// Flights through the open and what they meet, until one enters the object (true) or the branch ends.
   bool GoOnOutside() {
-    for (;; sees_lamps_ = true) {
-      const auto boundary = studio_.scene.Next(state.position, state.direction, kOutside, kFar, left_);
-      if (sees_lamps_) AddLampsMet(boundary ? boundary->distance_mm : kFar);
+    for (;; at_.sees_lamps = true) {
+      const auto boundary = NextOutside(state.direction, kFar, at_.serves);
+      if (boundary && boundary->opaque >= 0) BranchOff(at_.serves & ~studio_.opaque[boundary->opaque].photographs);
+      if (at_.sees_lamps) AddLampsMet(boundary ? boundary->distance_mm : kFar);
       if (!boundary) return false;
       state.position = boundary->position;
-      left_ = nullptr;
+      at_.left.reset();
       if (boundary->opaque >= 0) {
         if (!ScatterAtOpaque(*boundary)) return false;
         continue;
@@ -136,53 +187,76 @@ class CameraPath {
       CrossOuter(*boundary);
       if (state.medium == kOutside) continue;
       ++counters_.walks;
-      only_reflected_ = false;
-      sees_lamps_ = true;
+      at_.only_reflected = false;
+      at_.sees_lamps = true;
       return true;
     }
   }
 
-  void Add(const glm::dvec3& radiance) {
-    const glm::dvec3 found =
-        (only_reflected_ ? studio_.specular_factor : 1.0) * carried_ * studio_.media.Weight(state) * radiance;
-    value_ += found;
-    if (studio_.wants_slopes) slopes_.Add(state, found);
+  /// What is met by light of at least one photograph of `set`.
+  std::optional<Boundary> NextOutside(const glm::dvec3& direction, double max_mm, PhotographSet set) const {
+    return studio_.scene.Next(state.position, direction, kOutside, max_mm, at_.left ? &*at_.left : nullptr,
+                              [&](int opaque) { return (studio_.opaque[opaque].photographs & set) != 0; });
+  }
+
+  /// Others go on from here by themselves, later. They may share random numbers with this branch, but no photograph.
+  void BranchOff(PhotographSet others) {
+    if (others == 0) return;
+    branches_.push_back({state, random_, at_});
+    branches_.back().at.serves = others;
+    at_.serves &= ~others;
+  }
+
+  void Add(PhotographSet set, const glm::dvec3& radiance) {
+    const glm::dvec3 found = at_.carried * studio_.media.Weight(state) * radiance;
+    ForEach(set, [&](size_t p) {
+      const glm::dvec3 seen = (at_.only_reflected ? studio_.specular_factor[p] : 1.0) * found;
+      value_[p] += seen;
+      if (studio_.wants_slopes) slopes_.Add(p, state, at_.cut_returns, seen);
+    });
   }
 
   void AddLampsMet(double reach_mm) {
     for (const Lamp& lamp : studio_.lamps) {
+      const PhotographSet lit = at_.serves & lamp.photographs;
+      if (lit == 0) continue;
       const auto met = LightAlong(lamp.shape, state.position, state.direction);
       if (!met || reach_mm < met->distance_mm) continue;
-      const double share = lamp.is_sampled && density_ != kMirror ? density_ / (density_ + met->density) : 1.0;
-      if (share > 0) Add(share * lamp.scale * met->radiance);
+      const double share = lamp.is_sampled && at_.density != kMirror ? at_.density / (at_.density + met->density) : 1.0;
+      if (share > 0) Add(lit, share * lamp.scale * met->radiance);
     }
   }
 
   struct LampTargets {
     std::array<LightPoint, kMaxLamps> point;
     std::array<glm::dvec3, kMaxLamps> direction;
-    std::array<double, kMaxLamps> scale;
+    std::array<const Lamp*, kMaxLamps> lamp;
     size_t count = 0;
   };
   /// A point on every sampled lamp that stands above the plane of `normal`.
   LampTargets ChooseTargets(const glm::dvec3& normal) {
     LampTargets t;
     for (const Lamp& lamp : studio_.lamps) {
-      if (!lamp.is_sampled || t.count == kMaxLamps) continue;
+      if (!lamp.is_sampled || t.count == kMaxLamps || (lamp.photographs & at_.serves) == 0) continue;
       const glm::dvec2 uniform(random_.Next(), random_.Next());
       const auto point = SampleLightPoint(lamp.shape, state.position, uniform);
       if (!point || glm::dot(point->direction, normal) <= 0) continue;
       t.point[t.count] = *point;
       t.direction[t.count] = point->direction;
-      t.scale[t.count++] = lamp.scale;
+      t.lamp[t.count++] = &lamp;
     }
     return t;
   }
   void AddTarget(const LampTargets& t, size_t k, double estimate, double approximate) {
     const LightPoint& p = t.point[k];
     if (!(estimate > 0)) return;
-    if (studio_.scene.Next(state.position, p.direction, kOutside, p.distance_mm, left_)) return;
-    Add(estimate / (p.density + approximate) * t.scale[k] * p.radiance);
+    PhotographSet lit = at_.serves & t.lamp[k]->photographs;
+    while (lit != 0) {
+      const auto before = NextOutside(p.direction, p.distance_mm, lit);
+      if (!before) break;
+      lit &= before->opaque >= 0 ? ~studio_.opaque[before->opaque].photographs : 0;
+    }
+    if (lit != 0) Add(lit, estimate / (p.density + approximate) * t.lamp[k]->scale * p.radiance);
   }
 
   void CrossOuter(const Boundary& b) {
@@ -196,7 +270,7 @@ class CameraPath {
     const bool was_inside = state.medium != kOutside;
     state.direction = s.direction;
     state.medium = b.towards(s.direction);
-    density_ = s.density;
+    at_.density = s.density;
     if (studio_.has_diffuse_exits && outer.is_smooth() && was_inside && state.medium == kOutside) ExitDiffusely(b);
   }
 
@@ -209,7 +283,7 @@ class CameraPath {
       const double passed = 1.0 - Terms<double>::FresnelReflectance(cosine, relative_ior);
       AddTarget(targets, k, studio_.exit_scale[b.inside] * passed * cosine, 0.0);
     }
-    density_ = 0.0;
+    at_.density = 0.0;
   }
 
   bool IsOpaqueCut(const Boundary& b) const { return b.is_cut && studio_.cut_is_opaque; }
@@ -218,18 +292,17 @@ class CameraPath {
   void ScatterBackInside(const glm::dvec3& normal, const glm::dvec3& rho) {
     const double largest = std::max({rho.x, rho.y, rho.z});
     state.boost *= largest;
-    if (largest > 0) carried_ *= rho / largest;
+    if (largest > 0) at_.carried *= rho / largest;
     state.direction = SampleLambert(-normal, random_);
   }
 
   bool ScatterAtOpaque(const Boundary& boundary) {
     constexpr double kRouletteBelow = 0.2;
     constexpr int kRouletteAfter = 64;  // bounces: white things may close a cavity
-    left_is_ = boundary;
-    left_ = &left_is_;
-    only_reflected_ = false;
-    carried_ *= studio_.reflectance[boundary.opaque];
-    const double largest = std::max({carried_.x, carried_.y, carried_.z});
+    at_.left = boundary;
+    at_.only_reflected = false;
+    at_.carried *= studio_.opaque[boundary.opaque].reflectance;
+    const double largest = std::max({at_.carried.x, at_.carried.y, at_.carried.z});
     if (!(largest > 0)) return false;
     const glm::dvec3 normal = glm::dot(boundary.normal, state.direction) < 0 ? boundary.normal : -boundary.normal;
     const LampTargets targets = ChooseTargets(normal);
@@ -237,13 +310,14 @@ class CameraPath {
       const double density = glm::dot(targets.direction[k], normal) / std::numbers::pi;
       AddTarget(targets, k, density, density);
     }
-    const double survival = std::min(1.0, largest / kRouletteBelow) * (++opaque_bounces_ > kRouletteAfter ? 0.5 : 1.0);
+    const double survival =
+        std::min(1.0, largest / kRouletteBelow) * (++at_.opaque_bounces > kRouletteAfter ? 0.5 : 1.0);
     if (survival < 1.0) {
       if (random_.Next() >= survival) return false;
-      carried_ /= survival;
+      at_.carried /= survival;
     }
     state.direction = SampleLambert(normal, random_);
-    density_ = std::max(0.0, glm::dot(state.direction, normal)) / std::numbers::pi;
+    at_.density = std::max(0.0, glm::dot(state.direction, normal)) / std::numbers::pi;
     return true;
   }
 
@@ -252,12 +326,9 @@ class CameraPath {
   PathSlopes slopes_;
   RandomStream random_{0};
   int hero_ = 0;
-  glm::dvec3 value_{0.0}, carried_{1.0};
-  bool only_reflected_ = true, sees_lamps_ = false;
-  double density_ = kMirror;
-  Boundary left_is_{};              ///< the opaque boundary the path leaves ...
-  const Boundary* left_ = nullptr;  ///< ... if it leaves one
-  int opaque_bounces_ = 0;
+  std::vector<glm::dvec3> value_;  ///< per photograph
+  Way at_;
+  std::vector<Branch> branches_;  ///< not yet followed
 };
 
 }  // namespace crownfit

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 #include <numbers>
 #include <thread>
 
@@ -153,10 +154,44 @@ Media MediaOf(const Capture& capture, const Material& material, const LayeredBod
 
 namespace {
 
+/// The tile that touches the object, if there is one.
+std::optional<size_t> ContactBackingOf(const Capture& capture, size_t photograph) {
+  const std::optional<size_t> backing = capture.photographs[photograph].backing;
+  return backing && capture.backings[*backing].in_contact ? backing : std::nullopt;
+}
+
+/// The opaque things of some photographs, each once.
+struct Things {
+  std::vector<TriangleMesh> meshes;
+  std::vector<OpaqueThing> things;
+
+  Things(const Capture& capture, const std::vector<TriangleMesh>& scenery, const std::vector<size_t>& photographs) {
+    std::map<std::pair<bool, size_t>, size_t> index;  // of a backing or of scenery
+    const auto add = [&](bool is_backing, size_t i, size_t photograph, const auto& mesh, const glm::dvec3& rho) {
+      const auto [at, is_new] = index.try_emplace({is_backing, i}, things.size());
+      if (is_new) meshes.push_back(mesh()), things.push_back({rho, 0});
+      things[at->second].photographs |= PhotographSet{1} << photograph;
+    };
+    for (size_t k = 0; k < photographs.size(); ++k) {
+      const PhotographSpec& photo = capture.photographs[photographs[k]];
+      for (const size_t i : photo.scenery)
+        add(
+            false, i, k, [&] { return scenery[i]; }, capture.scenery[i].reflectance);
+      if (!photo.backing) continue;
+      const BackingSpec& tile = capture.backings[*photo.backing];
+      add(
+          true, *photo.backing, k, [&] { return SquareTile(tile.point_mm, tile.normal, tile.size_mm); },
+          tile.reflectance);
+    }
+  }
+};
+
 /// The scene and its media with boundaries, cut, tile in contact and lamps.
-Studio StudioOf(const Capture& capture, const Material& material, const PhotographSpec& photo,
+Studio StudioOf(const Capture& capture, const Material& material, const std::vector<size_t>& photographs,
                 const PathOptions& options, Studio studio) {
-  studio.specular_factor = SpecularFactor(photo.polarisation);
+  const PhotographSpec& first = capture.photographs[photographs[0]];
+  for (const size_t i : photographs)
+    studio.specular_factor.push_back(SpecularFactor(capture.photographs[i].polarisation));
   studio.wants_slopes = options.slopes;
   studio.has_diffuse_exits = options.diffuse_exits;
   for (size_t i = 0; i < studio.media.size(); ++i) {
@@ -174,118 +209,150 @@ Studio StudioOf(const Capture& capture, const Material& material, const Photogra
     const CutSlopes slopes = SlopesOfHalfSpace(root);
     studio.cut_slopes = {unclamped * slopes.scattering, unclamped * slopes.absorption};
   }
-  if (photo.backing && capture.backings[*photo.backing].in_contact)
-    studio.contact.emplace(capture.backings[*photo.backing]);
+  if (const auto contact = ContactBackingOf(capture, photographs[0]))
+    studio.contact.emplace(capture.backings[*contact]);
   size_t sampled = 0;
-  for (size_t i : photo.lights) {
-    const Light& light = capture.lights[i];
-    const bool is_sampled =
-        options.lamps_are_sampled && !std::holds_alternative<DomeLight>(light.shape) && sampled++ < kMaxLamps;
-    studio.lamps.push_back(
-        {light.in_camera_frame ? Transformed(light.shape, photo.camera_from_object.Inverse()) : light.shape,
-         light.intensity_scale, is_sampled});
-  }
+  std::map<size_t, size_t> lamp_of_light;
+  for (size_t k = 0; k < photographs.size(); ++k)
+    for (const size_t i : capture.photographs[photographs[k]].lights) {
+      const Light& light = capture.lights[i];
+      if (const auto [at, is_new] = lamp_of_light.try_emplace(i, studio.lamps.size()); is_new) {
+        const bool is_sampled =
+            options.lamps_are_sampled && !std::holds_alternative<DomeLight>(light.shape) && sampled++ < kMaxLamps;
+        studio.lamps.push_back(
+            {light.in_camera_frame ? Transformed(light.shape, first.camera_from_object.Inverse()) : light.shape,
+             light.intensity_scale, is_sampled, 0});
+      }
+      studio.lamps[lamp_of_light[i]].photographs |= PhotographSet{1} << k;
+    }
   return studio;
+}
+
+/// A picture with room for what is asked.
+PathPhotograph EmptyPicture(const Camera& camera, const PathOptions& options, size_t layers, size_t groups) {
+  PathPhotograph result;
+  result.width = camera.width;
+  result.height = camera.height;
+  result.pixels.resize(static_cast<size_t>(result.width) * result.height);
+  for (size_t p = 0; p < result.pixels.size(); ++p)
+    if (options.wanted.empty() || options.wanted[p]) result.rendered.push_back(p);
+  result.layers = layers;
+  if (options.slopes || options.keeps_groups) {
+    result.groups = groups;
+    result.group_values.resize(result.rendered.size() * groups);
+    result.slopes.resize(options.slopes ? result.group_values.size() * layers : 0);
+  }
+  return result;
+}
+
+bool CanShareWalks(const Capture& capture, size_t a, size_t b) {
+  const PhotographSpec &first = capture.photographs[a], &second = capture.photographs[b];
+  return first.camera == second.camera && first.camera_from_object == second.camera_from_object &&
+         ContactBackingOf(capture, a) == ContactBackingOf(capture, b);
 }
 
 }  // namespace
 
+std::vector<std::vector<size_t>> WhichShareWalks(const Capture& capture, const std::vector<size_t>& photographs) {
+  std::vector<std::vector<size_t>> groups;
+  for (size_t k = 0; k < photographs.size(); ++k) {
+    const auto group = std::find_if(groups.begin(), groups.end(), [&](const std::vector<size_t>& g) {
+      return g.size() < kMaxPhotographs && CanShareWalks(capture, photographs[g[0]], photographs[k]);
+    });
+    if (group == groups.end())
+      groups.push_back({k});
+    else
+      group->push_back(k);
+  }
+  return groups;
+}
+
 PathPhotograph RenderByPaths(const Capture& capture, const LayeredBody& body, const std::vector<TriangleMesh>& scenery,
                              const Material& material, size_t photograph, const PathOptions& options,
                              const std::function<void(double)>& progress) {
-  const PhotographSpec& photo = capture.photographs[photograph];
-  std::vector<TriangleMesh> opaque;
-  std::vector<glm::dvec3> reflectance;
-  for (size_t i : photo.scenery) {
-    opaque.push_back(scenery[i]);
-    reflectance.push_back(capture.scenery[i].reflectance);
-  }
-  if (photo.backing) {
-    const BackingSpec& tile = capture.backings[*photo.backing];
-    opaque.push_back(SquareTile(tile.point_mm, tile.normal, tile.size_mm));
-    reflectance.push_back(tile.reflectance);
-  }
-  Check(options.lanes > 0 || !options.slopes, "derivatives need lanes");
-  const RigidTransform object_from_camera = photo.camera_from_object.Inverse();
-  const WalkScene scene(body, opaque);
-  const Media media = MediaOf(capture, material, body);
-  const Studio studio = StudioOf(capture, material, photo, options, {scene, media, reflectance});
+  return std::move(RenderTogether(capture, body, scenery, material, {photograph}, options, progress).front());
+}
 
-  PathPhotograph result;
-  result.width = photo.camera.width;
-  result.height = photo.camera.height;
-  result.pixels.resize(static_cast<size_t>(result.width) * result.height);
-  std::vector<size_t> wanted;
-  for (size_t p = 0; p < result.pixels.size(); ++p)
-    if (options.wanted.empty() || options.wanted[p]) wanted.push_back(p);
-  const size_t heroes = media.heroes(), pixels = result.pixels.size(),
-               samples = std::max<size_t>(1, (options.paths_per_pixel + heroes - 1) / heroes);
-  const size_t layers = material.layers.size(), groups = std::min(samples, PathPhotograph::kMaxGroups);
-  result.layers = layers;
-  if (options.slopes || options.keeps_groups) {
-    result.groups = groups;
-    result.group_values.resize(pixels * groups);
-    result.slopes.resize(options.slopes ? pixels * groups * layers : 0);
-  }
-  constexpr size_t kAtOnce = 4096;  // paths
-  const size_t pixels_at_once = std::max<size_t>(1, kAtOnce / (samples * heroes)),
+std::vector<PathPhotograph> RenderTogether(const Capture& capture, const LayeredBody& body,
+                                           const std::vector<TriangleMesh>& scenery, const Material& material,
+                                           const std::vector<size_t>& photographs, const PathOptions& options,
+                                           const std::function<void(double)>& progress) {
+  Check(!photographs.empty() && photographs.size() <= kMaxPhotographs, "photographs of one camera");
+  for (const size_t i : photographs) Check(CanShareWalks(capture, photographs[0], i), "photographs of one camera");
+  Check(options.lanes > 0 || !options.slopes, "derivatives need lanes");
+  const PhotographSpec& first = capture.photographs[photographs[0]];
+  const RigidTransform object_from_camera = first.camera_from_object.Inverse();
+  const auto ray_through = [&](double x, double y) {
+    return object_from_camera.Direction(DirectionFromPixel(first.camera, {x, y}));
+  };
+  const Things things(capture, scenery, photographs);
+  const WalkScene scene(body, things.meshes);
+  const Media media = MediaOf(capture, material, body);
+  const Studio studio = StudioOf(capture, material, photographs, options, {scene, media, things.things});
+
+  const size_t heroes = media.heroes(), shared = photographs.size(), layers = material.layers.size(),
+               samples = std::max<size_t>(1, (options.paths_per_pixel + heroes - 1) / heroes),
+               groups = std::min(samples, PathPhotograph::kMaxGroups);
+  std::vector<PathPhotograph> results(shared, EmptyPicture(first.camera, options, layers, groups));
+  const std::vector<size_t>& wanted = results[0].rendered;
+  constexpr size_t kAtOnce = 4096;  // values of paths
+  const size_t pixels_at_once = std::max<size_t>(1, kAtOnce / (samples * heroes * shared)),
                chunks = (wanted.size() + pixels_at_once - 1) / pixels_at_once;
   std::vector<WalkCounters> counters(chunks);
   const auto render = [&](size_t chunk) {
-    const size_t first = chunk * pixels_at_once, count = std::min(pixels_at_once, wanted.size() - first);
+    const size_t begin = chunk * pixels_at_once, count = std::min(pixels_at_once, wanted.size() - begin);
     const auto start = [&](size_t task) {
-      const size_t pixel = wanted[first + task / (samples * heroes)], s = task / heroes % samples, hero = task % heroes;
-      RandomStream random(Key(options.seed, 0x70617468ull, options.stream, photograph, pixel, s, hero));
-      const double x = static_cast<double>(pixel % result.width) + random.Next(),
-                   y = static_cast<double>(pixel / result.width) + random.Next();
-      return PathStart{object_from_camera.translation_mm,
-                       object_from_camera.Direction(DirectionFromPixel(photo.camera, {x, y})), static_cast<int>(hero),
-                       random};
+      const size_t pixel = wanted[begin + task / (samples * heroes)], s = task / heroes % samples, hero = task % heroes;
+      RandomStream random(Key(options.seed, 0x70617468ull, options.stream, photographs[0], pixel, s, hero));
+      const double x = static_cast<double>(pixel % first.camera.width) + random.Next(),
+                   y = static_cast<double>(pixel / first.camera.width) + random.Next();
+      return PathStart{object_from_camera.translation_mm, ray_through(x, y), static_cast<int>(hero), random};
     };
-    std::vector<glm::dvec3> values(count * samples * heroes);
+    const size_t tasks = count * samples * heroes;
+    std::vector<glm::dvec3> values(tasks * shared);  // index task * shared + photograph
     std::vector<LayerSlopes> slopes(options.slopes ? values.size() * layers : 0);
     std::vector<LayerControls> controls(slopes.size());
     const auto keep = [&](size_t task, const CameraPath& path) {
-      values[task] = path.value();
+      for (size_t p = 0; p < shared; ++p) values[task * shared + p] = path.value(p);
       if (!options.slopes) return;
-      std::copy_n(path.slopes().slopes.begin(), layers, &slopes[task * layers]);
-      std::copy_n(path.slopes().controls.begin(), layers, &controls[task * layers]);
+      std::copy(path.slopes().slopes().begin(), path.slopes().slopes().end(), &slopes[task * shared * layers]);
+      std::copy(path.slopes().controls().begin(), path.slopes().controls().end(), &controls[task * shared * layers]);
     };
-    TracePaths(studio, body.grid, values.size(), options.lanes, start, keep, counters[chunk]);
-    for (size_t k = 0; k < count; ++k) {
-      const size_t at_pixel = wanted[first + k];
-      PixelSum sum;
-      std::array<glm::dvec3, PathPhotograph::kMaxGroups> group_sum{};
-      for (size_t s = 0; s < samples; ++s) {
-        glm::dvec3 value(0.0);
-        for (size_t hero = 0; hero < heroes; ++hero) value += values[(k * samples + s) * heroes + hero];
-        value /= static_cast<double>(heroes);
-        sum.Add(value);
-        group_sum[s % groups] += value;
-      }
-      for (size_t g = 0; g < result.groups; ++g)
-        result.group_values[at_pixel * groups + g] =
-            glm::vec3(group_sum[g] / static_cast<double>((samples - g + groups - 1) / groups));
-      for (size_t g = 0; options.slopes && g < groups; ++g)
-        for (size_t l = 0; l < layers; ++l) {
-          GroupSums group;
-          size_t paths = 0;
-          for (size_t s = g; s < samples; s += groups)
-            for (size_t hero = 0; hero < heroes; ++hero, ++paths) {
-              const size_t at = ((k * samples + s) * heroes + hero) * layers + l;
-              group.Add(slopes[at], controls[at]);
-            }
-          result.slopes[(at_pixel * groups + g) * layers + l] = group.Mean(static_cast<double>(paths));
+    TracePaths(studio, body.grid, tasks, options.lanes, start, keep, counters[chunk]);
+    for (size_t k = 0; k < count; ++k)
+      for (size_t p = 0; p < shared; ++p) {
+        PathPhotograph& result = results[p];
+        const auto value_at = [&](size_t s, size_t hero) { return ((k * samples + s) * heroes + hero) * shared + p; };
+        PixelSum sum;
+        std::array<glm::dvec3, PathPhotograph::kMaxGroups> group_sum{};
+        for (size_t s = 0; s < samples; ++s) {
+          glm::dvec3 value(0.0);
+          for (size_t hero = 0; hero < heroes; ++hero) value += values[value_at(s, hero)];
+          value /= static_cast<double>(heroes);
+          sum.Add(value);
+          group_sum[s % groups] += value;
         }
-      PixelEstimate& pixel = result.pixels[at_pixel];
-      pixel = sum.Estimate(static_cast<int>(samples));
-      const glm::dvec2 centre(static_cast<double>(at_pixel % result.width) + 0.5,
-                              static_cast<double>(at_pixel / result.width) + 0.5);
-      const auto seen =
-          scene.Next(object_from_camera.translation_mm,
-                     object_from_camera.Direction(DirectionFromPixel(photo.camera, centre)), kOutside, kFar);
-      pixel.on_object = seen && seen->opaque < 0;
-    }
+        const size_t place = begin + k;
+        for (size_t g = 0; g < result.groups; ++g)
+          result.group_values[place * groups + g] =
+              glm::vec3(group_sum[g] / static_cast<double>((samples - g + groups - 1) / groups));
+        for (size_t g = 0; options.slopes && g < groups; ++g)
+          for (size_t l = 0; l < layers; ++l) {
+            GroupSums group;
+            size_t paths = 0;
+            for (size_t s = g; s < samples; s += groups)
+              for (size_t hero = 0; hero < heroes; ++hero, ++paths)
+                group.Add(slopes[value_at(s, hero) * layers + l], controls[value_at(s, hero) * layers + l]);
+            result.slopes[(place * groups + g) * layers + l] = group.Mean(static_cast<double>(paths));
+          }
+        PixelEstimate& pixel = result.pixels[wanted[place]];
+        pixel = sum.Estimate(static_cast<int>(samples));
+        const glm::dvec3 centre = ray_through(static_cast<double>(wanted[place] % result.width) + 0.5,
+                                              static_cast<double>(wanted[place] / result.width) + 0.5);
+        const auto seen = scene.Next(object_from_camera.translation_mm, centre, kOutside, kFar, nullptr,
+                                     [&](int t) { return (things.things[t].photographs >> p & 1) != 0; });
+        pixel.on_object = seen && seen->opaque < 0;
+      }
   };
   const size_t chunks_at_once = std::max(16u, 4 * std::thread::hardware_concurrency());
   for (size_t begin = 0; begin < chunks; begin += chunks_at_once) {
@@ -293,8 +360,8 @@ PathPhotograph RenderByPaths(const Capture& capture, const LayeredBody& body, co
     ParallelFor(some, options.threads, [&](size_t i) { render(begin + i); });
     progress(static_cast<double>(begin + some) / static_cast<double>(chunks));
   }
-  for (const auto& c : counters) result.counters.Add(c);
-  return result;
+  for (const auto& c : counters) results[0].counters.Add(c);
+  return results;
 }
 
 }  // namespace crownfit

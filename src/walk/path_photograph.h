@@ -48,8 +48,9 @@ struct PathPhotograph {
   WalkCounters counters;
   static constexpr size_t kMaxGroups = 16;
   size_t layers = 0, groups = 0;        ///< groups of a pixel's samples, each with means of its own
-  std::vector<glm::vec3> group_values;  ///< index pixel * groups + group
-  std::vector<GroupSlopes> slopes;      ///< index (pixel * groups + group) * layers + layer
+  std::vector<size_t> rendered;         ///< pixels, in order; place: where in here
+  std::vector<glm::vec3> group_values;  ///< index place * groups + group
+  std::vector<GroupSlopes> slopes;      ///< index (place * groups + group) * layers + layer
 };
 
 /// Covariances of pixel means, averaged over neighbours (on the object, or off it), without the pixel itself: its own
@@ -73,5 +74,19 @@ glm::dvec3 HalfSpaceReflectance(const Material::Layer& layer);
 PathPhotograph RenderByPaths(const Capture& capture, const LayeredBody& body, const std::vector<TriangleMesh>& scenery,
                              const Material& material, size_t photograph, const PathOptions& options,
                              const std::function<void(double)>& progress);
+
+/// Several photographs that can share walks (WhichShareWalks), by the same walks: the time of little more than one. A
+/// picture's values are those of RenderByPaths up to their noise, which the pictures have in common: group by group of
+/// their paths. Counters of all are the first picture's.
+std::vector<PathPhotograph> RenderTogether(const Capture& capture, const LayeredBody& body,
+                                           const std::vector<TriangleMesh>& scenery, const Material& material,
+                                           const std::vector<size_t>& photographs, const PathOptions& options,
+                                           const std::function<void(double)>& progress);
+
+inline constexpr size_t kMaxPhotographs = 32;  // by one RenderTogether
+
+/// Groups of photographs by one camera in one pose, with the same tile in contact with the object, if any: positions
+/// in `photographs`.
+std::vector<std::vector<size_t>> WhichShareWalks(const Capture& capture, const std::vector<size_t>& photographs);
 
 }  // namespace crownfit

@@ -10,6 +10,7 @@
 // absorption had left of the light when the step began: its mean is zero too, and it goes up and down with the
 // derivative, so a multiple of it takes away noise and nothing else.
 
+#include <optional>
 #include <vector>
 
 #include "walk/random_walk.h"
@@ -30,50 +31,60 @@ struct LayerControls {
   glm::dvec3 scattering{0.0}, asymmetry{0.0};
 };
 
+/// Of one path and all the photographs that it serves.
 class PathSlopes {
  public:
-  PathSlopes(const Media& media, const CutSlopes& cut)
-      : slopes(media.size() - 1), controls(media.size() - 1), media_(media), cut_(cut), from_(media.size()) {}
+  PathSlopes(const Media& media, const CutSlopes& cut, size_t photographs)
+      : media_(media),
+        cut_(cut),
+        layers_(media.size() - 1),
+        slopes_(photographs * layers_),
+        controls_(photographs * layers_),
+        from_(media.size()) {}
 
   void Begin() {
-    slopes.assign(slopes.size(), {});
-    controls.assign(controls.size(), {});
+    slopes_.assign(slopes_.size(), {});
+    controls_.assign(controls_.size(), {});
     from_.assign(from_.size(), Visit());
-    cut_returns_ = 0;
   }
-  /// Light found by the path as it stands.
-  void Add(const WalkState& state, const glm::dvec3& value) {
-    for (size_t l = 0; l < slopes.size(); ++l) {
+  /// Light found for a photograph by the path as it stands, returned so many times by the neck's cut.
+  void Add(size_t photograph, const WalkState& state, int cut_returns, const glm::dvec3& value) {
+    LayerSlopes* slopes = &slopes_[photograph * layers_];
+    for (size_t l = 0; l < layers_; ++l) {
       const Score score = ScoreOf(l + 1, state.visits[l + 1]);
       slopes[l].scattering += value * score.scattering;
       slopes[l].asymmetry += value * score.asymmetry;
       slopes[l].absorption -= value * media_.Absorbed(l + 1, state.visits[l + 1]);
     }
-    slopes.back().scattering += value * static_cast<double>(cut_returns_) * cut_.scattering;
-    slopes.back().absorption += value * static_cast<double>(cut_returns_) * cut_.absorption;
+    slopes[layers_ - 1].scattering += value * static_cast<double>(cut_returns) * cut_.scattering;
+    slopes[layers_ - 1].absorption += value * static_cast<double>(cut_returns) * cut_.absorption;
   }
-  void ReturnedByTheCut() { ++cut_returns_; }
 
-  /// A stretch of flights through one medium begins, with this share of the light left; and ends.
+  /// A stretch of flights through one medium begins, with this share of the light left; and ends: its controls.
   void OpenStretch(const WalkState& state, const glm::dvec3& left) {
     from_[state.medium] = state.visits[state.medium];
     left_ = left;
   }
-  void CloseStretch(const WalkState& state) {
+  std::optional<LayerControls> CloseStretch(const WalkState& state) {
     const size_t medium = state.medium;
-    if (medium == kOutside) return;
+    if (medium == kOutside) return std::nullopt;
     const Visit &from = from_[medium], &to = state.visits[medium];
     const Score score = ScoreOf(medium, {.length_mm = to.length_mm - from.length_mm,
                                          .collisions = to.collisions - from.collisions,
                                          .phase_score = to.phase_score - from.phase_score});
     const glm::dvec3 weight = left_ * media_.Chance(state);
-    controls[medium - 1].scattering += weight * score.scattering;
-    controls[medium - 1].asymmetry += weight * score.asymmetry;
     from_[medium] = to;
+    return LayerControls{weight * score.scattering, weight * score.asymmetry};
+  }
+  void AddControls(size_t photograph, int medium, const LayerControls& c) {
+    LayerControls& sum = controls_[photograph * layers_ + medium - 1];
+    sum.scattering += c.scattering;
+    sum.asymmetry += c.asymmetry;
   }
 
-  std::vector<LayerSlopes> slopes;
-  std::vector<LayerControls> controls;
+  /// Photograph by photograph, layer by layer.
+  const std::vector<LayerSlopes>& slopes() const { return slopes_; }
+  const std::vector<LayerControls>& controls() const { return controls_; }
 
  private:
   struct Score {
@@ -88,9 +99,11 @@ class PathSlopes {
   }
   const Media& media_;
   CutSlopes cut_;
+  size_t layers_;
+  std::vector<LayerSlopes> slopes_;
+  std::vector<LayerControls> controls_;
   std::vector<Visit> from_;
   glm::dvec3 left_{1.0};
-  int cut_returns_ = 0;
 };
 
 }  // namespace crownfit

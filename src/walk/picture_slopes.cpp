@@ -27,20 +27,22 @@ void Monomials(int degree, double x, double y, double z, double* out) {
 
 PooledSlopes::PooledSlopes(const PathPhotograph& photo, const std::vector<DifferenceSlopes>& differences)
     : groups_(static_cast<int>(photo.groups)) {
-  const size_t layers = photo.layers, pixels = photo.pixels.size(), groups = photo.groups;
+  const size_t layers = photo.layers, groups = photo.groups;
   constexpr size_t kKinds = 3, kFewestGroups = 4;
   static_assert(kMaxTerms == (kMaxDegree + 1) * (kMaxDegree + 2) * (kMaxDegree + 3) / 6);
-  Check(groups >= kFewestGroups && photo.slopes.size() == pixels * groups * layers, "a picture with slopes");
-  for (const DifferenceSlopes& d : differences) Check(d.values.size() == pixels * groups, "slopes of the same groups");
+  Check(groups >= kFewestGroups && photo.slopes.size() == photo.rendered.size() * groups * layers,
+        "a picture with slopes");
+  for (const DifferenceSlopes& d : differences)
+    Check(d.values.size() == photo.rendered.size() * groups, "slopes of the same groups");
   constexpr double kExact = 1e-12;  // a noise that none is below, in squares of the value
   for (size_t l = 0; l < layers; ++l)
     for (const Quantity q : {Quantity::kReducedScattering, Quantity::kAbsorption, Quantity::kAsymmetry})
       parameters_.push_back({l, q});
   for (const DifferenceSlopes& d : differences) parameters_.push_back(d.parameter);
   FindPlaces(photo);
-  std::vector<size_t> used;
-  for (size_t p = 0; p < pixels; ++p)
-    if (places_[p].on_object) used.push_back(p);
+  std::vector<size_t> used, rank;  // pixels on the object, and where among the rendered they are
+  for (size_t k = 0; k < photo.rendered.size(); ++k)
+    if (places_[photo.rendered[k]].on_object) used.push_back(photo.rendered[k]), rank.push_back(k);
   fields_.assign(parameters_.size() * kChannels, {0, {0.0}, std::vector<std::vector<double>>(groups, {0.0})});
   if (used.empty()) return;
 
@@ -68,7 +70,7 @@ PooledSlopes::PooledSlopes(const PathPhotograph& photo, const std::vector<Differ
     }
 
     const auto at = [&](Eigen::Index i, size_t g, size_t l) -> const GroupSlopes& {
-      return photo.slopes[(used[i] * groups + g) * layers + l];
+      return photo.slopes[(rank[i] * groups + g) * layers + l];
     };
     // Per group: weighted slopes (one column a parameter) and controls (brightness times them).
     std::vector<Eigen::MatrixXd> slopes(groups), controls(groups);
@@ -90,7 +92,7 @@ PooledSlopes::PooledSlopes(const PathPhotograph& photo, const std::vector<Differ
       for (size_t d = 0; d < differences.size(); ++d)
         for (Eigen::Index i = 0; i < count; ++i)
           slopes[g](i, static_cast<Eigen::Index>(kKinds * layers + d)) =
-              weight[i] * differences[d].values[used[i] * groups + g][c];
+              weight[i] * differences[d].values[rank[i] * groups + g][c];
       mean_slope += slopes[g] / static_cast<double>(groups);
       mean_control += controls[g] / static_cast<double>(groups);
     }

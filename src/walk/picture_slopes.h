@@ -24,7 +24,7 @@ struct SlopeParameter {
 /// Slopes of the same groups of paths that were found by differences of pictures with common random numbers.
 struct DifferenceSlopes {
   SlopeParameter parameter;
-  std::vector<glm::vec3> values;  ///< index pixel * groups + group
+  std::vector<glm::vec3> values;  ///< index as PathPhotograph::group_values
 };
 
 /// d ln(pixel) by every parameter, on the object.

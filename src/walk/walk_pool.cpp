@@ -73,7 +73,7 @@ class Pool {
     const double way_mm = std::min(flight.distance_mm, flight.max_mm);
     if (std::isinf(way_mm)) {  // a clear medium without an end: rounding let the walk through between two facets
       ++counters_.lost;
-      return End(lane);
+      return EndBranch(lane);
     }
     if (const AbsorptionTexture* texture = studio_.media[flight.medium].texture)
       PathOf(lane).state.visits[flight.medium].textured_mm += texture->Along(flight.origin, flight.direction, way_mm);
@@ -86,7 +86,7 @@ class Pool {
     }
     ++counters_.boundaries;
     Store(lane);
-    if (!PathOf(lane).Meet(studio_.scene.EndOf(flight))) return End(lane);
+    if (!PathOf(lane).Meet(studio_.scene.EndOf(flight))) return EndBranch(lane);
     Load(lane);
   }
 
@@ -96,13 +96,17 @@ class Pool {
     Store(lane);
     if (!studio_.scene.Holds(path.state.position)) {
       ++counters_.lost;
-      return End(lane);
+      return EndBranch(lane);
     }
-    if (!SurvivesRoulette(studio_.media, path.state, path.random())) return End(lane);
+    if (!SurvivesRoulette(studio_.media, path.state, path.random())) return EndBranch(lane);
     Load(lane);
   }
 
-  void End(int lane) {
+  void EndBranch(int lane) {
+    if (PathOf(lane).Resume()) {
+      lanes_.until_roulette[lane] = kRouletteEvery;
+      return Load(lane);
+    }
     hand_over_(task_[slot_[lane]], PathOf(lane));
     lanes_.collides[lane] = 0.0;
     ended_[lane] = true;
@@ -176,7 +180,7 @@ void TraceOneByOne(const Studio& studio, size_t count, const std::function<PathS
   CameraPath path(studio, counters);
   for (size_t i = 0; i < count; ++i) {
     const PathStart s = start(i);
-    if (path.Begin(s.position, s.direction, s.hero, s.random))
+    for (bool is_inside = path.Begin(s.position, s.direction, s.hero, s.random); is_inside; is_inside = path.Resume())
       Walk(
           rays, studio.media, s.hero, path.state, path.random(), counters, [&](const Boundary& b) { path.Meet(b); },
           [](int medium) { return medium == kOutside; });

@@ -56,9 +56,11 @@ WalkScene::WalkScene(const LayeredBody& body, const std::vector<TriangleMesh>& o
   caster_ = RayCaster(meshes_);
 }
 
-bool WalkScene::Counts(int mesh, int triangle, const glm::dvec3& direction, int medium, const Boundary* left) const {
+bool WalkScene::Counts(int mesh, int triangle, const glm::dvec3& direction, int medium, const Boundary* left,
+                       const IsThere& is_there) const {
   if (mesh >= layers_)
-    return medium == kOutside && !(left && left->opaque == mesh - layers_ && left->triangle == triangle);
+    return medium == kOutside && !(left && left->opaque == mesh - layers_ && left->triangle == triangle) &&
+           (!is_there || is_there(mesh - layers_));
   const double along = glm::dot(normals_[mesh][triangle], direction);
   if (along > 0) return medium == mesh + 1;
   return along < 0 && (medium == mesh || (medium < mesh && body_.is_exposed[mesh][triangle]));
@@ -79,20 +81,20 @@ Boundary WalkScene::EndOf(const FacetFlight& flight) const {
 }
 
 std::optional<Boundary> WalkScene::Next(const glm::dvec3& origin, const glm::dvec3& direction, int medium,
-                                        double max_mm, const Boundary* left) const {
+                                        double max_mm, const Boundary* left, const IsThere& is_there) const {
   if (medium != kOutside) {
     FacetFlight flight{origin, direction, medium, max_mm};
     body_.grid.FindEnds({&flight, 1});
     if (!flight.is_ended()) return std::nullopt;
     return EndOf(flight);
   }
-  return NextByRay(origin, direction, medium, max_mm, left);
+  return NextByRay(origin, direction, medium, max_mm, left, is_there);
 }
 
 std::optional<Boundary> WalkScene::NextByRay(const glm::dvec3& origin, const glm::dvec3& direction, int medium,
-                                             double max_mm, const Boundary* left) const {
+                                             double max_mm, const Boundary* left, const IsThere& is_there) const {
   const auto hit = caster_.NearestAccepted(origin, direction, max_mm, [&](int mesh, int triangle) {
-    return Counts(mesh, triangle, direction, medium, left);
+    return Counts(mesh, triangle, direction, medium, left, is_there);
   });
   if (!hit) return std::nullopt;
   return BoundaryAt(hit->mesh, hit->point.triangle, hit->distance_mm, Position(*meshes_[hit->mesh], hit->point),

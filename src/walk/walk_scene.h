@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <memory>
 #include <optional>
 #include <vector>
@@ -52,13 +53,16 @@ class WalkScene {
   /// Both must outlive the scene.
   WalkScene(const LayeredBody& body, const std::vector<TriangleMesh>& opaque);
 
+  /// Which opaque things are there; empty: all.
+  using IsThere = std::function<bool(int opaque)>;
+
   /// First boundary of `medium` along the way, within `max_mm`. `left`: the opaque boundary one comes from, if any.
   std::optional<Boundary> Next(const glm::dvec3& origin, const glm::dvec3& direction, int medium, double max_mm,
-                               const Boundary* left = nullptr) const;
+                               const Boundary* left = nullptr, const IsThere& is_there = {}) const;
 
   /// The same by a ray in single precision, inside too: another way to find the same.
   std::optional<Boundary> NextByRay(const glm::dvec3& origin, const glm::dvec3& direction, int medium, double max_mm,
-                                    const Boundary* left = nullptr) const;
+                                    const Boundary* left = nullptr, const IsThere& is_there = {}) const;
 
   /// The boundary that ends a flight inside, of which the body's grid has found the facet.
   Boundary EndOf(const FacetFlight& flight) const;
@@ -71,7 +75,8 @@ class WalkScene {
   int layers() const { return layers_; }
 
  private:
-  bool Counts(int mesh, int triangle, const glm::dvec3& direction, int medium, const Boundary* left) const;
+  bool Counts(int mesh, int triangle, const glm::dvec3& direction, int medium, const Boundary* left,
+              const IsThere& is_there) const;
   Boundary BoundaryAt(int mesh, int triangle, double distance_mm, const glm::dvec3& position, const glm::dvec3& normal,
                       int medium) const;
   int MediumOutside(int surface, const glm::dvec3& place, const glm::dvec3& normal) const;
