@@ -61,7 +61,7 @@ JsonValue Initial(List v, double factor) {
 }  // namespace
 
 void WriteSyntheticCapture(const std::filesystem::path& folder, const SyntheticCapture& options) {
-  WritePly(folder / "mesh/incisor.ply", Incisor());
+  WritePly(folder / "mesh/incisor.ply", Incisor(options.levels));
   WritePly(folder / "mesh/blade.ply", Box({-30, -30, 5.8}, {-1.5, 30, 5.85}));
   const double focal = options.pixels * 250.0 / 12.0;
   WriteTextFile(folder / "calib/camera.json", ToJsonText(Object{{"format", "crownfit-camera/1"},
