@@ -184,9 +184,9 @@ class WalkFit {
         const std::vector<size_t> places = PlacesOf(p, CastOf(p), walked[k].width);
         const std::vector<glm::dvec3> smooth = SmoothedMeans(walked[k]);
         std::vector<glm::dvec3> sharp;  // without the noise that what is left of a pixel shares
-        for (const size_t place : places) {
-          values[g].push_back(walked[k].pixels[place].mean);
-          sharp.push_back(smooth[place]);
+        for (const size_t rank : RanksOf(p, CastOf(p), walked[k])) {
+          values[g].push_back(walked[k].pixels[rank].mean);
+          sharp.push_back(smooth[rank]);
         }
         const double exposure = unknowns_.ExposureOf(p);
         const WalkComparison c = CompareWithWalks(p, CastOf(p), walked[k], exposure);

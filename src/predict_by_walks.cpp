@@ -62,7 +62,7 @@ std::map<size_t, WalkedValues> WalkedPictures(const FitProblem& problem, const C
       values.resize(options.wanted.size());
       for (const PixelCast& pixel : at.cast.photographs[photographs[k]].pixels)
         if (const size_t place = place_of(photographs[k], pixel); !pixel.at_silhouette)
-          values[place] = walked[k].pixels[place].mean;
+          values[place] = walked[k].pixels[walked[k].RankOf(place)].mean;
     }
   }
   return pictures;

@@ -75,14 +75,17 @@ std::vector<size_t> PlacesOf(const FitPixels& p, const PhotographCast& cast, int
   return places;
 }
 
+std::vector<size_t> RanksOf(const FitPixels& p, const PhotographCast& cast, const PathPhotograph& walked) {
+  std::vector<size_t> ranks = PlacesOf(p, cast, walked.width);
+  for (size_t& place : ranks) place = walked.RankOf(place);
+  return ranks;
+}
+
 WalkComparison CompareWithWalks(const FitPixels& p, const PhotographCast& cast, const PathPhotograph& walked,
                                 double exposure) {
-  const std::vector<size_t> places = PlacesOf(p, cast, walked.width);
+  const std::vector<size_t> ranks = RanksOf(p, cast, walked);
   const auto smooth = SmoothedCovariance(walked);
   const auto root = [](const glm::dvec3& v) { return Eigen::Vector3d(std::sqrt(v.x), std::sqrt(v.y), std::sqrt(v.z)); };
-  std::vector<size_t> rank;  // of places among the rendered
-  for (const size_t place : places)
-    rank.push_back(std::lower_bound(walked.rendered.begin(), walked.rendered.end(), place) - walked.rendered.begin());
   WalkComparison c;
   std::vector<Eigen::Vector3d> stddev, of_walks;
   for (size_t i = 0; i < p.pixels.size(); ++i) {
@@ -90,17 +93,16 @@ WalkComparison CompareWithWalks(const FitPixels& p, const PhotographCast& cast, 
     auto& off_by_group = c.off_by_group.emplace_back(kChannels, static_cast<Eigen::Index>(walked.groups));
     off_by_group.setZero();
     for (int t = p.first_term[i]; t < p.first_term[i + 1]; ++t) {
-      const size_t place = places[p.terms[t].source];
+      const size_t rank = ranks[p.terms[t].source];
       const double weight = p.terms[t].weight;
-      predicted += weight * walked.pixels[place].mean;
+      predicted += weight * walked.pixels[rank].mean;
       for (size_t g = 0; g < walked.groups; ++g) {
-        const glm::dvec3 apart =
-            glm::dvec3(walked.group_values[rank[p.terms[t].source] * walked.groups + g]) - walked.pixels[place].mean;
+        const glm::dvec3 apart = glm::dvec3(walked.group_values[rank * walked.groups + g]) - walked.pixels[rank].mean;
         off_by_group.col(static_cast<Eigen::Index>(g)) +=
             exposure * weight * Eigen::Vector3d(apart.x, apart.y, apart.z);
       }
       // Noise that the lens spreads is shared between neighbours: as much as if each had all of it.
-      variance += exposure * exposure * weight * glm::dvec3(smooth[place][0], smooth[place][3], smooth[place][5]);
+      variance += exposure * exposure * weight * glm::dvec3(smooth[rank][0], smooth[rank][3], smooth[rank][5]);
     }
     const glm::dvec3 off = p.values[i] - exposure * predicted;
     c.residual.emplace_back(off.x, off.y, off.z);

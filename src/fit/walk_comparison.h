@@ -26,6 +26,9 @@ struct WalkComparison {
 /// Index into the picture of every sharp pixel (FitPixels::sources).
 std::vector<size_t> PlacesOf(const FitPixels& p, const PhotographCast& cast, int width);
 
+/// The same in a picture that has at least those.
+std::vector<size_t> RanksOf(const FitPixels& p, const PhotographCast& cast, const PathPhotograph& walked);
+
 WalkComparison CompareWithWalks(const FitPixels& p, const PhotographCast& cast, const PathPhotograph& walked,
                                 double exposure);
 

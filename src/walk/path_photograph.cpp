@@ -81,29 +81,30 @@ glm::dvec3 HalfSpaceReflectance(const Material::Layer& layer) {
 
 namespace {
 
-/// Calls visit(pixel, neighbour) for the pixels around every pixel that are on the object like it, or off it like it;
-/// then done(pixel, neighbours). Further away where there are few.
+/// Calls visit(rank, neighbour) for the pixels around every pixel that are on the object like it, or off it like it;
+/// then done(rank, neighbours). Further away where there are few.
 template <class Visit, class Done>
 void ForNeighbours(const PathPhotograph& photo, int reach, const Visit& visit, const Done& done) {
   constexpr int kFewest = 4;
   const int furthest = std::max(photo.width, photo.height);
-  for (int y = 0; y < photo.height; ++y)
-    for (int x = 0; x < photo.width; ++x) {
-      const size_t here = static_cast<size_t>(y) * photo.width + x;
-      std::vector<size_t> neighbours;
-      const bool is_on = photo.pixels[here].on_object;
-      for (int r = reach; neighbours.size() < kFewest && r < furthest; r *= 2) {
-        neighbours.clear();
-        for (int v = std::max(0, y - r); v <= std::min(photo.height - 1, y + r); ++v)
-          for (int u = std::max(0, x - r); u <= std::min(photo.width - 1, x + r); ++u) {
-            const size_t near = static_cast<size_t>(v) * photo.width + u;
-            if (near != here && photo.pixels[near].on_object == is_on) neighbours.push_back(near);
-          }
-        if (!is_on) break;
-      }
-      for (const size_t near : neighbours) visit(here, photo.pixels[near]);
-      done(here, static_cast<double>(neighbours.size()));
+  for (size_t here = 0; here < photo.pixels.size(); ++here) {
+    const int x = static_cast<int>(photo.rendered[here] % photo.width),
+              y = static_cast<int>(photo.rendered[here] / photo.width);
+    std::vector<size_t> neighbours;
+    const bool is_on = photo.pixels[here].on_object;
+    for (int r = reach; neighbours.size() < kFewest && r < furthest; r *= 2) {
+      neighbours.clear();
+      for (int v = std::max(0, y - r); v <= std::min(photo.height - 1, y + r); ++v)
+        for (int u = std::max(0, x - r); u <= std::min(photo.width - 1, x + r); ++u) {
+          const uint32_t near = photo.RankOf(static_cast<size_t>(v) * photo.width + u);
+          if (near == PathPhotograph::kNotRendered || near == here || photo.pixels[near].on_object != is_on) continue;
+          neighbours.push_back(near);
+        }
+      if (!is_on) break;
     }
+    for (const size_t near : neighbours) visit(here, photo.pixels[near]);
+    done(here, static_cast<double>(neighbours.size()));
+  }
 }
 
 }  // namespace
@@ -233,9 +234,14 @@ PathPhotograph EmptyPicture(const Camera& camera, const PathOptions& options, si
   PathPhotograph result;
   result.width = camera.width;
   result.height = camera.height;
-  result.pixels.resize(static_cast<size_t>(result.width) * result.height);
-  for (size_t p = 0; p < result.pixels.size(); ++p)
-    if (options.wanted.empty() || options.wanted[p]) result.rendered.push_back(p);
+  std::vector<uint32_t> ranks(static_cast<size_t>(result.width) * result.height, PathPhotograph::kNotRendered);
+  for (size_t place = 0; place < ranks.size(); ++place)
+    if (options.wanted.empty() || options.wanted[place]) {
+      ranks[place] = static_cast<uint32_t>(result.rendered.size());
+      result.rendered.push_back(place);
+    }
+  result.ranks = std::make_shared<const std::vector<uint32_t>>(std::move(ranks));
+  result.pixels.resize(result.rendered.size());
   result.layers = layers;
   if (options.slopes || options.keeps_groups) {
     result.groups = groups;
@@ -332,9 +338,9 @@ std::vector<PathPhotograph> RenderTogether(const Capture& capture, const Layered
           sum.Add(value);
           group_sum[s % groups] += value;
         }
-        const size_t place = begin + k;
+        const size_t rank = begin + k;
         for (size_t g = 0; g < result.groups; ++g)
-          result.group_values[place * groups + g] =
+          result.group_values[rank * groups + g] =
               glm::vec3(group_sum[g] / static_cast<double>((samples - g + groups - 1) / groups));
         for (size_t g = 0; options.slopes && g < groups; ++g)
           for (size_t l = 0; l < layers; ++l) {
@@ -343,12 +349,12 @@ std::vector<PathPhotograph> RenderTogether(const Capture& capture, const Layered
             for (size_t s = g; s < samples; s += groups)
               for (size_t hero = 0; hero < heroes; ++hero, ++paths)
                 group.Add(slopes[value_at(s, hero) * layers + l], controls[value_at(s, hero) * layers + l]);
-            result.slopes[(place * groups + g) * layers + l] = group.Mean(static_cast<double>(paths));
+            result.slopes[(rank * groups + g) * layers + l] = group.Mean(static_cast<double>(paths));
           }
-        PixelEstimate& pixel = result.pixels[wanted[place]];
+        PixelEstimate& pixel = result.pixels[rank];
         pixel = sum.Estimate(static_cast<int>(samples));
-        const glm::dvec3 centre = ray_through(static_cast<double>(wanted[place] % result.width) + 0.5,
-                                              static_cast<double>(wanted[place] / result.width) + 0.5);
+        const glm::dvec3 centre = ray_through(static_cast<double>(wanted[rank] % result.width) + 0.5,
+                                              static_cast<double>(wanted[rank] / result.width) + 0.5);
         const auto seen = scene.Next(object_from_camera.translation_mm, centre, kOutside, kFar, nullptr,
                                      [&](int t) { return (things.things[t].photographs >> p & 1) != 0; });
         pixel.on_object = seen && seen->opaque < 0;

@@ -3,6 +3,7 @@
 // other models are measured against; docs/path_model.md says what it models and what it was checked with.
 
 #include <functional>
+#include <memory>
 #include <vector>
 
 #include "calibration/capture.h"
@@ -38,24 +39,28 @@ struct PathOptions {
   /// Light leaves a smooth surface as diffuse light would: several times less noise from lamps, and values that are
   /// wrong by a few per cent, smoothly over the object. Good enough for derivatives of ln(pixel).
   bool diffuse_exits = false;
-  /// Pixels that are rendered (index y * width + x); others stay black and off the object. Empty: all.
+  /// Places that are rendered (index y * width + x). Empty: all.
   std::vector<uint8_t> wanted = {};
 };
 
 struct PathPhotograph {
   int width = 0, height = 0;
-  std::vector<PixelEstimate> pixels;  ///< exposure 1; index y * width + x
+  std::vector<size_t> rendered;       ///< places in the picture, y * width + x, in order
+  std::vector<PixelEstimate> pixels;  ///< of those; exposure 1
   WalkCounters counters;
   static constexpr size_t kMaxGroups = 16;
   size_t layers = 0, groups = 0;        ///< groups of a pixel's samples, each with means of its own
-  std::vector<size_t> rendered;         ///< pixels, in order; place: where in here
-  std::vector<glm::vec3> group_values;  ///< index place * groups + group
-  std::vector<GroupSlopes> slopes;      ///< index (place * groups + group) * layers + layer
+  std::vector<glm::vec3> group_values;  ///< index rank * groups + group
+  std::vector<GroupSlopes> slopes;      ///< index (rank * groups + group) * layers + layer
+
+  static constexpr uint32_t kNotRendered = 0xffffffff;
+  std::shared_ptr<const std::vector<uint32_t>> ranks;  ///< per place, where in `rendered`; photographs may share it
+  uint32_t RankOf(size_t place) const { return (*ranks)[place]; }
 };
 
-/// Covariances of pixel means, averaged over neighbours (on the object, or off it), without the pixel itself: its own
-/// estimate goes up and down with its value, and weights that know of it favour the dark ones. Even a share of 1 / 49
-/// makes photographs of rare bright paths 8 % too dark at 48 paths a pixel.
+/// Covariances of pixel means by rank, averaged over neighbours (on the object, or off it), without the pixel itself:
+/// its own estimate goes up and down with its value, and weights that know of it favour the dark ones. Even a share of
+/// 1 / 49 makes photographs of rare bright paths 8 % too dark at 48 paths a pixel.
 std::vector<std::array<double, 6>> SmoothedCovariance(const PathPhotograph& photo);
 
 /// Means over the nearest neighbours likewise: what a derivative by exposure is, without the noise of the pixel itself,

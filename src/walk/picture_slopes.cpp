@@ -26,7 +26,7 @@ void Monomials(int degree, double x, double y, double z, double* out) {
 }  // namespace
 
 PooledSlopes::PooledSlopes(const PathPhotograph& photo, const std::vector<DifferenceSlopes>& differences)
-    : groups_(static_cast<int>(photo.groups)) {
+    : groups_(static_cast<int>(photo.groups)), ranks_(photo.ranks) {
   const size_t layers = photo.layers, groups = photo.groups;
   constexpr size_t kKinds = 3, kFewestGroups = 4;
   static_assert(kMaxTerms == (kMaxDegree + 1) * (kMaxDegree + 2) * (kMaxDegree + 3) / 6);
@@ -40,9 +40,9 @@ PooledSlopes::PooledSlopes(const PathPhotograph& photo, const std::vector<Differ
       parameters_.push_back({l, q});
   for (const DifferenceSlopes& d : differences) parameters_.push_back(d.parameter);
   FindPlaces(photo);
-  std::vector<size_t> used, rank;  // pixels on the object, and where among the rendered they are
-  for (size_t k = 0; k < photo.rendered.size(); ++k)
-    if (places_[photo.rendered[k]].on_object) used.push_back(photo.rendered[k]), rank.push_back(k);
+  std::vector<size_t> used;  // ranks of pixels on the object
+  for (size_t rank = 0; rank < places_.size(); ++rank)
+    if (places_[rank].on_object) used.push_back(rank);
   fields_.assign(parameters_.size() * kChannels, {0, {0.0}, std::vector<std::vector<double>>(groups, {0.0})});
   if (used.empty()) return;
 
@@ -70,7 +70,7 @@ PooledSlopes::PooledSlopes(const PathPhotograph& photo, const std::vector<Differ
     }
 
     const auto at = [&](Eigen::Index i, size_t g, size_t l) -> const GroupSlopes& {
-      return photo.slopes[(rank[i] * groups + g) * layers + l];
+      return photo.slopes[(used[i] * groups + g) * layers + l];
     };
     // Per group: weighted slopes (one column a parameter) and controls (brightness times them).
     std::vector<Eigen::MatrixXd> slopes(groups), controls(groups);
@@ -92,7 +92,7 @@ PooledSlopes::PooledSlopes(const PathPhotograph& photo, const std::vector<Differ
       for (size_t d = 0; d < differences.size(); ++d)
         for (Eigen::Index i = 0; i < count; ++i)
           slopes[g](i, static_cast<Eigen::Index>(kKinds * layers + d)) =
-              weight[i] * differences[d].values[rank[i] * groups + g][c];
+              weight[i] * differences[d].values[used[i] * groups + g][c];
       mean_slope += slopes[g] / static_cast<double>(groups);
       mean_control += controls[g] / static_cast<double>(groups);
     }
@@ -164,21 +164,24 @@ void PooledSlopes::FindPlaces(const PathPhotograph& photo) {
     Place& place = places_[p];
     place.on_object = photo.pixels[p].on_object;
     if (!place.on_object) continue;
-    place.x = static_cast<double>(p % photo.width), place.y = static_cast<double>(p / photo.width);
+    place.x = static_cast<double>(photo.rendered[p] % photo.width);
+    place.y = static_cast<double>(photo.rendered[p] / photo.width);
     low = glm::min(low, glm::dvec2(place.x, place.y)), high = glm::max(high, glm::dvec2(place.x, place.y));
     mean += photo.pixels[p].mean, ++n;
   }
   mean /= std::max(1.0, n);
   const int furthest = std::max(photo.width, photo.height);
   const auto around = [&](size_t p, int reach, bool with_itself, const auto& value) {
-    const int x = static_cast<int>(p % photo.width), y = static_cast<int>(p / photo.width);
+    const int x = static_cast<int>(photo.rendered[p] % photo.width),
+              y = static_cast<int>(photo.rendered[p] / photo.width);
     for (; reach < furthest; reach *= 2) {  // further where only some pixels were rendered
       glm::dvec3 sum(0.0);
       double count = 0;
       for (int v = std::max(0, y - reach); v <= std::min(photo.height - 1, y + reach); ++v)
         for (int u = std::max(0, x - reach); u <= std::min(photo.width - 1, x + reach); ++u) {
-          const PixelEstimate& near = photo.pixels[static_cast<size_t>(v) * photo.width + u];
-          if (near.on_object && (with_itself || u != x || v != y)) sum += value(near), ++count;
+          const uint32_t rank = photo.RankOf(static_cast<size_t>(v) * photo.width + u);
+          if (rank == PathPhotograph::kNotRendered || (rank == p && !with_itself)) continue;
+          if (const PixelEstimate& near = photo.pixels[rank]; near.on_object) sum += value(near), ++count;
         }
       if (count >= kFewest) return sum / count;
     }
@@ -195,33 +198,33 @@ void PooledSlopes::FindPlaces(const PathPhotograph& photo) {
   }
 }
 
-std::array<double, PooledSlopes::kMaxTerms> PooledSlopes::TermsAt(int degree, int channel, size_t pixel) const {
+std::array<double, PooledSlopes::kMaxTerms> PooledSlopes::TermsAt(int degree, int channel, size_t rank) const {
   std::array<double, kMaxTerms> terms{};
-  const Place& place = places_[pixel];
+  const Place& place = places_[rank];
   Monomials(degree, place.x, place.y, place.log_brightness[channel], terms.data());
   return terms;
 }
 
-double PooledSlopes::At(size_t parameter, int channel, size_t pixel) const {
-  if (!places_[pixel].on_object) return 0.0;
+double PooledSlopes::At(size_t parameter, int channel, size_t place) const {
+  if (!IsOnObject(place)) return 0.0;
   const Field& field = fields_[parameter * kChannels + channel];
-  const auto terms = TermsAt(field.degree, channel, pixel);
+  const auto terms = TermsAt(field.degree, channel, (*ranks_)[place]);
   return std::inner_product(field.coefficients.begin(), field.coefficients.end(), terms.begin(), 0.0);
 }
 
-std::vector<double> PooledSlopes::Without(size_t parameter, int channel, size_t pixel) const {
+std::vector<double> PooledSlopes::Without(size_t parameter, int channel, size_t place) const {
   std::vector<double> values(groups_, 0.0);
-  if (!places_[pixel].on_object) return values;
+  if (!IsOnObject(place)) return values;
   const Field& field = fields_[parameter * kChannels + channel];
-  const auto terms = TermsAt(field.degree, channel, pixel);
+  const auto terms = TermsAt(field.degree, channel, (*ranks_)[place]);
   for (int g = 0; g < groups_; ++g)
     values[g] = std::inner_product(field.without[g].begin(), field.without[g].end(), terms.begin(), 0.0);
   return values;
 }
 
-double PooledSlopes::Stddev(size_t parameter, int channel, size_t pixel) const {
+double PooledSlopes::Stddev(size_t parameter, int channel, size_t place) const {
   double sum = 0, square = 0;
-  for (const double v : Without(parameter, channel, pixel)) sum += v, square += v * v;
+  for (const double v : Without(parameter, channel, place)) sum += v, square += v * v;
   return std::sqrt(std::max(0.0, square - sum * sum / groups_) * (groups_ - 1.0) / groups_);
 }
 

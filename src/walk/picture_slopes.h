@@ -36,17 +36,19 @@ class PooledSlopes {
   const std::vector<SlopeParameter>& parameters() const { return parameters_; }
   int groups() const { return groups_; }
   /// 0 off the object.
-  double At(size_t parameter, int channel, size_t pixel) const;
+  double At(size_t parameter, int channel, size_t place) const;
   /// From all paths but one group's, for every group: what the errors of anything made of slopes are found from
   /// (jackknife).
-  std::vector<double> Without(size_t parameter, int channel, size_t pixel) const;
+  std::vector<double> Without(size_t parameter, int channel, size_t place) const;
   /// Of At, by the jackknife.
-  double Stddev(size_t parameter, int channel, size_t pixel) const;
+  double Stddev(size_t parameter, int channel, size_t place) const;
   /// Degree of the polynomial.
   int degree(size_t parameter, int channel) const { return fields_[parameter * kChannels + channel].degree; }
   /// Brightness of the neighbourhood without the pixel itself, so that it shares no noise with it: pixel slopes are
   /// brightness times At.
-  double brightness(int channel, size_t pixel) const { return places_[pixel].brightness[channel]; }
+  double brightness(int channel, size_t place) const {
+    return IsOnObject(place) ? places_[(*ranks_)[place]].brightness[channel] : 0.0;
+  }
 
  private:
   static constexpr int kMaxDegree = 5;
@@ -62,11 +64,16 @@ class PooledSlopes {
   };
   void FindPlaces(const PathPhotograph& photo);
   static constexpr int kMaxTerms = 56;
-  std::array<double, kMaxTerms> TermsAt(int degree, int channel, size_t pixel) const;
+  std::array<double, kMaxTerms> TermsAt(int degree, int channel, size_t rank) const;
+  bool IsOnObject(size_t place) const {
+    const uint32_t rank = (*ranks_)[place];
+    return rank != PathPhotograph::kNotRendered && places_[rank].on_object;
+  }
   std::vector<SlopeParameter> parameters_;
   int groups_ = 0;
-  std::vector<Place> places_;
-  std::vector<Field> fields_;  ///< per parameter and channel
+  std::shared_ptr<const std::vector<uint32_t>> ranks_;  ///< of places in the picture
+  std::vector<Place> places_;                           ///< by rank
+  std::vector<Field> fields_;                           ///< per parameter and channel
 };
 
 }  // namespace crownfit

@@ -11,6 +11,6 @@ int main(int argc, char** argv) {
     std::fprintf(stderr, "usage: make_synthetic_capture FOLDER PIXELS\n");
     return 2;
   }
-  crownfit::WriteSyntheticCapture(argv[1], {.pixels = std::atoi(argv[2])});
+  crownfit::WriteSyntheticCapture(argv[1], {.pixels = std::atoi(argv[2]), .levels = 72});
   return 0;
 }
