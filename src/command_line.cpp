@@ -28,7 +28,9 @@ std::vector<CLI::Option*> AddFitOptions(CLI::App* fit, CommandLine& line, FitTex
   return {
       fit->add_option(
           "--model", line.fit.model,
-          "shader (default): seconds, for looks. path: goes on from there to the optimum of random walks, minutes."),
+          "shader: seconds, for looks. path: goes on from there to the optimum of random walks, minutes. auto "
+          "(default\n"
+          "of fit): path, unless the photographs can't tell shader from the truth. Default of batch: shader."),
       fit->add_option("--fix", text.fixes,
                       "NAME=VALUE or NAME=R,G,B: hold a parameter, such as dentine.absorption_per_mm=0.05.")
           ->take_all(),
@@ -121,6 +123,8 @@ BatchOptions BatchOf(const CommandLine& line, const std::string& program, const 
     options.fit.columns.push_back(
         {dashed.substr(2), is_flag, option->get_multi_option_policy() == CLI::MultiOptionPolicy::TakeAll});
     const CLI::Option* said = batch->get_option(dashed);
+    if (dashed == "--model" && said->count() == 0)
+      options.fit.defaults.insert(options.fit.defaults.end(), {dashed, "shader"});
     if (said->count() == 0) continue;
     if (is_flag) options.fit.defaults.push_back(dashed);
     for (const std::string& value : said->results())
@@ -276,6 +280,7 @@ CommandLine Parse(const std::vector<std::string>& arguments, std::ostream& error
     line.calibrate.task = app.get_subcommands().front()->get_subcommands().front()->get_name();
   line.fit.use_priors = !text.no_priors;
   if (slab->parsed() && slab->count("--model") == 0) line.fit.model = "layered";
+  if (render->parsed() && render->count("--model") == 0) line.fit.model = "shader";
   const auto complain = [&](const std::string& message) {
     errors << (brief ? "" : "crownfit: ") << message << "\n";
     line.exit_code = 2;
@@ -283,8 +288,8 @@ CommandLine Parse(const std::vector<std::string>& arguments, std::ostream& error
   if (!text.captures.empty()) line.capture = text.captures.front();
   if (text.captures.size() > 1)
     complain("several captures of one material can't be fitted together by this version; give one.");
-  const std::map<std::string, std::vector<std::string>> models{{"fit", {"shader", "path"}},
-                                                               {"batch", {"shader", "path"}},
+  const std::map<std::string, std::vector<std::string>> models{{"fit", {"auto", "shader", "path"}},
+                                                               {"batch", {"auto", "shader", "path"}},
                                                                {"render", {"shader", "path"}},
                                                                {"slab", {"layered", "path"}}};
   if (const auto known = models.find(line.command); known != models.end()) {

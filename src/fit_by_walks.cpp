@@ -28,10 +28,12 @@ class WalkFit {
       if (unknowns_.IsFree(p) && p.quantity != Quantity::kRoughness) differenced_.push_back(p);
   }
 
-  void Run() {
+  /// False when patches are further off than `to_beat`, after the search or at the end.
+  bool Run(double to_beat) {
     at_.converged = false;
     ChooseStart();
-    for (const double share : {kSearchShare, kMiddleShare}) Search(share * Paths());
+    ChooseValley();
+    if (at_.steps.back().block_chi2 > to_beat) return false;
     constexpr size_t kMostRuns = 8;
     constexpr double kShareOfWalks = 0.5;  // of the variance, that a fit tries to come below
     std::vector<Estimate> runs{LongRun()};
@@ -42,6 +44,7 @@ class WalkFit {
       if (runs.end()[-2].is_on_its_way || runs.back().is_on_its_way) runs.erase(runs.begin(), runs.end() - 1), ++lost;
       at_.converged = Conclude(runs) && runs.size() > 1;
     }
+    return at_.knowledge.block_chi2 <= to_beat;
   }
 
  private:
@@ -241,6 +244,37 @@ class WalkFit {
     if (misfit() > misfit_from) unknowns_.GoTo(from);
   }
 
+  /// Searches. A free roughness may have several optima (a lobe that reaches the camera and one that does not make the
+  /// same level): it is searched for from small, middle and large ones too, and the best is kept.
+  void ChooseValley() {
+    constexpr double kSameValley = 1.6;
+    const auto search = [&] {
+      for (const double share : {kSearchShare, kMiddleShare}) Search(share * Paths());
+    };
+    const int roughness = unknowns_.EntryOf(Roughness());
+    if (roughness < 0) return search();
+    const Eigen::VectorXd from = unknowns_.Here();
+    std::vector<double> starts{from[roughness]};
+    for (const double r : {0.1, 0.25, 0.55}) {
+      const double start = unknowns_.InItsScale(roughness, r);
+      if (std::none_of(starts.begin(), starts.end(),
+                       [&](double s) { return std::abs(s - start) < std::log(kSameValley); }))
+        starts.push_back(start);
+    }
+    std::vector<std::pair<double, Eigen::VectorXd>> found;  // misfit, where
+    for (const double start : starts) {
+      Eigen::VectorXd there = from;
+      there[roughness] = start;
+      unknowns_.GoTo(there);
+      search();
+      const Estimate e = LongRun();
+      found.emplace_back(e.block_chi2, e.unknowns);
+    }
+    unknowns_.GoTo(std::min_element(found.begin(), found.end(), [](const auto& a, const auto& b) {
+                     return a.first < b.first;
+                   })->second);
+  }
+
   /// Steps until they gain no more than noise does. Where one made things worse it is taken back, and derivatives get
   /// twice the paths.
   void Search(double paths) {
@@ -354,8 +388,15 @@ class WalkFit {
 
 }  // namespace
 
-void FitByWalks(const FitProblem& problem, CrownInput& input, FitState& at, Progress& progress) {
-  if (problem.free.count() > 0) WalkFit(problem, input, at, progress).Run();
+bool FitByWalks(const FitProblem& problem, CrownInput& input, FitState& at, bool must_explain_more,
+                Progress& progress) {
+  if (problem.free.count() == 0) return true;
+  const double to_beat = must_explain_more ? at.knowledge.block_chi2 : HUGE_VAL;
+  const FitState before = at;
+  if (WalkFit(problem, input, at, progress).Run(to_beat)) return true;
+  at = before;
+  input.capture = Moved(problem.capture, problem.errors, at.calibration.amounts);
+  return false;
 }
 
 }  // namespace crownfit

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdio>
 
 #include "fit_by_walks.h"
 #include "fit_pixels.h"
@@ -51,6 +52,28 @@ FitState FitByShader(const FitProblem& problem, CrownInput& input, Progress& pro
   return at;
 }
 
+std::string Number(double v) {
+  char text[32];
+  std::snprintf(text, sizeof text, "%.2g", v);
+  return text;
+}
+
+/// The cheapest model that suffices, unless one was asked for; goes on to it, and says why.
+void FitByTheModelThatSuffices(const FitProblem& problem, CrownInput& input, FitState& at, CrownFit& fit,
+                               Progress& progress) {
+  constexpr double kSuffices = 1.5;  // of patches' squares over their noise's
+  const std::string& asked = problem.options.model;
+  const double by_shader = at.knowledge.block_chi2;
+  const std::string left = "what model shader leaves of patches of neighbouring pixels is " + Number(by_shader) +
+                           " times the square of their noise (limit " + Number(kSuffices) + ")";
+  fit.model = asked == "path" || (asked == "auto" && by_shader > kSuffices) ? "path" : "shader";
+  fit.model_choice = asked == "auto" ? left : "asked for";
+  if (fit.model == "path" && !FitByWalks(problem, input, at, asked == "auto", progress)) {
+    fit.model = "shader";
+    fit.model_choice += "; random walks leave more: were these photographs rendered by shader?";
+  }
+}
+
 }  // namespace
 
 CrownFit FitCrown(const Capture& stated, const FitOptions& options, Progress& progress) {
@@ -67,7 +90,7 @@ CrownFit FitCrown(const Capture& stated, const FitOptions& options, Progress& pr
   const FitProblem problem{fit.capture, free, errors, options};
   FitState at = FitByShader(problem, input, progress);
   fit.seen_by_shader = MaterialAt(free, at.x);
-  if (options.model == "path") FitByWalks(problem, input, at, progress);
+  FitByTheModelThatSuffices(problem, input, at, fit, progress);
 
   fit.material = MaterialAt(free, at.x);
   fit.uncertainty = Quantify(fit.capture, free, at.x, at.knowledge, options.use_priors);
@@ -82,7 +105,7 @@ CrownFit FitCrown(const Capture& stated, const FitOptions& options, Progress& pr
   fit.ends_at_neck = !at.cast.crown->cut.triangles.empty();
   fit.messages = input.source.messages;
   for (const FitPixels& p : at.pixels) fit.fitted_pixels += p.pixels.size();
-  const Predictor predict = options.model == "path"
+  const Predictor predict = fit.model == "path"
                                 ? PredictorByWalks(problem, input, at, progress)
                                 : PredictorByShader(input, at.cast, fit.material, at.scales, options.threads);
   fit.photographs = ComparePhotographs(input, at.cast, predict, at.scales, at.pixels, options.threads);

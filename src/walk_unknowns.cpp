@@ -20,10 +20,17 @@ WalkUnknowns::WalkUnknowns(const FitProblem& problem, FitState& at) : problem_(p
   at_.scales.calibration.assign(problem.errors.size(), 0.0);
 }
 
-bool WalkUnknowns::IsFree(const SlopeParameter& p) const {
+int WalkUnknowns::EntryOf(const SlopeParameter& p) const {
   const size_t layer = p.layer < problem_.capture.layers.size() ? p.layer : kSurfaceOwner;
-  return std::any_of(problem_.free.entries.begin(), problem_.free.entries.end(),
-                     [&](const FreeEntry& e) { return e.layer == layer && e.quantity == p.quantity; });
+  const auto& entries = problem_.free.entries;
+  const auto found = std::find_if(entries.begin(), entries.end(),
+                                  [&](const FreeEntry& e) { return e.layer == layer && e.quantity == p.quantity; });
+  return found == entries.end() ? -1 : static_cast<int>(found - entries.begin());
+}
+
+double WalkUnknowns::InItsScale(int entry, double value) const {
+  const FreeEntry& e = problem_.free.entries[entry];
+  return std::clamp(e.scale == Scale::kLog ? std::log(value) : value, e.low, e.high);
 }
 
 Eigen::VectorXd WalkUnknowns::Here() const {

@@ -15,7 +15,11 @@ class WalkUnknowns {
   int count() const { return error(errors_); }
   int material() const { return material_; }
   int nuisances() const { return count() - material_; }
-  bool IsFree(const SlopeParameter& p) const;
+  bool IsFree(const SlopeParameter& p) const { return EntryOf(p) >= 0; }
+  /// The first free entry of a parameter; -1: none.
+  int EntryOf(const SlopeParameter& p) const;
+  /// A value in the scale of an entry, within its bounds.
+  double InItsScale(int entry, double value) const;
 
   Eigen::VectorXd Here() const;
   Eigen::VectorXd Stated() const;  ///< where the capture starts

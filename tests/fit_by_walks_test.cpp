@@ -47,7 +47,6 @@ Capture Walked(const std::filesystem::path& folder, const std::vector<double>& e
 
 CrownFit Fit(const Capture& capture, size_t walks) {
   FitOptions options;
-  options.model = "path";
   options.use_priors = false;
   options.paths_per_photograph = walks;
   options.overrides.fix = {{"surface.roughness", {0.22, 0.22, 0.22}}};
@@ -81,6 +80,7 @@ TEST(FitByWalks, FindsAToothWithinItsOwnIntervalsWhereShaderMissesIt) {
   Capture capture = Walked(folder.path, {1.0, 1.04, 1.0, 0.97, 1.0, 1.0});
   for (size_t i : {1, 3}) capture.photographs[i].exposure_stddev = 0.04;
   const CrownFit fit = Fit(capture, 150000);
+  EXPECT_EQ(fit.model, "path") << "shader is not enough";
   EXPECT_TRUE(fit.converged);
   EXPECT_TRUE(fit.usable);
   EXPECT_LT(fit.uncertainty.block_chi2, 1.5);

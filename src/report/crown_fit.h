@@ -12,7 +12,7 @@
 namespace crownfit {
 
 struct FitOptions {
-  std::string model = "shader";
+  std::string model = "auto";  ///< shader, path, or auto: shader where it suffices
   FitOverrides overrides;
   bool use_priors = true;
   uint64_t seed = 1;
@@ -52,6 +52,7 @@ struct MovedCalibration {
 struct CrownFit {
   Capture capture;  ///< with the overrides applied
   FitOptions options;
+  std::string model, model_choice;  ///< shader or path, and why
   Material material;
   Material seen_by_shader;  ///< with which model `shader` comes nearest: what the viewer shows
   Uncertainty uncertainty;

@@ -112,6 +112,7 @@ JsonValue ProvenanceJson(const CrownFit& fit) {
       {"crownfit", CROWNFIT_VERSION},
       {"inputs_sha256", digests},
       {"seed", static_cast<double>(fit.options.seed)},
+      {"model_choice", fit.model_choice},
       {"options",
        JsonValue::Object{{"model", fit.options.model},
                          {"fix", fixed},
@@ -164,7 +165,7 @@ std::string MaterialJson(const CrownFit& fit) {
   const Uncertainty& u = fit.uncertainty;
   return ToJsonText(JsonValue::Object{
       {"format", "crownfit-material/1"},
-      {"model", fit.options.model},
+      {"model", fit.model},
       {"status", fit.usable ? "usable" : "not_usable"},
       {"reasons", fit.reasons},
       {"caveats", fit.caveats},
@@ -238,6 +239,7 @@ std::string Summary(const CrownFit& fit) {
   for (const auto& direction : fit.uncertainty.weak_directions) text += "  weak: " + direction + "\n";
   text += "\n";
   for (const auto& caveat : fit.caveats) text += "Note: " + caveat + "\n";
+  text += "\nModel: " + fit.model + " (" + fit.model_choice + ")";
   text += std::string("\nStatus: ") + (fit.usable ? "usable" : "NOT USABLE") + "\n";
   for (const auto& reason : fit.reasons) text += "  because: " + reason + "\n";
   return text;

@@ -38,7 +38,7 @@ void AddCaveats(CrownFit& fit) {
   if (fit.ends_at_neck)
     fit.caveats.push_back("The scan is open at the neck: what lies beyond is assumed, and pixels within " +
                           Number(kNeckReachMm) + " mm of it count for less (up to 30 % error at the cut).");
-  if (fit.options.model == "path") {
+  if (fit.model == "path") {
     for (const FittedParameter& p : fit.uncertainty.parameters) {
       const bool has_no_slopes = p.quantity == Quantity::kWetness || p.quantity == Quantity::kNeckReturn ||
                                  p.quantity == Quantity::kIsotropicFraction ||
@@ -117,7 +117,7 @@ void Judge(CrownFit& fit) {
   if (u.reduced_chi2 > kChi2Limit)
     fit.reasons.push_back("reduced chi2 is " + Number(u.reduced_chi2) + ", above the limit " + Number(kChi2Limit) +
                           ": the model does not explain these photographs within their noise");
-  if (fit.options.model == "path" && u.block_chi2 > kChi2Limit)
+  if (fit.model == "path" && u.block_chi2 > kChi2Limit)
     fit.reasons.push_back("what is left in patches of neighbouring pixels is " + Number(u.block_chi2) +
                           " times its noise (limit " + Number(kChi2Limit) +
                           "): the photographs, their calibration and the model contradict each other, or more walks "

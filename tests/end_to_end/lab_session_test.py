@@ -96,7 +96,7 @@ def session(folder):
     capture(folder / "true", true / "camera.json", true / "poses.json", true / "light_rig.json", true / "noise.json", true / "blur.json", photos)
     capture(folder / "lab_made", *[made / f"{n}.json" for n in ("camera", "poses", "light_rig", "noise", "blur")], photos)
     for which in ("true", "lab_made"):
-        fit = json.loads(run("fit", folder / which, "-o", folder / f"fit_{which}", "--json", expect=(0, 1)).stdout)
+        fit = json.loads(run("fit", folder / which, "-o", folder / f"fit_{which}", "--model", "shader", "--json", expect=(0, 1)).stdout)
         results[which] = fit
         print(which, fit["status"], fit.get("reasons"), {k: v["de00_median"] for k, v in fit["image_error"]["photographs"].items()})
     return results

@@ -23,6 +23,6 @@ with tempfile.TemporaryDirectory() as folder:
     done = run(scripts[1])
     assert done.returncode == 0 and "valid" in done.stdout, done.stderr
     assert (Path(folder) / "my_slices.png").stat().st_size > 1000
-    done = run("build/release/crownfit fit my_crown -o my_result --max-pixels 1500")
+    done = run("build/release/crownfit fit my_crown -o my_result --model shader --max-pixels 1500")
     assert done.returncode in (0, 1), done.stderr
     print(done.stdout)

@@ -46,7 +46,7 @@ for name in ("measured", "constant"):
         del layers[1]["surface"]
         layers[0]["thickness_mm"] = {"initial": 0.9}
     (folder / f"{name}.json").write_text(json.dumps(capture))
-    run("fit", folder / f"{name}.json", "-o", folder / name, expect=(0, 1))
+    run("fit", folder / f"{name}.json", "-o", folder / name, "--model", "shader", expect=(0, 1))
     fits[name] = json.loads((folder / name / "material.json").read_text())
 
 print(f"{'':38}{'truth':>8}{'measured junction':>20}{'constant thickness':>21}")
