@@ -60,7 +60,7 @@ std::vector<SlopeParameter> DifferencedParameters(const Capture& capture) {
     const bool has_offset = l + 1 < capture.layers.size() && !capture.layers[l + 1].surface;
     if (has_offset) all.push_back({l, ThicknessQuantity(capture, l)});
   }
-  all.push_back({capture.layers.size(), Quantity::kRoughness});
+  all.push_back(RoughnessOf(capture));
   return all;
 }
 

@@ -29,6 +29,7 @@ class Bodies {
 
 /// What pictures are needed for: thicknesses that shape the crown, indices, roughness.
 std::vector<SlopeParameter> DifferencedParameters(const Capture& capture);
+inline SlopeParameter RoughnessOf(const Capture& capture) { return {capture.layers.size(), Quantity::kRoughness}; }
 
 /// By scattering, absorption and g from the paths themselves; by `differenced` parameters from pictures with those
 /// changed and the same random numbers (thickness by +-20 % and the parabola through three: smaller steps have ten

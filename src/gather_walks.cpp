@@ -1,0 +1,189 @@
+#include "gather_walks.h"
+
+#include <algorithm>
+#include <cmath>
+#include <glm/gtx/component_wise.hpp>
+#include <optional>
+#include <utility>
+
+#include "base/parallel.h"
+#include "fit/walk_comparison.h"
+#include "fit_by_walks.h"
+
+namespace crownfit {
+namespace {
+
+constexpr int kFewestPaths = 48;  // per pixel: derivatives' errors come from groups
+
+}  // namespace
+
+WalkGatherer::WalkGatherer(const FitProblem& problem, CrownInput& input, FitState& at, const WalkUnknowns& unknowns,
+                           Progress& progress)
+    : problem_(problem),
+      input_(input),
+      at_(at),
+      unknowns_(unknowns),
+      progress_(progress),
+      bodies_(input, problem.options.threads),
+      slopes_(at.pixels.size()) {
+  for (const SlopeParameter& p : DifferencedParameters(problem.capture))
+    if (unknowns_.IsFree(p) && p.quantity != Quantity::kRoughness) differenced_.push_back(p);
+}
+
+/// The capture with its calibration and lamps where the fit has moved them.
+void WalkGatherer::MoveInput() {
+  input_.capture = Moved(problem_.capture, problem_.errors, at_.calibration.amounts);
+  for (size_t l = 0; l < input_.capture.lights.size(); ++l)
+    input_.capture.lights[l].intensity_scale = at_.scales.light[l];
+}
+
+std::vector<WalkGatherer::Shared> WalkGatherer::SharedWalks() const {
+  std::vector<size_t> photographs;
+  for (const FitPixels& p : at_.pixels) photographs.push_back(p.photograph);
+  return WhichShareWalks(input_.capture, photographs);
+}
+
+std::vector<size_t> WalkGatherer::PhotographsOf(const Shared& shared) const {
+  std::vector<size_t> photographs;
+  for (const size_t g : shared) photographs.push_back(at_.pixels[g].photograph);
+  return photographs;
+}
+
+PathOptions WalkGatherer::OptionsFor(const Shared& shared, double paths, int fewest) {
+  const Camera& camera = SpecOf(at_.pixels[shared[0]]).camera;
+  PathOptions options;
+  options.wanted.assign(static_cast<size_t>(camera.width) * camera.height, 0);
+  for (const size_t g : shared)
+    for (const size_t place : PlacesOf(at_.pixels[g], CastOf(at_.pixels[g]), camera.width)) options.wanted[place] = 1;
+  const double pixels = static_cast<double>(std::count(options.wanted.begin(), options.wanted.end(), 1));
+  options.paths_per_pixel = std::max(fewest, static_cast<int>(std::ceil(paths / pixels)));
+  options.seed = problem_.options.seed;
+  options.stream = Key(kFitStream, ++run_);
+  options.threads = problem_.options.threads;
+  at_.walked_paths += options.paths_per_pixel * pixels;
+  return options;
+}
+
+std::vector<PathPhotograph> WalkGatherer::Predict(const Material& material, const Shared& shared,
+                                                  const PathOptions& options, const std::string& stage) {
+  return RenderTogether(input_.capture, bodies_.Of(material), input_.scenery, material, PhotographsOf(shared), options,
+                        [&](double share) { progress_.Show(stage, share, SpecOf(at_.pixels[shared[0]]).name); });
+}
+
+/// A material with nearly the same derivatives of ln(pixel), whose walks tell them with several times less noise: a
+/// smooth surface with diffuse exits, and less forward scattering at the same reduced coefficient (similarity). The
+/// solution does not move by it: there the derivatives only weigh what is left of the photographs.
+Material WalkGatherer::SimilarForDerivatives(Material m, const LayeredBody& body) const {
+  constexpr double kClear = 1.0, kForwardIfClear = 0.8, kForward = 0.5;
+  for (size_t l = 0; l < m.layers.size(); ++l) {
+    Material::Layer& layer = m.layers[l];
+    if (unknowns_.IsFree({l, Quantity::kAsymmetry}) || unknowns_.IsFree({l, Quantity::kIsotropicFraction})) continue;
+    const double deep = glm::compMin(body.high - body.low);
+    const double thickness = l + 1 < m.layers.size() ? layer[ThicknessQuantity(problem_.capture, l)][0] : deep;
+    const bool is_clear = layer[Quantity::kReducedScattering][1] * thickness < kClear;
+    layer[Quantity::kAsymmetry].fill(std::min(layer[Quantity::kAsymmetry][0], is_clear ? kForwardIfClear : kForward));
+  }
+  m.surface[Quantity::kRoughness].fill(0.0);
+  return m;
+}
+
+void WalkGatherer::Differentiate(const Material& material, const Shared& shared, double paths, bool of_roughness) {
+  PathOptions options = OptionsFor(shared, paths, kFewestPaths);
+  options.diffuse_exits = !of_roughness;
+  auto found = DifferentiateByPaths(
+      input_, bodies_, material, PhotographsOf(shared), options,
+      of_roughness ? std::vector<SlopeParameter>{RoughnessOf(problem_.capture)} : differenced_, progress_);
+  for (size_t k = 0; k < shared.size(); ++k)
+    slopes_[shared[k]].push_front(
+        {at_.x, static_cast<double>(options.paths_per_pixel), of_roughness, std::move(found[k].slopes)});
+}
+
+/// The last runs' slopes from about here; drops the others.
+std::vector<RowsOfSlopes::Run> WalkGatherer::SlopesNear(std::list<SlopesFound>& found) const {
+  constexpr double kNear = 0.3;
+  constexpr size_t kMost = 8;
+  found.remove_if([&](const SlopesFound& f) { return unknowns_.LongestLogarithm(f.at - at_.x) > kNear; });
+  if (found.size() > kMost) found.resize(kMost, found.front());
+  std::vector<RowsOfSlopes::Run> runs;
+  for (const SlopesFound& f : found)
+    runs.push_back({&f.slopes, f.paths, [of_roughness = f.of_roughness](const SlopeParameter& p) {
+                      return (p.quantity == Quantity::kRoughness) == of_roughness;
+                    }});
+  return runs;
+}
+
+GatheredWalks WalkGatherer::Gather(double paths, double slope_paths, const std::string& stage) {
+  constexpr double kRoughnessShare = 0.25;  // of the paths for other derivatives
+  MoveInput();
+  const Material material = MaterialAt(problem_.free, at_.x);
+  const Material similar = SimilarForDerivatives(material, bodies_.Of(material));
+  std::optional<WalkedStep> step;
+  WalkComparison total;
+  std::vector<std::vector<glm::dvec3>> values(at_.pixels.size());
+  for (const Shared& shared : SharedWalks()) {
+    PathOptions options = OptionsFor(shared, paths, kFewestPaths);
+    options.keeps_groups = true;
+    const std::vector<PathPhotograph> walked = Predict(material, shared, options, stage);
+    Differentiate(similar, shared, slope_paths, false);
+    if (unknowns_.IsFree(RoughnessOf(problem_.capture))) {
+      Material rough = similar;
+      rough.surface[Quantity::kRoughness] = material.surface[Quantity::kRoughness];
+      Differentiate(rough, shared, kRoughnessShare * slope_paths, true);
+    }
+    for (size_t k = 0; k < shared.size(); ++k) {
+      const size_t g = shared[k];
+      const FitPixels& p = at_.pixels[g];
+      const RowsOfSlopes rows(SlopesNear(slopes_[g]), unknowns_.Chain(), unknowns_.material());
+      const std::vector<size_t> places = PlacesOf(p, CastOf(p), walked[k].width);
+      const std::vector<glm::dvec3> smooth = SmoothedMeans(walked[k]);
+      std::vector<glm::dvec3> sharp;  // without the noise that what is left of a pixel shares
+      for (const size_t rank : RanksOf(p, CastOf(p), walked[k])) {
+        values[g].push_back(walked[k].pixels[rank].mean);
+        sharp.push_back(smooth[rank]);
+      }
+      const double exposure = unknowns_.ExposureOf(p);
+      const WalkComparison c = CompareWithWalks(p, CastOf(p), walked[k], exposure);
+      const WalkUnknowns::Slopes nuisances(unknowns_, g, input_.capture, material);
+      const WalkedStep none(unknowns_.material(), slopes_[g].front().slopes.groups(), unknowns_.nuisances());
+      if (!step) step.emplace(none);
+      constexpr size_t kParts = 64;  // fixed, so that sums do not depend on the number of threads
+      std::vector<WalkedStep> parts(kParts, none);
+      ParallelFor(kParts, problem_.options.threads, [&](size_t part) {
+        for (size_t i = part * p.pixels.size() / kParts; i < (part + 1) * p.pixels.size() / kParts; ++i) {
+          WalkedRows row = rows.Zero(unknowns_.nuisances());
+          for (int t = p.first_term[i]; t < p.first_term[i + 1]; ++t)
+            rows.AddTo(row, places[p.terms[t].source], exposure * p.terms[t].weight);
+          nuisances.AddTo(row.exact, i, sharp);
+          parts[part].Add(
+              {c.residual[i], c.covariance[i] / c.weight[i], c.of_walks[i] / c.weight[i], c.off_by_group[i]},
+              std::move(row));
+        }
+      });
+      for (const WalkedStep& part : parts) step->Add(part);
+      total.chi2 += c.chi2, total.block_chi2 += c.block_chi2;
+      total.values += c.values, total.block_values += c.block_values;
+    }
+  }
+  ++at_.iterations;
+  return {std::move(*step), total.chi2 / static_cast<double>(total.values),
+          total.block_chi2 / static_cast<double>(total.block_values), std::move(values)};
+}
+
+double WalkGatherer::Misfit(double paths, const std::string& stage) {
+  constexpr int kFewToCompare = 8;  // paths per pixel
+  MoveInput();
+  const Material material = MaterialAt(problem_.free, at_.x);
+  double sum = 0;
+  for (const Shared& shared : SharedWalks()) {
+    const std::vector<PathPhotograph> walked =
+        Predict(material, shared, OptionsFor(shared, paths, kFewToCompare), stage);
+    for (size_t k = 0; k < shared.size(); ++k) {
+      const FitPixels& p = at_.pixels[shared[k]];
+      const WalkComparison c = CompareWithWalks(p, CastOf(p), walked[k], unknowns_.ExposureOf(p));
+      sum += c.block_chi2 / static_cast<double>(c.block_values);
+    }
+  }
+  return sum;
+}
+
+}  // namespace crownfit

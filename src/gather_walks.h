@@ -1,0 +1,64 @@
+#pragma once
+// Walks of every photograph at the point where a fit stands, compared with the photographs.
+
+#include <Eigen/Dense>
+#include <list>
+#include <string>
+#include <vector>
+
+#include "fit/walked_step.h"
+#include "path_derivatives.h"
+#include "walk_unknowns.h"
+
+namespace crownfit {
+
+/// What walks say of the point where they were made.
+struct GatheredWalks {
+  WalkedStep step;
+  double chi2, block_chi2;                      ///< over the number of values, of patches' values
+  std::vector<std::vector<glm::dvec3>> values;  ///< per photograph of the fit and sharp pixel
+};
+
+class WalkGatherer {
+ public:
+  /// All must outlive it; `input` is moved to where the fit has moved the calibration.
+  WalkGatherer(const FitProblem& problem, CrownInput& input, FitState& at, const WalkUnknowns& unknowns,
+               Progress& progress);
+
+  /// Walks every photograph once for values and once for derivatives, so many paths each. Counts an iteration.
+  GatheredWalks Gather(double paths, double slope_paths, const std::string& stage);
+  /// Patches' squares over their noise's, by few walks: to tell a good start from a bad one.
+  double Misfit(double paths, const std::string& stage);
+
+ private:
+  using Shared = std::vector<size_t>;  ///< numbers in FitState::pixels of photographs that share walks
+  struct SlopesFound {
+    Eigen::VectorXd at;
+    double paths;
+    bool of_roughness;  ///< it alone: the others' derivatives need no rough surface
+    PooledSlopes slopes;
+  };
+  void MoveInput();
+  const PhotographSpec& SpecOf(const FitPixels& p) const { return input_.capture.photographs[p.photograph]; }
+  const PhotographCast& CastOf(const FitPixels& p) const { return at_.cast.photographs[p.photograph]; }
+  std::vector<Shared> SharedWalks() const;
+  std::vector<size_t> PhotographsOf(const Shared& shared) const;
+  PathOptions OptionsFor(const Shared& shared, double paths, int fewest);
+  std::vector<PathPhotograph> Predict(const Material& material, const Shared& shared, const PathOptions& options,
+                                      const std::string& stage);
+  Material SimilarForDerivatives(Material m, const LayeredBody& body) const;
+  void Differentiate(const Material& material, const Shared& shared, double paths, bool of_roughness);
+  std::vector<RowsOfSlopes::Run> SlopesNear(std::list<SlopesFound>& found) const;
+
+  const FitProblem& problem_;
+  CrownInput& input_;
+  FitState& at_;
+  const WalkUnknowns& unknowns_;
+  Progress& progress_;
+  Bodies bodies_;
+  std::vector<SlopeParameter> differenced_;     ///< all but roughness
+  std::vector<std::list<SlopesFound>> slopes_;  ///< per photograph of the fit, latest first
+  uint64_t run_ = 0;
+};
+
+}  // namespace crownfit
