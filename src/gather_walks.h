@@ -1,7 +1,6 @@
 #pragma once
 // Walks of every photograph at the point where a fit stands, compared with the photographs.
 
-#include <Eigen/Dense>
 #include <list>
 #include <string>
 #include <vector>
