@@ -178,7 +178,7 @@ CommandLine Parse(const std::vector<std::string>& arguments, std::ostream& error
 
   CLI::App app{
       "Fits the materials of dental crowns and teeth to calibrated photographs.\n\n"
-      "  crownfit check CAPTURE                 is the capture complete and consistent?\n"
+      "  crownfit check CAPTURE                 complete and consistent? what will it tell, what to photograph next?\n"
       "  crownfit fit CAPTURE -o RESULT         scattering, absorption, thickness, roughness, with error bars\n"
       "  crownfit batch MANIFEST -o DIR         hundreds of crowns: parallel, resumable, with a summary\n"
       "  crownfit render CAPTURE --material M   the photographs a material predicts\n"
@@ -206,7 +206,9 @@ CommandLine Parse(const std::vector<std::string>& arguments, std::ostream& error
   AddCommonOptions(fit, line);
 
   auto* check = app.add_subcommand(
-      "check", "Reads a capture with all its files and says whether it can be fitted; fits nothing.");
+      "check",
+      "Reads a capture with all its files and says whether it can be fitted, what its photographs would tell of every "
+      "free number, what the scene requires, and which photograph to take next; fits nothing.");
   check->add_option("CAPTURE", line.capture, "Folder with capture.json, or that file.")->required();
   check->add_option("-o,--output", line.output, "PNG with slices through the layers, to look at.");
   check->add_flag("--json", line.json, "Print JSON.");

@@ -78,53 +78,6 @@ int RunFit(const CommandLine& line) {
   return fit.usable ? 0 : 1;
 }
 
-int RunCheck(const CommandLine& line) {
-  Progress progress(line.progress);
-  const Capture capture = ReadCapture(line.capture);
-  CheckShaderSupports(capture);
-  progress.Show("reading", 0.0);
-  const CrownInput input = ReadInput(capture, line.fit.threads);
-  progress.Show("building the layers", 0.5);
-  const auto crown = BuildCrown(capture, input.source, StatedThicknesses(capture), line.fit.threads);
-  const FreeParameters free = FreeParametersOf(capture);
-  if (!line.output.empty()) {
-    std::vector<std::string> names;
-    for (const auto& layer : capture.layers) names.push_back(layer.name);
-    WriteImageFile(line.output, SectionFigure(crown->surfaces, names, line.fit.threads));
-  }
-  progress.Clear();
-  PrintMessages(input.source.messages);
-  const std::vector<std::string> caveats = PhotographCaveats(capture, input.photographs);
-  for (const auto& caveat : caveats) std::fprintf(stderr, "warning: %s\n", caveat.c_str());
-  if (line.json) {
-    JsonValue::Array photographs, free_names;
-    for (const auto& p : capture.photographs)
-      photographs.push_back(JsonValue::Object{{"name", p.name}, {"use", p.is_holdout ? "holdout" : "fit"}});
-    for (const auto& e : free.entries) free_names.push_back(e.name);
-    std::fputs(
-        ToJsonText(JsonValue::Object{
-                       {"valid", true}, {"photographs", photographs}, {"free", free_names}, {"caveats", caveats}})
-            .c_str(),
-        stdout);
-    return 0;
-  }
-  std::printf("%s: valid\n", capture.file.c_str());
-  for (size_t i = 0; i < capture.layers.size(); ++i)
-    std::printf("  layer %-16s %8zu triangles, mean thickness %.2f mm\n", capture.layers[i].name.c_str(),
-                crown->surfaces[i].triangles.size(), crown->thickness_mm[i]);
-  for (size_t i = 0; i < capture.photographs.size(); ++i) {
-    const PhotographSpec& p = capture.photographs[i];
-    std::printf("  photograph %-11s %4d x %-4d %s%s%s, %d saturated pixels in the mask\n", p.name.c_str(),
-                p.camera.width, p.camera.height, p.is_holdout ? "held out" : "fit", p.files.mask ? ", mask" : "",
-                p.exposure_is_free ? ", exposure free" : "", input.photographs[i].saturated_pixels);
-  }
-  std::printf("  %d numbers are free:\n", free.count());
-  for (const auto& e : free.entries) std::printf("    %s\n", e.name.c_str());
-  if (free.count() == 0)
-    std::printf("    none: a fit would only compare. State {\"initial\": v} for what is to be fitted.\n");
-  return 0;
-}
-
 int RunRender(const CommandLine& line) {
   Progress progress(line.progress);
   const Capture capture = ReadCapture(line.capture);

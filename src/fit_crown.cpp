@@ -6,6 +6,7 @@
 
 #include "fit_by_walks.h"
 #include "fit_pixels.h"
+#include "foresee_photographs.h"
 #include "optics/twelve_taps.h"
 
 namespace crownfit {
@@ -111,6 +112,8 @@ CrownFit FitCrown(const Capture& stated, const FitOptions& options, Progress& pr
   fit.photographs = ComparePhotographs(input, at.cast, predict, at.scales, at.pixels, options.threads);
   fit.calibration = HowFarMoved(errors, at.calibration.amounts);
   fit.caveats = PhotographCaveats(fit.capture, input.photographs);
+  if (const Foresight more = ForeseePhotographs(problem, input, at, progress); more.IsWorthTaking())
+    fit.advice = AdviceIn(free, more);
   Judge(fit);
   return fit;
 }

@@ -153,22 +153,29 @@ std::vector<FitPixels> ChoosePixels(const CrownInput& input, const CastState& st
   return chosen;
 }
 
-/// Takes out the pixels that are not kept.
-void Keep(const std::vector<uint8_t>& kept, FitPixels& p, CalibrationSlopes& slopes) {
+FitPixels Subset(const FitPixels& p, std::span<const int> which) {
   FitPixels left{p.photograph, p.exposure, {}, {}, {}, p.sources, {0}, {}, {}};
-  std::vector<int> rows;
-  for (size_t i = 0; i < p.pixels.size(); ++i) {
-    if (!kept[i]) continue;
+  for (const int i : which) {
     left.pixels.push_back(p.pixels[i]);
     left.values.push_back(p.values[i]);
     left.stddev.push_back(p.stddev[i]);
     if (!p.scenery.empty()) left.scenery.push_back(p.scenery[i]);
     left.terms.insert(left.terms.end(), p.terms.begin() + p.first_term[i], p.terms.begin() + p.first_term[i + 1]);
     left.first_term.push_back(static_cast<int>(left.terms.size()));
+  }
+  return left;
+}
+
+/// Takes out the pixels that are not kept.
+static void Keep(const std::vector<uint8_t>& kept, FitPixels& p, CalibrationSlopes& slopes) {
+  std::vector<int> which, rows;
+  for (size_t i = 0; i < p.pixels.size(); ++i) {
+    if (!kept[i]) continue;
+    which.push_back(static_cast<int>(i));
     for (int c = 0; c < kChannels; ++c) rows.push_back(kChannels * static_cast<int>(i) + c);
   }
   slopes.by_error = Eigen::MatrixXd(slopes.by_error(rows, Eigen::all));
-  p = std::move(left);
+  p = Subset(p, which);
 }
 
 std::vector<CalibrationSlopes> SlopesOf(const CrownInput& input, const Capture& stated,

@@ -1,6 +1,7 @@
 #pragma once
 // Which pixels a fit uses, and what each of them is a sum of.
 
+#include <span>
 #include <string>
 #include <vector>
 
@@ -27,6 +28,9 @@ std::vector<int> ComparablePixels(const PhotographSpec& spec, const PhotographCa
 /// Pixels for the fit: comparable ones, every n-th in both directions when there are more than `max_pixels`. Holdouts
 /// are left out. Throws InputError when a photograph offers none.
 std::vector<FitPixels> ChoosePixels(const CrownInput& input, const CastState& state, size_t max_pixels);
+
+/// The same photograph with these of its pixels (indices into FitPixels::pixels) alone.
+FitPixels Subset(const FitPixels& pixels, std::span<const int> which);
 
 /// What moving the calibration by its stated errors changes, by casting again half a standard deviation to either side
 /// of `amounts`. Pixels that some of these put off the object are taken out of `pixels`. `stated`: the capture as it

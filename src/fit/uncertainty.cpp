@@ -53,28 +53,6 @@ double BlockChi2(const CastState& state, const Evaluation& e, const std::vector<
   return patches ? total / static_cast<double>(patches) : 0.0;
 }
 
-/// J' C J of these shared errors; patches and photographs are independent of each other.
-Eigen::MatrixXd ModelScatter(const CastState& state, const Evaluation& e, const std::vector<FitPixels>& pixels) {
-  Eigen::MatrixXd scatter = Eigen::MatrixXd::Zero(e.jacobian.cols(), e.jacobian.cols());
-  ForEachPatch(state, pixels, [&](const std::vector<std::pair<int, double>>& rows) {
-    Eigen::VectorXd pull = Eigen::VectorXd::Zero(e.jacobian.cols());
-    for (const auto& [row, signal] : rows) pull += kPatchError * signal * e.jacobian.row(row).transpose();
-    scatter += pull * pull.transpose();
-  });
-  int row = 0;
-  for (const FitPixels& p : pixels) {
-    std::array<Eigen::VectorXd, kChannels> pull;
-    pull.fill(Eigen::VectorXd::Zero(e.jacobian.cols()));
-    for (size_t i = 0; i < p.pixels.size(); ++i)
-      for (int c = 0; c < kChannels; ++c, ++row)
-        pull[c] += p.values[i][c] / p.stddev[i][c] * e.jacobian.row(row).transpose();
-    const Eigen::VectorXd all = kPhotographError * (pull[0] + pull[1] + pull[2]);
-    scatter += all * all.transpose();
-    for (const auto& of_channel : pull) scatter += kChannelError * kChannelError * of_channel * of_channel.transpose();
-  }
-  return scatter;
-}
-
 std::string Describe(const FreeParameters& free, const Eigen::VectorXd& direction, double stddev) {
   std::vector<int> order(free.count());
   for (int k = 0; k < free.count(); ++k) order[k] = k;
@@ -121,8 +99,37 @@ double DataKnowledge::Variance(const Eigen::RowVectorXd& g) const {
   return (g * covariance * g.transpose())(0, 0);
 }
 
+Eigen::MatrixXd DataKnowledge::Precision() const {
+  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(covariance);
+  Eigen::VectorXd inverse = Eigen::VectorXd::Zero(covariance.rows());
+  for (Eigen::Index i = unseen.cols(); i < inverse.size(); ++i)  // the covariance is 0 along unseen directions
+    if (eigen.eigenvalues()[i] > 0) inverse[i] = 1.0 / eigen.eigenvalues()[i];
+  return eigen.eigenvectors() * inverse.asDiagonal() * eigen.eigenvectors().transpose();
+}
+
+Eigen::MatrixXd ModelScatter(const CastState& state, const Evaluation& e, const std::vector<FitPixels>& pixels) {
+  Eigen::MatrixXd scatter = Eigen::MatrixXd::Zero(e.jacobian.cols(), e.jacobian.cols());
+  ForEachPatch(state, pixels, [&](const std::vector<std::pair<int, double>>& rows) {
+    Eigen::VectorXd pull = Eigen::VectorXd::Zero(e.jacobian.cols());
+    for (const auto& [row, signal] : rows) pull += kPatchError * signal * e.jacobian.row(row).transpose();
+    scatter += pull * pull.transpose();
+  });
+  int row = 0;
+  for (const FitPixels& p : pixels) {
+    std::array<Eigen::VectorXd, kChannels> pull;
+    pull.fill(Eigen::VectorXd::Zero(e.jacobian.cols()));
+    for (size_t i = 0; i < p.pixels.size(); ++i)
+      for (int c = 0; c < kChannels; ++c, ++row)
+        pull[c] += p.values[i][c] / p.stddev[i][c] * e.jacobian.row(row).transpose();
+    const Eigen::VectorXd all = kPhotographError * (pull[0] + pull[1] + pull[2]);
+    scatter += all * all.transpose();
+    for (const auto& of_channel : pull) scatter += kChannelError * kChannelError * of_channel * of_channel.transpose();
+  }
+  return scatter;
+}
+
 DataKnowledge KnowledgeByShader(const CastState& state, const FreeParameters& free, const Evaluation& e,
-                                const std::vector<FitPixels>& pixels) {
+                                const std::vector<FitPixels>& pixels, bool with_model_errors) {
   const int n = free.count();
   DataKnowledge k;
   k.covariance = Eigen::MatrixXd::Zero(n, n);
@@ -144,7 +151,8 @@ DataKnowledge KnowledgeByShader(const CastState& state, const FreeParameters& fr
   k.condition = singular[n - 1] > 0 ? singular[0] / singular[n - 1] : HUGE_VAL;
   const Eigen::MatrixXd inverse =
       v.leftCols(seen) * singular.head(seen).cwiseAbs2().cwiseInverse().asDiagonal() * v.leftCols(seen).transpose();
-  k.covariance = k.inflation * inverse + inverse * ModelScatter(state, e, pixels) * inverse;
+  k.covariance = k.inflation * inverse;
+  if (with_model_errors) k.covariance += inverse * ModelScatter(state, e, pixels) * inverse;
   k.unseen = v.rightCols(n - seen);
   return k;
 }
@@ -162,16 +170,14 @@ Uncertainty Quantify(const Capture& capture, const FreeParameters& free, const E
   Eigen::MatrixXd posterior(n, n);
   if (n > 0) {
     // With the priors: what the photographs say, plus theirs.
-    Eigen::MatrixXd precision = Eigen::MatrixXd::Zero(n, n);
+    Eigen::MatrixXd precision = data.Precision();
     const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(data.covariance);
     const auto unseen = data.unseen.cols();
     for (Eigen::Index i = 0; i < unseen; ++i)
       result.weak_directions.push_back(Describe(free, data.unseen.col(i), HUGE_VAL));
-    for (Eigen::Index i = n - 1; i >= unseen; --i) {  // the covariance is 0 along unseen directions
-      const Eigen::VectorXd along = eigen.eigenvectors().col(i);
+    for (Eigen::Index i = n - 1; i >= unseen; --i) {
       const double stddev = std::sqrt(std::max(0.0, eigen.eigenvalues()[i]));
-      if (stddev > kWeak) result.weak_directions.push_back(Describe(free, along, stddev));
-      if (stddev > 0) precision += along * along.transpose() / (stddev * stddev);
+      if (stddev > kWeak) result.weak_directions.push_back(Describe(free, eigen.eigenvectors().col(i), stddev));
     }
     for (int k = 0; k < n; ++k) precision(k, k) += 1.0 / (free.entries[k].prior_stddev * free.entries[k].prior_stddev);
     posterior = precision.ldlt().solve(Eigen::MatrixXd::Identity(n, n));

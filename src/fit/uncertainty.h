@@ -2,6 +2,7 @@
 // How sure the fit is. What the photographs alone say stays apart from priors, so that directions they say nothing
 // about get an infinite variance instead of none.
 
+#include <Eigen/Dense>
 #include <optional>
 #include <string>
 #include <vector>
@@ -40,11 +41,18 @@ struct DataKnowledge {
   double condition = 0, reduced_chi2 = 0, block_chi2 = 0, inflation = 1;
   /// Of a linear combination; infinite when it leans on an unseen direction.
   double Variance(const Eigen::RowVectorXd& g) const;
+  /// The covariance's inverse; 0 along unseen directions.
+  Eigen::MatrixXd Precision() const;
 };
 
-/// Of model `shader`, whose own errors many pixels share. `e`: evaluation with derivatives at the solution.
+/// Of model `shader`, whose own errors many pixels share (unless left out: as if it were exact). `e`: evaluation with
+/// derivatives at the solution.
 DataKnowledge KnowledgeByShader(const CastState& state, const FreeParameters& free, const Evaluation& e,
-                                const std::vector<FitPixels>& pixels);
+                                const std::vector<FitPixels>& pixels, bool with_model_errors = true);
+
+/// J' C J of the errors that model `shader` has in common over patches and photographs, which are independent of each
+/// other; J, C: whitened.
+Eigen::MatrixXd ModelScatter(const CastState& state, const Evaluation& e, const std::vector<FitPixels>& pixels);
 
 /// Width of the patches of neighbouring pixels whose errors are looked at together.
 inline constexpr int kPatch = 8;

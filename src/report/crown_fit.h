@@ -70,6 +70,7 @@ struct CrownFit {
   std::vector<std::string> reasons;   ///< why the result is not usable, and parameters at their bounds
   std::vector<std::string> caveats;   ///< what can't be trusted, in words
   std::string verdict;                ///< what the photographs can tell
+  std::string advice;                 ///< which photograph would tell more; empty: nothing is weak, or none would
 };
 
 /// What the photographs' files and their calibration make doubtful, in words.

@@ -176,6 +176,7 @@ std::string MaterialJson(const CrownFit& fit) {
       {"image_error",
        JsonValue::Object{{"fit", ErrorJson(used)}, {"holdout", ErrorJson(held_out)}, {"photographs", by_name}}},
       {"identifiability", JsonValue::Object{{"verdict", fit.verdict},
+                                            {"advice", fit.advice},
                                             {"weak_directions", u.weak_directions},
                                             {"condition", u.condition},
                                             {"reduced_chi2", u.reduced_chi2},
@@ -237,6 +238,7 @@ std::string Summary(const CrownFit& fit) {
   add("CIEDE2000 over 8 x 8 pixel blocks; not seen: at most 0.8, acceptable: at most 1.8.\n\n");
   text += fit.verdict + "\n";
   for (const auto& direction : fit.uncertainty.weak_directions) text += "  weak: " + direction + "\n";
+  if (!fit.advice.empty()) text += fit.advice + "\n";
   text += "\n";
   for (const auto& caveat : fit.caveats) text += "Note: " + caveat + "\n";
   text += "\nModel: " + fit.model + " (" + fit.model_choice + ")";

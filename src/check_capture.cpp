@@ -1,0 +1,92 @@
+#include "check_capture.h"
+
+#include <chrono>
+#include <cmath>
+#include <thread>
+
+#include "fit/image_residuals.h"
+#include "fit_pixels.h"
+#include "walk/path_photograph.h"
+
+namespace crownfit {
+namespace {
+
+/// The start values as if a fit had ended there and the photographs agreed.
+FitState StateAtStart(const FitProblem& problem, const CrownInput& input, Evaluation& e, Progress& progress) {
+  CastOptions cast_options;
+  cast_options.threads = problem.options.threads;
+  FitState at;
+  at.x = StartVector(problem.free);
+  at.cast = CastAll(input, ThicknessesOf(problem.capture, MaterialAt(problem.free, at.x)), cast_options, progress);
+  at.pixels = ChoosePixels(input, at.cast, problem.options.max_pixels_per_photograph);
+  e = ImageResiduals(problem.capture, at.cast, problem.free, at.pixels, {}, {3.0, problem.options.threads})
+          .Evaluate(at.x, true);
+  at.scales = e.scales;
+  e.residuals.setZero();
+  return at;
+}
+
+/// What a fit by walks would know where one by `shader` stands.
+DataKnowledge KnowledgeByWalks(const FitProblem& problem, const FitState& at) {
+  const auto knowledge = [&](const std::vector<FitPixels>& pixels) {
+    Evaluation e = ImageResiduals(problem.capture, at.cast, problem.free, pixels, {}, {0.0, problem.options.threads})
+                       .Evaluate(at.x, true);
+    e.residuals.setZero();
+    return KnowledgeByShader(at.cast, problem.free, e, pixels, /*with_model_errors=*/false);
+  };
+  std::vector<FitPixels> walked;
+  for (const FitPixels& p : at.pixels)
+    walked.push_back(WithNoiseOfWalks(p, static_cast<double>(problem.options.paths_per_photograph)));
+  DataKnowledge k = knowledge(walked);
+  k.of_walks = 1.0 - knowledge(at.pixels).covariance.diagonal().array() / k.covariance.diagonal().array().max(1e-300);
+  return k;
+}
+
+/// By what one cast with one evaluation took, and what a path costs on a core (docs/validation.md).
+void EstimateTimes(const FitState& at, const FitOptions& options, double evaluation_s, CaptureCheck& check) {
+  constexpr double kEvaluations = 20, kRuns = 5, kSecondsPerPath = 20e-6;
+  check.shader_s = kEvaluations * evaluation_s;
+  std::vector<size_t> photographs;
+  for (const FitPixels& p : at.pixels) photographs.push_back(p.photograph);
+  const double walked =
+      static_cast<double>(WhichShareWalks(check.input.capture, photographs).size() * options.paths_per_photograph);
+  const unsigned cores = options.threads > 0 ? options.threads : std::max(1u, std::thread::hardware_concurrency());
+  check.path_s = check.shader_s + kRuns * walked * kSecondsPerPath / cores;
+}
+
+}  // namespace
+
+CaptureCheck CheckCapture(const Capture& stated, const FitOptions& options, Progress& progress) {
+  CheckShaderSupports(stated);
+  progress.Show("reading", 0.0);
+  CaptureCheck check;
+  check.input = ReadInput(stated, options.threads);
+  const Capture& capture = check.input.capture;
+  const FreeParameters free = FreeParametersOf(capture);
+  const std::vector<CalibrationError> no_errors;
+  const FitProblem problem{capture, free, no_errors, options};
+  Evaluation e;
+  const auto begin = std::chrono::steady_clock::now();
+  FitState at = StateAtStart(problem, check.input, e, progress);
+  const std::chrono::duration<double> took = std::chrono::steady_clock::now() - begin;
+  EstimateTimes(at, options, took.count(), check);
+  check.crown = at.cast.crown;
+  check.caveats = PhotographCaveats(capture, check.input.photographs);
+  check.requirements = SceneRequirements(problem, check.input, at, progress);
+  if (free.count() == 0 || !e.finite) return check;
+
+  const DataKnowledge by_shader = KnowledgeByShader(at.cast, free, e, at.pixels);
+  at.knowledge = KnowledgeByWalks(problem, at);
+  for (int k = 0; k < free.count(); ++k) {
+    const auto interval = [&](const DataKnowledge& knowledge) {
+      return IntervalInWords(free.entries[k], std::sqrt(knowledge.Variance(Eigen::RowVectorXd::Unit(free.count(), k))));
+    };
+    check.foreseen.push_back({free.entries[k].name, interval(by_shader), interval(at.knowledge)});
+  }
+  check.weak_directions = Quantify(capture, free, at.x, at.knowledge, options.use_priors).weak_directions;
+  const Foresight more = ForeseePhotographs(problem, check.input, at, progress);
+  if (more.IsWorthTaking()) check.advice = AdviceIn(free, more);
+  return check;
+}
+
+}  // namespace crownfit

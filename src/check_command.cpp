@@ -1,0 +1,105 @@
+#include <cstdio>
+
+#include "base/json_file.h"
+#include "check_capture.h"
+#include "commands.h"
+#include "photo/image_io.h"
+#include "report/sections.h"
+
+namespace crownfit {
+namespace {
+
+std::string AsJson(const Capture& capture, const CaptureCheck& check) {
+  JsonValue::Array photographs, free_names, foreseen, requirements;
+  for (const auto& p : capture.photographs)
+    photographs.push_back(JsonValue::Object{{"name", p.name}, {"use", p.is_holdout ? "holdout" : "fit"}});
+  for (const auto& e : check.foreseen) {
+    free_names.push_back(e.name);
+    foreseen.push_back(JsonValue::Object{{"name", e.name}, {"shader", e.by_shader}, {"path", e.by_path}});
+  }
+  for (const auto& r : check.requirements)
+    requirements.push_back(JsonValue::Object{{"without", r.what},
+                                             {"photograph", r.photograph},
+                                             {"de00", r.de00},
+                                             {"parameter", r.parameter},
+                                             {"shift_in_stddevs", r.shift},
+                                             {"needed", r.is_needed}});
+  return ToJsonText(
+      JsonValue::Object{{"valid", true},
+                        {"photographs", photographs},
+                        {"free", free_names},
+                        {"caveats", check.caveats},
+                        {"foreseen", foreseen},
+                        {"weak_directions", check.weak_directions},
+                        {"requirements", requirements},
+                        {"advice", check.advice},
+                        {"seconds", JsonValue::Object{{"shader", check.shader_s}, {"path", check.path_s}}}});
+}
+
+void PrintScene(const Capture& capture, const CaptureCheck& check) {
+  std::printf("%s: valid\n", capture.file.c_str());
+  for (size_t i = 0; i < capture.layers.size(); ++i)
+    std::printf("  layer %-16s %8zu triangles, mean thickness %.2f mm\n", capture.layers[i].name.c_str(),
+                check.crown->surfaces[i].triangles.size(), check.crown->thickness_mm[i]);
+  for (size_t i = 0; i < capture.photographs.size(); ++i) {
+    const PhotographSpec& p = capture.photographs[i];
+    std::printf("  photograph %-11s %4d x %-4d %s%s%s, %d saturated pixels in the mask\n", p.name.c_str(),
+                p.camera.width, p.camera.height, p.is_holdout ? "held out" : "fit", p.files.mask ? ", mask" : "",
+                p.exposure_is_free ? ", exposure free" : "", check.input.photographs[i].saturated_pixels);
+  }
+}
+
+void PrintForeseen(const CaptureCheck& check) {
+  std::printf(
+      "\n%zu numbers are free. What these photographs would tell of them (95 %% intervals), foreseen at the start "
+      "values:\n",
+      check.foreseen.size());
+  if (check.foreseen.empty()) {
+    std::printf("  none: a fit would only compare. State {\"initial\": v} for what is to be fitted.\n");
+    return;
+  }
+  std::printf("  %-52s %-30s %s\n", "", "model shader, with its errors", "model path");
+  for (const auto& e : check.foreseen)
+    std::printf("  %-52s %-30s %s\n", e.name.c_str(), e.by_shader.c_str(), e.by_path.c_str());
+  std::printf(
+      "  about %.0f s by shader, %.0f s by path; `crownfit fit` begins with shader and goes on to path unless "
+      "it suffices\n",
+      check.shader_s, check.path_s);
+  for (const auto& direction : check.weak_directions) std::printf("  weak: %s\n", direction.c_str());
+  if (!check.advice.empty()) std::printf("  %s\n", check.advice.c_str());
+}
+
+void PrintRequirements(const CaptureCheck& check) {
+  if (check.requirements.empty()) return;
+  std::printf("\nWhat the scene requires: without it the picture changes by CIEDE2000, and a fit would miss by\n");
+  for (const auto& r : check.requirements)
+    std::printf("  %-28s %6.2f in '%s'%*s %8.2g standard deviations of %s%s\n", r.what.c_str(), r.de00,
+                r.photograph.c_str(), std::max(0, 14 - static_cast<int>(r.photograph.size())), "", r.shift,
+                r.parameter.c_str(), r.is_needed ? "" : "  (not needed)");
+}
+
+}  // namespace
+
+int RunCheck(const CommandLine& line) {
+  Progress progress(line.progress);
+  const Capture capture = ReadCapture(line.capture);
+  const CaptureCheck check = CheckCapture(capture, line.fit, progress);
+  if (!line.output.empty()) {
+    std::vector<std::string> names;
+    for (const auto& layer : capture.layers) names.push_back(layer.name);
+    WriteImageFile(line.output, SectionFigure(check.crown->surfaces, names, line.fit.threads));
+  }
+  progress.Clear();
+  for (const auto& message : check.input.source.messages) std::fprintf(stderr, "note: %s\n", message.c_str());
+  for (const auto& caveat : check.caveats) std::fprintf(stderr, "warning: %s\n", caveat.c_str());
+  if (line.json) {
+    std::fputs(AsJson(capture, check).c_str(), stdout);
+    return 0;
+  }
+  PrintScene(capture, check);
+  PrintForeseen(check);
+  PrintRequirements(check);
+  return 0;
+}
+
+}  // namespace crownfit

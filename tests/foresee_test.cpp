@@ -1,0 +1,136 @@
+// What a capture needs, foreseen, against what the photograph then tells and what leaving a part out then does.
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "exchange/material_file.h"
+#include "fit/image_residuals.h"
+#include "fit/solve.h"
+#include "fit_pixels.h"
+#include "foresee_photographs.h"
+#include "scene_requirements.h"
+#include "support/synthetic_capture.h"
+#include "support/temporary_folder.h"
+
+namespace crownfit {
+namespace {
+
+/// An incisor at its true values, with photographs as model `shader` predicts them at 1 % noise.
+class Foreseen : public testing::Test {
+ protected:
+  Foreseen() {
+    WriteSyntheticCapture(folder_.path, {.pixels = 24, .levels = 24, .initial_factor = 1.0});
+    all_ = ReadCapture(folder_.path);
+    for (PhotographSpec& p : all_.photographs) p.is_holdout = false;
+  }
+
+  /// The capture with only these of its photographs.
+  Capture With(const std::vector<std::string>& names) const {
+    Capture capture = all_;
+    std::erase_if(capture.photographs,
+                  [&](const PhotographSpec& p) { return !std::count(names.begin(), names.end(), p.name); });
+    return capture;
+  }
+
+  /// As if a fit had ended at the start values.
+  static std::pair<CrownInput, FitState> FittedAtStart(const Capture& capture, const FreeParameters& free) {
+    Progress silent(ProgressMode::kNone);
+    CrownInput input = ReadInput(capture, 0, false);
+    FitState at;
+    at.x = StartVector(free);
+    const Material material = MaterialAt(free, at.x);
+    at.cast = CastAll(input, ThicknessesOf(capture, material), {}, silent);
+    for (size_t i = 0; i < capture.photographs.size(); ++i) {
+      const Camera& camera = capture.photographs[i].camera;
+      Photograph photo;
+      photo.linear = Image(camera.width, camera.height, kChannels);
+      photo.variance = Image(camera.width, camera.height, kChannels, 1e-6f);
+      photo.usable.assign(static_cast<size_t>(camera.width) * camera.height, 1);
+      const auto values = PredictPixels(capture, at.cast, i, material, StatedLightScales(capture), 0);
+      for (size_t k = 0; k < values.size(); ++k)
+        for (int c = 0; c < kChannels; ++c) {
+          const int x = at.cast.photographs[i].pixels[k].x, y = at.cast.photographs[i].pixels[k].y;
+          photo.linear.at(x, y, c) = static_cast<float>(values[k][c]);
+          photo.variance.at(x, y, c) = static_cast<float>(1e-6 + 1e-4 * values[k][c] * values[k][c]);
+        }
+      input.photographs.push_back(std::move(photo));
+    }
+    at.pixels = ChoosePixels(input, at.cast, 6000);
+    const Evaluation e = ImageResiduals(capture, at.cast, free, at.pixels, {}, {3.0, 0}).Evaluate(at.x, true);
+    at.scales = e.scales;
+    at.knowledge = KnowledgeByShader(at.cast, free, e, at.pixels);
+    return {std::move(input), std::move(at)};
+  }
+
+  TemporaryFolder folder_;
+  Capture all_;
+  FitOptions options_;
+  std::vector<CalibrationError> no_errors_;
+};
+
+TEST_F(Foreseen, TheAdvisedPhotographNarrowsTheWeakestIntervalAsForeseen) {
+  for (const char* alone : {"front", "side"}) {
+    const Capture capture = With({alone});
+    const FreeParameters free = FreeParametersOf(capture);
+    const auto [input, at] = FittedAtStart(capture, free);
+    Progress silent(ProgressMode::kNone);
+    const Foresight foresight = ForeseePhotographs({capture, free, no_errors_, options_}, input, at, silent);
+    ASSERT_TRUE(foresight.IsWorthTaking()) << alone;
+    const ForeseenPhotograph& advised = foresight.best[0];
+    const auto taken = FittedAtStart(WithIdea(capture, advised.idea), free).second;
+    const double stddev =
+        std::sqrt(taken.knowledge.Variance(Eigen::RowVectorXd::Unit(free.count(), foresight.weakest)));
+    EXPECT_LT(stddev, 1.5 * advised.stddev) << alone << ": " << AdviceIn(free, foresight);
+    EXPECT_GT(stddev, advised.stddev / 1.5) << alone << ": " << AdviceIn(free, foresight);
+    EXPECT_LT(stddev, 0.9 * foresight.stddev);
+  }
+}
+
+TEST_F(Foreseen, NoPhotographIsAdvisedWhereAllIsKnown) {
+  Capture capture = With({"front", "back"});
+  for (LayerSpec& layer : capture.layers)
+    for (ParameterSpec& p : layer.parameters) p.fixed = true;
+  const FreeParameters free = FreeParametersOf(capture);  // the roughness is left, which the front tells
+  const auto [input, at] = FittedAtStart(capture, free);
+  Progress silent(ProgressMode::kNone);
+  const Foresight foresight = ForeseePhotographs({capture, free, no_errors_, options_}, input, at, silent);
+  EXPECT_FALSE(foresight.IsWorthTaking());
+}
+
+TEST_F(Foreseen, WhatLeavingATileOutShiftsIsWhatAFitWithoutItFinds) {
+  Capture capture = With({"front_black", "front_white"});
+  for (LayerSpec& layer : capture.layers)
+    for (ParameterSpec& p : layer.parameters) p.fixed = true;
+  capture.layers[1][Quantity::kAbsorption].fixed = false;
+  const FreeParameters free = FreeParametersOf(capture);
+  const auto [input, at] = FittedAtStart(capture, free);
+  Progress silent(ProgressMode::kNone);
+  const FitProblem problem{capture, free, no_errors_, options_};
+  const auto requirements = SceneRequirements(problem, input, at, silent);
+  const auto tile = std::find_if(requirements.begin(), requirements.end(),
+                                 [](const SceneRequirement& r) { return r.what == "tile 'black'"; });
+  ASSERT_NE(tile, requirements.end());
+  EXPECT_TRUE(tile->is_needed);
+  EXPECT_GT(tile->de00, 0.1);
+
+  Capture without = capture;
+  for (PhotographSpec& p : without.photographs)
+    if (p.backing && capture.backings[*p.backing].name == "black") p.backing.reset();
+  CrownInput bare = input;
+  bare.capture = without;
+  CastState cast = CastAll(bare, ThicknessesOf(without, MaterialAt(free, at.x)), {}, silent);
+  const auto pixels = ChoosePixels(bare, cast, 6000);
+  SolveOptions solve;
+  const SolveResult solved =
+      Solve(ImageResiduals(without, cast, free, pixels, {}, {0.0, 0}), free, at.x, solve, [](int, double) {});
+  const Evaluation e = ImageResiduals(capture, at.cast, free, at.pixels, {}, {0.0, 0}).Evaluate(at.x, true);
+  double most = 0;  // every entry is of a channel of its own
+  for (int k = 0; k < free.count(); ++k)
+    most = std::max(most, std::abs(solved.x[k] - at.x[k]) * e.jacobian.col(k).norm());
+  EXPECT_GT(tile->shift, most / 2.0) << "of " << tile->parameter;
+  EXPECT_LT(tile->shift, most * 2.0) << "of " << tile->parameter;
+}
+
+}  // namespace
+}  // namespace crownfit
