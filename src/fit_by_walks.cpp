@@ -20,10 +20,9 @@ class WalkFit {
     ChooseValley();
     if (at_.steps.back().block_chi2 > to_beat) return false;
     constexpr size_t kMostRuns = 8;
-    constexpr double kShareOfWalks = 0.5;  // of the variance, that a fit tries to come below
     std::vector<Estimate> runs{LongRun()};
     size_t lost = 0;
-    while (runs.size() + lost < kMostRuns && !(at_.converged && at_.knowledge.of_walks.mean() < kShareOfWalks)) {
+    while (runs.size() + lost < kMostRuns && !(at_.converged && !WouldGainByWalks())) {
       runs.push_back(LongRun());
       // Those that were still on their way only led here.
       if (runs.end()[-2].is_on_its_way || runs.back().is_on_its_way) runs.erase(runs.begin(), runs.end() - 1), ++lost;
@@ -42,8 +41,27 @@ class WalkFit {
     Eigen::MatrixXd covariance, of_walks;  ///< of the material's entries
     double chi2 = 0, block_chi2 = 0;
     std::vector<std::vector<glm::dvec3>> values;
-    bool is_on_its_way;  ///< the step was cut short
+    bool is_on_its_way;  ///< the step was cut short, by more than what is not known anyway
   };
+
+  static double ChiSquare(const Eigen::VectorXd& off, const Eigen::MatrixXd& covariance) {
+    return off.dot(covariance.ldlt().solve(off));
+  }
+
+  /// Whether walks make more than half of the variance of what they could tell: photographs alone would tell it within
+  /// a factor 4.
+  bool WouldGainByWalks() const {
+    constexpr double kShareOfWalks = 0.5, kTold = 0.35;
+    double share = 0;
+    int told = 0;
+    for (int k = 0; k < unknowns_.material(); ++k) {
+      const double of_walks = at_.knowledge.of_walks[k];
+      if ((1.0 - of_walks) * at_.knowledge.covariance(k, k) > kTold * kTold) continue;
+      share += of_walks;
+      ++told;
+    }
+    return share > kShareOfWalks * told;
+  }
 
   double Paths() const { return static_cast<double>(problem_.options.paths_per_photograph); }
 
@@ -117,13 +135,13 @@ class WalkFit {
 
   Estimate LongRun() {
     constexpr double kReach = 3.0, kLongest = 0.5, kNothingKnown = 100.0;
+    constexpr double kKnown = 1.0;  // of chi2
     stage_ = "walking, long run, step " + std::to_string(at_.steps.size() + 1);
     GatheredWalks g = gatherer_.Gather(Paths(), kSlopeShare * Paths(), stage_);
     WalkedStep::Solution s;
-    const Eigen::VectorXd step =
-        unknowns_.Shortened(unknowns_.Bounded(g.step, unknowns_.Prior(kReach, problem_.options.use_priors),
-                                              WalkedStep::Noise::kTakenOff, s),
-                            kLongest);
+    const Eigen::VectorXd whole = unknowns_.Bounded(g.step, unknowns_.Prior(kReach, problem_.options.use_priors),
+                                                    WalkedStep::Noise::kTakenOff, s);
+    const Eigen::VectorXd step = unknowns_.Shortened(whole, kLongest);
     Record("run", Paths(), g, step, s);
     const WalkedStep::Solution data = g.step.Solve(unknowns_.Prior(kNothingKnown, false));
     const int n = unknowns_.material();
@@ -133,16 +151,18 @@ class WalkFit {
                g.chi2,
                g.block_chi2,
                std::move(g.values),
-               unknowns_.LongestLogarithm(step) > 0.99 * kLongest};
+               ChiSquare(whole - step, s.covariance) > kKnown};
     unknowns_.GoTo(e.unknowns);
     return e;
   }
 
   /// Goes to the runs' mean and says what is known there; true when they agree: two at once, or several that scatter
-  /// by somewhat more than their walks, which then widens the intervals.
+  /// by somewhat more than their walks, which then widens the intervals. Where the photographs tell little, runs may
+  /// differ by a share of what is not known.
   bool Conclude(const std::vector<Estimate>& runs) {
     constexpr double kAgreeAtOnce = 2.0, kAgree = 5.0;  // mean square of scatter in standard deviations of the walks
     constexpr size_t kSeveral = 4;
+    constexpr double kOfUnknown = 0.1;  // of the variance
     const double n = static_cast<double>(runs.size());
     const int m = unknowns_.material();
     Eigen::VectorXd mean = Eigen::VectorXd::Zero(unknowns_.count());
@@ -160,8 +180,8 @@ class WalkFit {
         for (size_t i = 0; i < at_.walked[g].size(); ++i) at_.walked[g][i] += e.values[g][i] / n;
     }
     double off = 0;
-    for (const Estimate& e : runs)
-      off += (e.unknowns - mean).head(m).cwiseAbs2().cwiseQuotient(of_walks.diagonal().cwiseMax(1e-12)).sum();
+    const Eigen::VectorXd allowed = of_walks.diagonal().cwiseMax(kOfUnknown * covariance.diagonal()).cwiseMax(1e-12);
+    for (const Estimate& e : runs) off += (e.unknowns - mean).head(m).cwiseAbs2().cwiseQuotient(allowed).sum();
     const Eigen::MatrixXd walks_alone = of_walks;
     const double scatter = runs.size() > 1 && m > 0 ? off / (m * (n - 1.0)) : 0.0;
     of_walks *= std::max(1.0, scatter);
