@@ -25,6 +25,19 @@ void CheckObjectIsInPicture(const Capture& capture, const TriangleMesh& outer) {
   }
 }
 
+/// One picture counted twice would claim information that is not there: intervals would be too narrow by the square
+/// root of 2, without a word.
+void CheckPicturesDiffer(const Capture& capture, const std::vector<Photograph>& photographs) {
+  for (size_t i = 0; i < photographs.size(); ++i)
+    for (size_t k = 0; k < i; ++k)
+      if (photographs[i].linear.width == photographs[k].linear.width &&
+          photographs[i].linear.values == photographs[k].linear.values)
+        throw InputError(capture.file, capture.photographs[i].key + ".file",
+                         "photograph '" + capture.photographs[i].name + "' is the same picture as '" +
+                             capture.photographs[k].name + "', pixel for pixel: it would count twice",
+                         "Remove one of the two.");
+}
+
 double MedianDepth(const Crown& crown) {
   std::vector<double> depth;
   for (const Column& c : crown.columns) depth.push_back(c.straight.total_mm);
@@ -68,6 +81,7 @@ CrownInput ReadInput(const Capture& capture, int threads, bool with_images) {
                          "Use the camera file of this resolution; the photograph must not be cropped or resized.");
     }
   }
+  CheckPicturesDiffer(capture, input.photographs);
   input.source = ReadCrownSource(capture, threads);
   for (auto& message : KeepBuildable(input.source, input.capture)) input.source.messages.push_back(std::move(message));
   CheckObjectIsInPicture(capture, *input.source.meshes[0]);

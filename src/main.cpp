@@ -4,6 +4,7 @@
 #include <exception>
 #include <functional>
 #include <map>
+#include <new>
 #include <string>
 
 #include "base/error.h"
@@ -23,6 +24,11 @@ int main(int argc, char** argv) {
     return line.exit_code ? *line.exit_code : commands.at(line.command)(line);
   } catch (const crownfit::InputError& e) {
     std::fprintf(stderr, "crownfit: %s\n", e.what());
+    return 2;
+  } catch (const std::bad_alloc&) {
+    std::fprintf(stderr,
+                 "crownfit: there is not enough memory for this input\n  Cut the photographs to the crown, or reduce "
+                 "the mesh: docs/limits.md says what each needs.\n");
     return 2;
   } catch (const std::exception& e) {
     std::fprintf(stderr, "crownfit: internal error: %s\n", e.what());

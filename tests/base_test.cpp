@@ -1,8 +1,12 @@
 #include <gtest/gtest.h>
+#include <sys/stat.h>
+#include <unistd.h>
 
 #include <cmath>
+#include <cstdlib>
 #include <fstream>
 
+#include "base/confined.h"
 #include "base/error.h"
 #include "base/files.h"
 #include "base/json_file.h"
@@ -64,6 +68,77 @@ TEST(Json, NumbersSurviveTextExactly) {
     const JsonFile file = FileWith(folder, ToJsonText(JsonValue::Object{{"v", v}}));
     EXPECT_EQ(JsonObject(file.root(), {"v"}).Require("v").Number(), v);
   }
+}
+
+TEST(Json, WhatWouldTakeForeverOrSpoilATerminalIsRefused) {
+  const TemporaryFolder folder;
+  std::string many = "{";
+  for (int i = 0; i < 20000; ++i) many += "\"k" + std::to_string(i) + "\": 0, ";
+  EXPECT_NE(ComplaintAbout([&] { FileWith(folder, many + "\"last\": 0}"); }).find("more than 10000 keys"),
+            std::string::npos);
+  const std::string long_key = ComplaintAbout([&] { FileWith(folder, "{\"" + std::string(100000, 'k') + "\": 0}"); });
+  EXPECT_NE(long_key.find("longer than 200"), std::string::npos);
+  EXPECT_LT(long_key.size(), 500u);
+  EXPECT_NE(ComplaintAbout([&] { FileWith(folder, "{\"\\u001b[2J\": 0}"); }).find("control character"),
+            std::string::npos);
+}
+
+TEST(Limits, TheEnvironmentRaisesThemAndNonsenseInItIsRefused) {
+  const TemporaryFolder folder;
+  const auto file = folder.path / "a.json";
+  WriteTextFile(file, "[" + std::string(3000000, ' ') + "]");
+  setenv("CROWNFIT_MAX_JSON_MIB", "2.5", 1);
+  EXPECT_NE(ComplaintAbout([&] { JsonFile{file}; }).find("CROWNFIT_MAX_JSON_MIB"), std::string::npos);
+  setenv("CROWNFIT_MAX_JSON_MIB", "3", 1);
+  EXPECT_EQ(ComplaintAbout([&] { JsonFile{file}; }), "");
+  for (const char* nonsense : {"", "many", "-1", "nan", "3 MiB", "1e99"}) {
+    setenv("CROWNFIT_MAX_JSON_MIB", nonsense, 1);
+    EXPECT_NE(ComplaintAbout([&] { JsonFile{file}; }).find("CROWNFIT_MAX_JSON_MIB"), std::string::npos) << nonsense;
+  }
+  unsetenv("CROWNFIT_MAX_JSON_MIB");
+}
+
+TEST(Confined, WhatAChildMakesReachesItsParentAndItsComplaintToo) {
+  SharedMemory memory;
+  int beside = 1;
+  EXPECT_EQ(RunConfined({},
+                        [&] {
+                          beside = 2;
+                          memory.Resize(3);
+                          memory.Bytes()[2] = std::byte{7};
+                        }),
+            Ending::kDone);
+  EXPECT_EQ(beside, 1);
+  ASSERT_EQ(memory.Bytes().size(), 3u);
+  EXPECT_EQ(memory.Bytes()[2], std::byte{7});
+  EXPECT_EQ(ComplaintAbout([] { RunConfined({}, [] { throw InputError("f", "k", "m", "r"); }); }),
+            InputError("f", "k", "m", "r").what());
+}
+
+TEST(Confined, ACrashAHangAndGreedEndTheChildAlone) {
+  EXPECT_EQ(RunConfined({}, [] { std::abort(); }), Ending::kCrashed);
+  EXPECT_EQ(RunConfined({}, [] { throw 1; }), Ending::kCrashed);
+  EXPECT_EQ(RunConfined({}, [] { std::_Exit(0x7f); }), Ending::kCrashed);
+  EXPECT_EQ(RunConfined({.seconds = 1}, [] { pause(); }), Ending::kTookTooLong);  // waits without using time
+  EXPECT_EQ(RunConfined({.seconds = 60, .memory_bytes = 1u << 20},
+                        [] {
+                          SharedMemory memory;
+                          memory.Resize(1u << 28);
+                          memory.Bytes();
+                        }),
+            Ending::kNeededTooMuchMemory);
+}
+
+TEST(Files, OnlyRegularFilesAreReadWhole) {
+  const TemporaryFolder folder;
+  const auto read = [](const std::filesystem::path& file) { return ReadWholeFile(file, 10, "less"); };
+  WriteTextFile(folder.path / "ten", "0123456789");
+  EXPECT_EQ(read(folder.path / "ten"), "0123456789");
+  WriteTextFile(folder.path / "eleven", "0123456789a");
+  EXPECT_NE(ComplaintAbout([&] { read(folder.path / "eleven"); }).find("less"), std::string::npos);
+  ASSERT_EQ(mkfifo((folder.path / "pipe").c_str(), 0600), 0);
+  for (const auto& no_file : {folder.path / "pipe", folder.path, std::filesystem::path("/dev/zero")})
+    EXPECT_NE(ComplaintAbout([&] { read(no_file); }).find("no such file"), std::string::npos) << no_file;
 }
 
 TEST(Files, NothingHalfWrittenStandsUnderTheFinalName) {

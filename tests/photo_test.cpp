@@ -1,6 +1,7 @@
 #include <OpenImageIO/imageio.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <chrono>
 #include <cmath>
 #include <cstdlib>
@@ -159,6 +160,23 @@ TEST(ImageFiles, ValuesThatAreNotFiniteAreRefused) {
   image.values[17] = std::nanf("");
   WriteImageFile(folder.path / "nan.exr", image);
   EXPECT_THROW(ReadImageFile(folder.path / "nan.exr"), InputError);
+}
+
+TEST(ImageFiles, APictureOfOnePixelIsReadAndLookedUpAnywhere) {
+  const TemporaryFolder folder;
+  WriteImageFile(folder.path / "one.exr", Image(1, 1, 3, 0.25f));
+  const Image one = ReadImageFile(folder.path / "one.exr").image;
+  for (double x : {-1e9, 0.0, 0.5, 7.0}) EXPECT_EQ(Bilinear(one, {x, -x}, 2), 0.25);
+}
+
+TEST(ImageFiles, AnExrOfManyLayersIsItsFirstThreeChannelsIfTheyAreRgb) {
+  const TemporaryFolder folder;
+  WriteImageLayers(folder.path / "layers.exr", {{"", Image(2, 2, 3, 0.5f)}, {"variance", Image(2, 2, 3, 9.0f)}});
+  const Image read = ReadImageFile(folder.path / "layers.exr").image;
+  ASSERT_EQ(read.channels, 3);
+  EXPECT_EQ(*std::max_element(read.values.begin(), read.values.end()), 0.5f);
+  WriteImageLayers(folder.path / "named.exr", {{"left", Image(2, 2, 3, 0.5f)}});
+  EXPECT_THROW(ReadImageFile(folder.path / "named.exr"), InputError);
 }
 
 TEST(ImageFiles, TheSamePictureIsTheSameFileASecondLater) {

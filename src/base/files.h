@@ -15,6 +15,10 @@ void WriteBesideAndRename(const std::filesystem::path& file,
 /// The text form of the above.
 void WriteTextFile(const std::filesystem::path& file, const std::string& text);
 
+/// The bytes of a file. Throws InputError: no regular file (a folder, a pipe, a device), unreadable, or more than
+/// `most_bytes`, with `remedy`.
+std::string ReadWholeFile(const std::filesystem::path& file, double most_bytes, const std::string& remedy);
+
 /// SHA-256 of a file's bytes, hexadecimal.
 std::string Sha256OfFile(const std::filesystem::path& file);
 

@@ -3,16 +3,22 @@
 #include <algorithm>
 #include <charconv>
 #include <cmath>
-#include <fstream>
 #include <nlohmann/json.hpp>
-#include <sstream>
 
 #include "base/error.h"
+#include "base/files.h"
+#include "base/limits.h"
 
 namespace crownfit {
 namespace {
 
 constexpr size_t kMaxDepth = 64;
+constexpr size_t kMostKeys = 10000;  // of one object: each is compared with all before it
+constexpr size_t kLongestKey = 200, kLongestText = 65536;
+
+bool HasControlCharacter(const std::string& text) {
+  return std::any_of(text.begin(), text.end(), [](unsigned char c) { return c < 0x20 || c == 0x7f; });
+}
 
 /// Receives the parser's events and builds a JsonValue without recursion on the input's depth.
 class Builder {
@@ -28,7 +34,10 @@ class Builder {
   bool number_integer(number_integer_t v) { return Add(JsonValue(static_cast<double>(v))); }
   bool number_unsigned(number_unsigned_t v) { return Add(JsonValue(static_cast<double>(v))); }
   bool number_float(number_float_t v, const string_t&) { return Add(JsonValue(v)); }
-  bool string(string_t& v) { return Add(JsonValue(std::move(v))); }
+  bool string(string_t& v) {
+    if (v.size() > kLongestText) return Refuse("a text is longer than " + std::to_string(kLongestText) + " characters");
+    return Add(JsonValue(std::move(v)));
+  }
   bool binary(binary_t&) { return false; }
   bool start_object(size_t) { return Open(JsonValue(JsonValue::Object())); }
   bool start_array(size_t) { return Open(JsonValue(JsonValue::Array())); }
@@ -36,12 +45,11 @@ class Builder {
   bool end_array() { return Close(); }
   bool key(string_t& k) {
     auto& object = std::get<JsonValue::Object>(open_.back().data);
-    for (const auto& [name, value] : object) {
-      if (name == k) {
-        message = "key '" + k + "' stands twice in one object";
-        return false;
-      }
-    }
+    if (k.size() > kLongestKey) return Refuse("a key is longer than " + std::to_string(kLongestKey) + " characters");
+    if (HasControlCharacter(k)) return Refuse("a key holds a control character");
+    if (object.size() >= kMostKeys) return Refuse("an object has more than " + std::to_string(kMostKeys) + " keys");
+    for (const auto& [name, value] : object)
+      if (name == k) return Refuse("key '" + k + "' stands twice in one object");
     object.emplace_back(std::move(k), JsonValue());
     return true;
   }
@@ -49,6 +57,7 @@ class Builder {
     message = e.what();
     const size_t bracket = message.find("] ");
     if (bracket != std::string::npos) message = message.substr(bracket + 2);
+    if (message.size() > 300) message = message.substr(0, 200) + " ...";  // it quotes what was read
     return false;
   }
 
@@ -56,6 +65,10 @@ class Builder {
   std::string message;
 
  private:
+  bool Refuse(const std::string& why) {
+    message = why;
+    return false;
+  }
   bool Add(JsonValue v) {
     if (open_.empty()) {
       root = std::move(v);
@@ -67,10 +80,7 @@ class Builder {
     return true;
   }
   bool Open(JsonValue v) {
-    if (open_.size() >= kMaxDepth) {
-      message = "nested deeper than " + std::to_string(kMaxDepth) + " levels";
-      return false;
-    }
+    if (open_.size() >= kMaxDepth) return Refuse("nested deeper than " + std::to_string(kMaxDepth) + " levels");
     open_.push_back(std::move(v));
     return true;
   }
@@ -191,7 +201,7 @@ bool JsonNode::Bool() const {
 std::string JsonNode::String() const {
   const auto* v = std::get_if<std::string>(&value_->data);
   if (!v) Expected("a text");
-  if (std::any_of(v->begin(), v->end(), [](unsigned char c) { return c < 0x20; }))
+  if (HasControlCharacter(*v))
     Fail("the text holds a control character", "Write the name or path without NUL, tab or line end.");
   return *v;
 }
@@ -199,13 +209,15 @@ std::string JsonNode::String() const {
 std::string JsonNode::OneOf(const std::vector<std::string>& choices) const {
   const std::string v = String();
   if (std::find(choices.begin(), choices.end(), v) == choices.end())
-    Fail("'" + v + "' is not known", "Known: " + Joined(choices) + ".");
+    Fail("'" + v.substr(0, 80) + "' is not known", "Known: " + Joined(choices) + ".");
   return v;
 }
 
-std::vector<JsonNode> JsonNode::Items() const {
+std::vector<JsonNode> JsonNode::Items(size_t most) const {
   const auto* list = std::get_if<JsonValue::Array>(&value_->data);
   if (!list) Expected("a list");
+  if (list->size() > most)
+    Fail("the list has " + std::to_string(list->size()) + " entries, more than " + std::to_string(most));
   std::vector<JsonNode> items;
   for (size_t i = 0; i < list->size(); ++i)
     items.emplace_back(&(*list)[i], file_, key_ + "[" + std::to_string(i) + "]");
@@ -258,13 +270,9 @@ JsonNode JsonObject::Require(const std::string& key) const {
 namespace {
 
 std::string TextOf(const std::filesystem::path& file) {
-  std::error_code ignored;
-  if (!std::filesystem::is_regular_file(file, ignored)) throw InputError(file, "", "there is no such file");
-  std::ifstream stream(file, std::ios::binary);
-  std::stringstream text;
-  text << stream.rdbuf();
-  if (!stream) throw InputError(file, "", "the file can't be read");
-  return text.str();
+  return ReadWholeFile(
+      file, std::ldexp(InputLimits().json_MiB, 20),
+      "JSON states values; pictures and meshes stand in files of their own. Else: CROWNFIT_MAX_JSON_MIB.");
 }
 
 }  // namespace

@@ -3,6 +3,7 @@
 // expected. The JSON library itself is named in json_file.cpp only.
 
 #include <array>
+#include <cstdint>
 #include <filesystem>
 #include <initializer_list>
 #include <optional>
@@ -44,7 +45,7 @@ class JsonNode {
   bool Bool() const;                                                    ///< true or false
   std::string String() const;                                           ///< text without control characters
   std::string OneOf(const std::vector<std::string>& choices) const;     ///< one of the listed words
-  std::vector<JsonNode> Items() const;                                  ///< a list
+  std::vector<JsonNode> Items(size_t most = SIZE_MAX) const;            ///< a list of at most so many
   std::vector<double> Numbers(std::optional<size_t> count = {}) const;  ///< list of finite numbers, of given length
   std::vector<std::pair<std::string, JsonNode>> Members() const;        ///< an object whose keys are names
   bool IsNumber() const { return std::holds_alternative<double>(value_->data); }
@@ -75,7 +76,8 @@ class JsonObject {
   JsonNode node_;
 };
 
-/// A JSON file held in memory. Throws InputError when it can't be read or is not JSON (depth up to 64).
+/// A JSON file held in memory. Throws InputError when it can't be read or is not JSON; also depths over 64, objects of
+/// over 10000 keys, keys over 200 and texts over 65536 characters, files over the limit of base/limits.h.
 struct JsonFile {
   explicit JsonFile(const std::filesystem::path& file);
   /// The same from text in memory; `name` stands for the file in complaints.

@@ -1,13 +1,15 @@
 #include "batch/manifest.h"
 
 #include <algorithm>
-#include <fstream>
+#include <cmath>
 #include <map>
 #include <set>
 #include <sstream>
 
 #include "base/error.h"
+#include "base/files.h"
 #include "base/json_file.h"
+#include "base/limits.h"
 
 namespace crownfit {
 namespace {
@@ -22,11 +24,8 @@ struct RawRow {
 class CsvReader {
  public:
   explicit CsvReader(const std::filesystem::path& file) : file_(file) {
-    std::ifstream stream(file, std::ios::binary);
-    if (!stream) throw InputError(file, "", "the manifest can't be read", "Name a .csv or .json file.");
-    std::ostringstream all;
-    all << stream.rdbuf();
-    text_ = all.str();
+    text_ = ReadWholeFile(file, std::ldexp(InputLimits().json_MiB, 20),
+                          "Split the manifest, or raise CROWNFIT_MAX_JSON_MIB.");
     if (text_.starts_with("\xEF\xBB\xBF")) at_ = 3;
     const std::string header = text_.substr(at_, text_.find('\n', at_) - at_);
     if (header.find(',') == std::string::npos && header.find(';') != std::string::npos) separator_ = ';';

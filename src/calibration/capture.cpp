@@ -11,6 +11,10 @@
 namespace crownfit {
 namespace {
 
+// What people photograph is far below these; what only lists names is far above.
+constexpr size_t kMostLayers = 16, kMostThings = 10000;
+constexpr double kFarthest_mm = 1e5;  // rays are single precision: a step of 0.008 mm there
+
 /// Index of the item called `name`; complains about the key otherwise.
 template <class Item>
 size_t IndexOf(const std::vector<Item>& items, const std::string& name, const JsonNode& node, const char* what) {
@@ -97,7 +101,7 @@ void ReadObject(const JsonNode& node, Capture& capture) {
   const JsonNode layers = object.Require("layers");
   std::vector<std::string> layer_keys = ParameterKeys(Owner::kLayer);
   layer_keys.insert(layer_keys.end(), {"name", "surface", "junction_noise", "absorption_texture"});
-  for (const auto& item : layers.Items()) {
+  for (const auto& item : layers.Items(kMostLayers)) {
     const JsonObject layer(item, layer_keys);
     LayerSpec spec;
     spec.name = layer.Require("name").String();
@@ -141,7 +145,7 @@ void ReadObject(const JsonNode& node, Capture& capture) {
   ReadParameters(JsonObject(object.Find("surface").value_or(nothing), ParameterKeys(Owner::kSurface)), Owner::kSurface,
                  false, capture.surface);
   if (const auto scenery = object.Find("scenery")) {
-    for (const auto& item : scenery->Items()) {
+    for (const auto& item : scenery->Items(kMostThings)) {
       const JsonObject o(item, {"name", "mesh", "reflectance_rgb"});
       ScenerySpec spec{o.Require("name").String(), ReadPath(o.Require("mesh"), capture), glm::dvec3(0.0)};
       if (const auto rho = o.Find("reflectance_rgb")) spec.reflectance = ReadNonNegative(*rho);
@@ -191,9 +195,14 @@ PhotographSpec ReadPhotographSpec(const JsonNode& node, Capture& capture) {
   photo.camera = ReadCamera(photo.camera_file);
   const JsonNode pose = o.Require("camera_from_object");
   photo.camera_from_object = ReadRigidTransform(pose);
+  if (glm::length(photo.camera_from_object.translation_mm) > kFarthest_mm)
+    pose.Fail("photograph '" + photo.name + "' was taken from more than 100 m", "translation_mm is in mm.");
   photo.pose_covariance = ReadPoseCovariance(pose);
-  for (const auto& light : o.Require("lights").Items())
+  for (const auto& light : o.Require("lights").Items(kMostThings)) {
     photo.lights.push_back(IndexOf(capture.lights, light.String(), light, "light"));
+    if (std::count(photo.lights.begin(), photo.lights.end(), photo.lights.back()) > 1)
+      light.Fail("light '" + light.String() + "' stands twice", "It would count twice; scale it in the light rig.");
+  }
   if (const auto p = o.Find("polarisation")) {
     const std::string word = p->OneOf({"none", "cross", "parallel"});
     photo.polarisation = word == "none"    ? Polarisation::kNone
@@ -205,7 +214,7 @@ PhotographSpec ReadPhotographSpec(const JsonNode& node, Capture& capture) {
   if (const auto backing = o.Find("backing"); backing && backing->String() != "none")
     photo.backing = IndexOf(capture.backings, backing->String(), *backing, "backing");
   if (const auto scenery = o.Find("scenery"))
-    for (const auto& thing : scenery->Items())
+    for (const auto& thing : scenery->Items(kMostThings))
       photo.scenery.push_back(IndexOf(capture.scenery, thing.String(), thing, "piece of scenery"));
   if (const auto mask = o.Find("mask")) photo.files.mask = ReadPath(*mask, capture);
   if (const auto variance = o.Find("variance")) photo.files.variance = ReadPath(*variance, capture);
@@ -256,7 +265,8 @@ Capture ReadAs(const std::string& format, const std::filesystem::path& path, std
   capture.lights = std::move(rig.lights);
   capture.input_files.insert(capture.input_files.end(), rig.files.begin(), rig.files.end());
   const JsonNode photographs = root.Require("photographs");
-  for (const auto& item : photographs.Items()) capture.photographs.push_back(ReadPhotographSpec(item, capture));
+  for (const auto& item : photographs.Items(kMostThings))
+    capture.photographs.push_back(ReadPhotographSpec(item, capture));
   if (capture.photographs.empty()) photographs.Fail("at least one photograph is needed");
   std::sort(capture.input_files.begin(), capture.input_files.end());
   capture.input_files.erase(std::unique(capture.input_files.begin(), capture.input_files.end()),

@@ -77,7 +77,7 @@ LightRig ReadLightRig(const std::filesystem::path& path) {
   const JsonObject root = file.RootOfFormat("crownfit-light-rig/1", {"lights", "quality", "provenance"});
   LightRig rig;
   std::set<std::string> names;
-  for (const auto& item : root.Require("lights").Items()) {
+  for (const auto& item : root.Require("lights").Items(1000)) {
     const std::string type = TypeOf(item);
     const JsonObject object(item, KeysOf(type));
     Light light;

@@ -19,9 +19,9 @@ using Lookup = std::function<glm::dvec3(const SurfacePoint&)>;
 
 /// Linear between pixel centres, repeated beyond the edges; u to the right, v up, as OBJ and glTF tools write them.
 glm::dvec3 PixelsAt(const Image& image, const glm::dvec2& uv) {
-  const auto wrapped = [](int i, int n) { return ((i % n) + n) % n; };
+  const auto wrapped = [](double i, int n) { return std::min(static_cast<int>(i - n * std::floor(i / n)), n - 1); };
   const double x = uv.x * image.width - 0.5, y = (1.0 - uv.y) * image.height - 0.5;
-  const int x0 = static_cast<int>(std::floor(x)), y0 = static_cast<int>(std::floor(y));
+  const double x0 = std::floor(x), y0 = std::floor(y);
   glm::dvec3 sum(0.0);
   for (int dy = 0; dy < 2; ++dy)
     for (int dx = 0; dx < 2; ++dx) {

@@ -198,6 +198,27 @@ size_t AgreeOnOrientation(TriangleMesh& mesh) {
   return turned;
 }
 
+/// Takes out the vertices of no triangle; returns how many there were. They would count where vertices stand for the
+/// surface.
+size_t DropLooseVertices(TriangleMesh& mesh) {
+  std::vector<int> target(mesh.vertices.size(), -1);
+  for (const auto& t : mesh.triangles) target[t.x] = target[t.y] = target[t.z] = 0;
+  const auto keep_used = [&](auto& values) {
+    size_t kept = 0;
+    for (size_t i = 0; i < target.size(); ++i)
+      if (target[i] >= 0) values[kept++] = values[i];
+    values.resize(kept);
+  };
+  const size_t before = mesh.vertices.size();
+  keep_used(mesh.vertices);
+  for (auto& [name, values] : mesh.vertex_properties) keep_used(values);
+  int next = 0;
+  for (int& t : target)
+    if (t >= 0) t = next++;
+  for (auto& t : mesh.triangles) t = {target[t.x], target[t.y], target[t.z]};
+  return before - mesh.vertices.size();
+}
+
 }  // namespace
 
 TriangleMesh ReadClosedSurface(const std::filesystem::path& file, std::vector<std::string>& messages) {
@@ -210,6 +231,10 @@ TriangleMesh ReadClosedSurface(const std::filesystem::path& file, std::vector<st
     throw InputError(file, "",
                      "the mesh is " + std::to_string(size_mm) + " mm across, which is not the size of a crown",
                      "Meshes are in millimetres; scale the mesh when it was exported in metres or inches.");
+  constexpr double kFarthest_mm = 1e4;  // rays are single precision: a step of 1 micrometre there
+  if (glm::length(high) > kFarthest_mm || glm::length(low) > kFarthest_mm)
+    throw InputError(file, "", "the crown lies " + std::to_string(glm::length(low)) + " mm from the origin",
+                     "Move the mesh near the origin, and the poses with it: rays would be too coarse there.");
   if (OpenEdges(EdgesOf(mesh)) > 0) Weld(mesh);
   const size_t before = mesh.triangles.size();
   std::erase_if(mesh.triangles, [&](const glm::ivec3& t) {
@@ -225,6 +250,9 @@ TriangleMesh ReadClosedSurface(const std::filesystem::path& file, std::vector<st
       throw InputError(file, "", "a triangle has no area but three different corners",
                        "Remove degenerate faces in a mesh editor (their normal is undefined).");
   }
+  if (mesh.triangles.empty()) throw InputError(file, "", "every triangle of the mesh is collapsed");
+  if (const size_t loose = DropLooseVertices(mesh); loose > 0)
+    messages.push_back(name + ": " + std::to_string(loose) + " vertices of no triangle were dropped");
   if (const size_t turned = AgreeOnOrientation(mesh); turned > 0)
     messages.push_back(name + ": " + std::to_string(turned) + " faces were turned to agree with their neighbours");
   CloseOpenings(file, mesh, messages);

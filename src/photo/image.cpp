@@ -30,11 +30,13 @@ Image BoxMean(const Image& image, int radius) {
 
 double Bilinear(const Image& image, const glm::dvec2& pixel, int c) {
   const double px = pixel.x - 0.5, py = pixel.y - 0.5;
-  const int x = std::clamp(static_cast<int>(std::floor(px)), 0, image.width - 2),
-            y = std::clamp(static_cast<int>(std::floor(py)), 0, image.height - 2);
+  const double right = image.width - 1, bottom = image.height - 1;
+  const int x = static_cast<int>(std::clamp(std::floor(px), 0.0, right)),
+            y = static_cast<int>(std::clamp(std::floor(py), 0.0, bottom));
+  const int x1 = std::min(x + 1, image.width - 1), y1 = std::min(y + 1, image.height - 1);
   const double u = std::clamp(px - x, 0.0, 1.0), v = std::clamp(py - y, 0.0, 1.0);
-  return (1 - v) * ((1 - u) * image.at(x, y, c) + u * image.at(x + 1, y, c)) +
-         v * ((1 - u) * image.at(x, y + 1, c) + u * image.at(x + 1, y + 1, c));
+  return (1 - v) * ((1 - u) * image.at(x, y, c) + u * image.at(x1, y, c)) +
+         v * ((1 - u) * image.at(x, y1, c) + u * image.at(x1, y1, c));
 }
 
 }  // namespace crownfit

@@ -3,15 +3,35 @@
 #include <OpenImageIO/imagebuf.h>
 #include <OpenImageIO/imagebufalgo.h>
 #include <OpenImageIO/imageio.h>
+#include <OpenImageIO/strutil.h>
 
 #include <algorithm>
 #include <cmath>
+#include <cstring>
+#include <mutex>
+#include <set>
 
+#include "base/confined.h"
 #include "base/error.h"
 #include "base/files.h"
+#include "base/limits.h"
 
 namespace crownfit {
 namespace {
+
+/// OpenImageIO keeps to the calling thread, so that a forked child misses none of its threads ...
+void PrepareLibrary() {
+  static const bool done =
+      OIIO::attribute("threads", 1) && OIIO::attribute("exr_threads", -1) &&
+      !OIIO::get_string_attribute("format_list").empty();  // looked up here once, not by each child
+  Check(done, "OpenImageIO takes its settings");
+}
+
+/// ... and no child is forked while another thread is inside it.
+std::mutex& LibraryLock() {
+  static std::mutex lock;
+  return lock;
+}
 
 [[noreturn]] void Damaged(const std::filesystem::path& file, std::string reason) {
   reason = reason.substr(0, 300);
@@ -40,6 +60,8 @@ std::optional<std::array<double, 3>> WhiteBalance(const OIIO::ImageSpec& spec) {
 
 void Write(const std::filesystem::path& file, const std::filesystem::path& beside, OIIO::ImageSpec spec,
            const Image& image) {
+  const std::lock_guard hold(LibraryLock());
+  PrepareLibrary();
   // EXR wants a date; the same picture is to be the same file, which is known by its hash.
   if (file.extension() == ".exr") spec.attribute("DateTime", "1970:01:01 00:00:00");
   const auto output = OIIO::ImageOutput::create(beside.string());
@@ -48,38 +70,123 @@ void Write(const std::filesystem::path& file, const std::filesystem::path& besid
     throw InputError(file, "", "the image can't be written: " + (output ? output->geterror() : OIIO::geterror()));
 }
 
+/// What the child finds out about a file; the pixels follow it in memory.
+struct Found {
+  int width, height, channels;
+  bool is_integer, is_srgb_encoded, is_jpeg, has_colour_profile, has_white_balance;
+  double white_balance[3];
+};
+static_assert(sizeof(Found) % sizeof(float) == 0);
+
+/// What a picture's header may not be, before memory is asked for.
+void CheckHeader(const std::filesystem::path& file, const std::string& format, const OIIO::ImageSpec& spec,
+                 const Limits& limits) {
+  // OpenImageIO reads films, sockets' streams and pictures that it makes up, too.
+  const std::set<std::string> known{"openexr", "png", "tiff", "jpeg", "raw", "hdr",
+                                    "bmp",     "pnm", "webp", "heif", "dpx", "jpeg2000"};
+  if (!known.contains(format)) Damaged(file, "photographs are not read in the format '" + format + "'");
+  const auto size = std::to_string(spec.width) + " x " + std::to_string(spec.height);
+  if (spec.width < 1 || spec.height < 1 || spec.nchannels < 1 || spec.depth > 1)
+    Damaged(file, "its size " + size + " makes no sense");
+  if (static_cast<double>(spec.width) * spec.height > 1e6 * limits.image_megapixels)
+    throw InputError(
+        file, "",
+        "the image has " + size + " pixels, more than " + std::to_string(static_cast<int>(limits.image_megapixels)) +
+            " million",
+        "Cut the photograph to the crown and calibrate at that size, or raise CROWNFIT_MAX_IMAGE_MEGAPIXELS.");
+  if (spec.deep) Damaged(file, "it holds deep pixels; write flat ones");
+  if (format != "openexr") return;
+  if (spec.x != spec.full_x || spec.y != spec.full_y || spec.width != spec.full_width ||
+      spec.height != spec.full_height)
+    throw InputError(file, "",
+                     "its data window (" + size + " from " + std::to_string(spec.x) + ", " + std::to_string(spec.y) +
+                         ") is not its display window (" + std::to_string(spec.full_width) + " x " +
+                         std::to_string(spec.full_height) + " from " + std::to_string(spec.full_x) + ", " +
+                         std::to_string(spec.full_y) + ")",
+                     "A camera's calibration counts the pixels of the whole picture: write it without cropping.");
+  for (int c = 0; c < 3 && spec.nchannels >= 3; ++c)
+    if (!OIIO::Strutil::iequals(spec.channelnames[c], std::string(1, "RGB"[c])))
+      Damaged(file,
+              "its channel " + std::to_string(c) + " is called '" + spec.channelnames[c] + "', expected R, G and B");
+}
+
+/// In the child: decodes the file into `memory`.
+void Decode(const std::filesystem::path& file, const Limits& limits, SharedMemory& memory) {
+  const OIIO::ImageSpec settings = CameraRawSettings();
+  const auto input = OIIO::ImageInput::open(file.string(), &settings);
+  if (!input) Damaged(file, OIIO::geterror());
+  const OIIO::ImageSpec spec = input->spec();
+  const std::string format = input->format_name();
+  CheckHeader(file, format, spec, limits);
+  Found found{};
+  found.width = spec.width;
+  found.height = spec.height;
+  found.channels = spec.nchannels > 4 ? 3 : spec.nchannels;  // beyond alpha stand layers of other pictures
+  found.is_jpeg = format == "jpeg";
+  if (const auto balance = WhiteBalance(spec); balance && format == "raw") {
+    found.has_white_balance = true;
+    std::copy(balance->begin(), balance->end(), found.white_balance);
+  }
+  found.is_integer = !spec.format.is_floating_point();
+  const std::string space = spec.get_string_attribute("oiio:ColorSpace");
+  const bool eight_bit = spec.format.basesize() == 1;
+  found.is_srgb_encoded =
+      found.is_integer && space.find("inear") == std::string::npos &&
+      (eight_bit || space.find("RGB") != std::string::npos || space.find("Gamma") != std::string::npos);
+  found.has_colour_profile = spec.find_attribute("ICCProfile") != nullptr;
+  memory.Resize(sizeof found + sizeof(float) * spec.width * static_cast<size_t>(spec.height) * found.channels);
+  const auto bytes = memory.Bytes();
+  std::memcpy(bytes.data(), &found, sizeof found);
+  const bool read = input->read_image(0, 0, 0, found.channels, OIIO::TypeDesc::FLOAT, bytes.data() + sizeof found);
+  // read_image returns true on truncated TIFF files: a non-empty error string is a failure too.
+  const std::string complaint = input->geterror() + OIIO::geterror();
+  if (!read || !complaint.empty()) Damaged(file, complaint);
+}
+
 }  // namespace
 
 ImageFile ReadImageFile(const std::filesystem::path& file) {
   std::error_code ignored;
   if (!std::filesystem::is_regular_file(file, ignored)) throw InputError(file, "", "there is no such image file");
   if (std::filesystem::file_size(file, ignored) == 0) Damaged(file, "the file is empty");
-  (void)OIIO::geterror();  // forget complaints about earlier files
-  const OIIO::ImageSpec settings = CameraRawSettings();
-  const auto input = OIIO::ImageInput::open(file.string(), &settings);
-  if (!input) Damaged(file, OIIO::geterror());
-  const OIIO::ImageSpec spec = input->spec();
-  if (spec.width < 1 || spec.height < 1 || spec.width > 20000 || spec.height > 20000)
-    Damaged(file, "its size " + std::to_string(spec.width) + " x " + std::to_string(spec.height) + " makes no sense");
+  const Limits limits = InputLimits();
+  // A decoder holds the picture several times over, as counts, as floats and in the layers that are not asked for.
+  constexpr double kBase = 2e9, kPerPixel = 64;
+  const double memory_bytes = kBase + kPerPixel * 1e6 * limits.image_megapixels;
+  SharedMemory memory;
+  Ending ending{};
+  {
+    const std::lock_guard hold(LibraryLock());
+    PrepareLibrary();
+    (void)OIIO::geterror();  // forget complaints about earlier files
+    ending =
+        RunConfined({limits.image_seconds, static_cast<size_t>(memory_bytes)}, [&] { Decode(file, limits, memory); });
+  }
+  const auto bytes = memory.Bytes();
+  if (ending == Ending::kTookTooLong)
+    throw InputError(file, "", "the image can't be decoded within " + std::to_string(limits.image_seconds) + " s",
+                     "Write the file again, or raise CROWNFIT_MAX_IMAGE_SECONDS on a slow machine.");
+  if (ending == Ending::kNeededTooMuchMemory)
+    Damaged(file, "decoding it needs more than " + std::to_string(static_cast<int>(1e-6 * memory_bytes)) + " MB");
+  if (ending != Ending::kDone || bytes.size() < sizeof(Found))
+    Damaged(file, "the library that decodes it crashed on it");
 
+  Found found;
+  std::memcpy(&found, bytes.data(), sizeof found);
   ImageFile result;
-  result.image = Image(spec.width, spec.height, spec.nchannels);
-  const bool read = input->read_image(0, 0, 0, spec.nchannels, OIIO::TypeDesc::FLOAT, result.image.values.data());
-  // read_image returns true on truncated TIFF files: a non-empty error string is a failure too.
-  const std::string complaint = input->geterror() + OIIO::geterror();
-  if (!read || !complaint.empty()) Damaged(file, complaint);
+  result.image = Image(found.width, found.height, found.channels);
+  Check(bytes.size() == sizeof found + sizeof(float) * result.image.values.size(), "a decoded image has its size");
+  std::memcpy(result.image.values.data(), bytes.data() + sizeof found, bytes.size() - sizeof found);
   for (float v : result.image.values) {
     if (!std::isfinite(v)) throw InputError(file, "", "the image holds a value that is not finite (NaN or infinity)");
   }
-  result.is_jpeg = std::string(input->format_name()) == "jpeg";
-  if (std::string(input->format_name()) == "raw") result.white_balance = WhiteBalance(spec);
-  result.is_integer = !spec.format.is_floating_point();
-  const std::string space = spec.get_string_attribute("oiio:ColorSpace");
-  const bool eight_bit = spec.format.basesize() == 1;
-  result.is_srgb_encoded =
-      result.is_integer && space.find("inear") == std::string::npos &&
-      (eight_bit || space.find("RGB") != std::string::npos || space.find("Gamma") != std::string::npos);
-  result.has_colour_profile = spec.find_attribute("ICCProfile") != nullptr;
+  result.is_jpeg = found.is_jpeg;
+  result.is_integer = found.is_integer;
+  result.is_srgb_encoded = found.is_srgb_encoded;
+  result.has_colour_profile = found.has_colour_profile;
+  if (found.has_white_balance)
+    result.white_balance =
+        std::array<double, 3>{found.white_balance[0], found.white_balance[1], found.white_balance[2]};
   return result;
 }
 
@@ -115,6 +222,8 @@ void WriteImageLayers(const std::filesystem::path& file, const std::vector<Image
 
 void DrawText(Image& image, int x, int y, int size_px, const std::string& text, float grey) {
   if (x < 0 || y < size_px || x >= image.width || y >= image.height) return;  // OpenImageIO can't clip all of it
+  const std::lock_guard hold(LibraryLock());
+  PrepareLibrary();
   OIIO::ImageBuf buffer(OIIO::ImageSpec(image.width, image.height, image.channels, OIIO::TypeDesc::FLOAT),
                         image.values.data());
   const std::vector<float> colour(image.channels, grey);

@@ -1,5 +1,6 @@
 #pragma once
-// Image files. OpenImageIO is named in image_io.cpp only.
+// Image files. OpenImageIO is named in image_io.cpp only, and decodes in a child process (base/confined): some hundred
+// thousand lines of decoders for a dozen formats stand behind it, and a broken file is to end them, not us.
 
 #include <array>
 #include <filesystem>
@@ -20,10 +21,12 @@ struct ImageFile {
   std::optional<std::array<double, 3>> white_balance;  ///< camera RAW: factors applied, green's is 1
 };
 
-/// EXR, PNG, TIFF (8, 16, 32 bit), JPEG, camera RAW and what else OpenImageIO reads. Values as stored, nothing is
-/// linearised here. Camera RAW comes out linear in the camera's own primaries: black level removed, white balance as
-/// shot, interpolated linearly, neither turned nor brightened, 1 where the first channel saturates.
-/// Throws InputError when the file is missing, damaged or truncated, or holds a value that is not finite.
+/// EXR, PNG, TIFF (8, 16, 32 bit), JPEG, camera RAW, Radiance HDR, BMP, PNM, WebP, HEIF, DPX and JPEG 2000. Values as
+/// stored, nothing is linearised here. 1 to 4 channels; of an EXR with more layers the first, which must be R, G, B.
+/// Camera RAW comes out linear in the camera's own primaries: black level removed, white balance as shot, interpolated
+/// linearly, neither turned nor brightened, 1 where the first channel saturates. Throws InputError when the file is
+/// missing, damaged, truncated, cropped (an EXR whose data window is not its display window) or beyond the limits of
+/// base/limits.h, or holds a value that is not finite.
 ImageFile ReadImageFile(const std::filesystem::path& file);
 
 /// .exr as 32-bit (or 16-bit when `half`) float; .png as 8 bit. Written beside and renamed.

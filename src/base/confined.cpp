@@ -1,0 +1,115 @@
+#include "base/confined.h"
+
+#include <signal.h>
+#include <sys/mman.h>
+#include <sys/prctl.h>
+#include <sys/resource.h>
+#include <sys/stat.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <cmath>
+#include <cstring>
+#include <fstream>
+#include <new>
+#include <system_error>
+
+#include "base/error.h"
+
+namespace crownfit {
+namespace {
+
+constexpr int kSaidWhatIsWrong = 10, kNoMemory = 11, kOtherException = 12;  // exit codes of a child
+
+/// Address space of this process.
+size_t BytesInUse() {
+  size_t pages = 0;
+  std::ifstream("/proc/self/statm") >> pages;
+  return pages * static_cast<size_t>(sysconf(_SC_PAGESIZE));
+}
+
+void Confine(const Confinement& limits) {
+  prctl(PR_SET_PDEATHSIG, SIGKILL);  // a child does not outlive its parent
+  const rlimit no_core{0, 0};
+  setrlimit(RLIMIT_CORE, &no_core);
+  rlimit memory{};
+  getrlimit(RLIMIT_AS, &memory);
+  memory.rlim_cur = std::min<rlim_t>(memory.rlim_max, BytesInUse() + limits.memory_bytes);
+  setrlimit(RLIMIT_AS, &memory);
+  // The alarm ends the child even while it waits for a lock that nobody holds any more.
+  signal(SIGALRM, SIG_DFL);
+  sigset_t alarm_only;
+  sigemptyset(&alarm_only);
+  sigaddset(&alarm_only, SIGALRM);
+  sigprocmask(SIG_UNBLOCK, &alarm_only, nullptr);
+  alarm(static_cast<unsigned>(std::ceil(limits.seconds)));
+}
+
+[[noreturn]] void BeTheChild(const Confinement& limits, const std::function<void()>& work, std::span<std::byte> said) {
+  Confine(limits);
+  int code = 0;
+  try {
+    work();
+  } catch (const InputError& e) {
+    std::strncpy(reinterpret_cast<char*>(said.data()), e.what(), said.size() - 1);
+    code = kSaidWhatIsWrong;
+  } catch (const std::bad_alloc&) {
+    code = kNoMemory;
+  } catch (...) {
+    code = kOtherException;
+  }
+  _exit(code);  // neither destructors nor the parent's unwritten output
+}
+
+}  // namespace
+
+SharedMemory::SharedMemory() : file_(memfd_create("crownfit", MFD_CLOEXEC)) {
+  if (file_ < 0) throw std::system_error(errno, std::generic_category(), "memfd_create");
+}
+
+SharedMemory::~SharedMemory() {
+  Unmap();
+  close(file_);
+}
+
+void SharedMemory::Unmap() {
+  if (!mapped_.empty()) munmap(mapped_.data(), mapped_.size());
+  mapped_ = {};
+}
+
+void SharedMemory::Resize(size_t size) {
+  Unmap();
+  if (ftruncate(file_, static_cast<off_t>(size)) != 0) throw std::bad_alloc();
+}
+
+std::span<std::byte> SharedMemory::Bytes() {
+  Unmap();
+  struct stat status {};
+  fstat(file_, &status);
+  const auto size = static_cast<size_t>(status.st_size);
+  if (size == 0) return {};
+  void* data = mmap(nullptr, size, PROT_READ | PROT_WRITE, MAP_SHARED, file_, 0);
+  if (data == MAP_FAILED) throw std::bad_alloc();
+  mapped_ = {static_cast<std::byte*>(data), size};
+  return mapped_;
+}
+
+Ending RunConfined(const Confinement& limits, const std::function<void()>& work) {
+  SharedMemory said;
+  said.Resize(4096);
+  const std::span<std::byte> text = said.Bytes();
+  const pid_t child = fork();
+  if (child < 0) throw std::system_error(errno, std::generic_category(), "fork");
+  if (child == 0) BeTheChild(limits, work, text);
+  int status = 0;
+  while (waitpid(child, &status, 0) < 0)
+    if (errno != EINTR) throw std::system_error(errno, std::generic_category(), "waitpid");
+  if (WIFSIGNALED(status)) return WTERMSIG(status) == SIGALRM ? Ending::kTookTooLong : Ending::kCrashed;
+  const int code = WEXITSTATUS(status);
+  if (code == kSaidWhatIsWrong) throw InputError("", "", reinterpret_cast<const char*>(text.data()));
+  return code == 0 ? Ending::kDone : code == kNoMemory ? Ending::kNeededTooMuchMemory : Ending::kCrashed;
+}
+
+}  // namespace crownfit

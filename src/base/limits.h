@@ -1,0 +1,20 @@
+#pragma once
+// How much of a file is read before it is refused: what a broken or hostile file may cost. docs/limits.md.
+
+#include <cstddef>
+
+namespace crownfit {
+
+struct Limits {
+  double image_megapixels = 100;
+  double image_seconds = 60;          ///< to decode one, by the clock
+  double mesh_million_triangles = 5;  ///< after polygons became triangles
+  double json_MiB = 64;               ///< also of a manifest in CSV
+};
+
+/// The defaults, or what the environment says in their place: CROWNFIT_MAX_IMAGE_MEGAPIXELS,
+/// CROWNFIT_MAX_IMAGE_SECONDS, CROWNFIT_MAX_MESH_MILLION_TRIANGLES, CROWNFIT_MAX_JSON_MIB. Throws InputError for what
+/// is no positive number.
+Limits InputLimits();
+
+}  // namespace crownfit
