@@ -1,0 +1,116 @@
+#include "fuzz/parsers.h"
+
+#include <cstdlib>
+#include <fstream>
+
+#include "base/error.h"
+#include "base/json_file.h"
+#include "batch/manifest.h"
+#include "calibration/blur.h"
+#include "calibration/camera.h"
+#include "calibration/capture.h"
+#include "calibration/colour_file.h"
+#include "calibration/light_rig.h"
+#include "calibration/poses.h"
+#include "exchange/material_file.h"
+#include "geometry/mesh_file.h"
+#include "optics/slab.h"
+#include "photo/photograph.h"
+#include "support/temporary_folder.h"
+#include "synthetic/recipe.h"
+
+namespace crownfit {
+namespace {
+
+using Path = std::filesystem::path;
+
+/// In memory where the system has such a place: a fuzzer writes thousands of files a second.
+const Path& Folder() {
+  static const struct InMemory {
+    InMemory() {
+      if (std::filesystem::is_directory("/dev/shm")) setenv("TMPDIR", "/dev/shm", 0);
+    }
+  } first;
+  static const TemporaryFolder folder;
+  static const bool filled = [] {
+    std::filesystem::copy(Path(CROWNFIT_DATASETS) / "sphere", folder.path,
+                          std::filesystem::copy_options::recursive | std::filesystem::copy_options::overwrite_existing);
+    return true;
+  }();
+  (void)filled;
+  return folder.path;
+}
+
+void ReadJson(const Path& file) {
+  const std::string text = ToJsonText(JsonFile(file).value);
+  Check(ToJsonText(JsonFile("again", text).value) == text, "what is read and written is read as the same");
+}
+
+void ReadMesh(const Path& file) {
+  std::vector<std::string> messages;
+  const TriangleMesh mesh = ReadClosedSurface(file, messages);
+  for (const auto& t : mesh.triangles)
+    for (int k = 0; k < 3; ++k)
+      Check(t[k] >= 0 && t[k] < static_cast<int>(mesh.vertices.size()), "a face's corners exist");
+  for (const auto& [name, values] : mesh.vertex_properties)
+    Check(values.size() == mesh.vertices.size(), "every vertex has its properties");
+  Check(Volume(mesh) >= 0, "a closed surface looks outwards");
+}
+
+void ReadManifestFile(const Path& file) {
+  FitCommand fit;
+  fit.columns = {{"model", false, false}, {"fix", false, true}, {"no-priors", true, false}};
+  fit.fault = [](const std::vector<std::string>&) { return std::string(); };
+  const Manifest manifest = ReadManifest(file, fit);
+  Check(!manifest.rows.empty(), "a manifest has rows or is refused");
+}
+
+void ReadMaterial(const Path& file) {
+  static const Capture capture = ReadCapture(Folder() / "as_bundled.json");
+  (void)ReadMaterialOutline(file);
+  (void)ReadMaterialRecord(file, capture);
+}
+
+template <auto Read>
+void Ignore(const Path& file) {
+  (void)Read(file);
+}
+
+constexpr Parser kParsers[] = {
+    {"json", "a.json", ReadJson},
+    {"capture", "capture.json", Ignore<ReadCapture>},
+    {"recipe", "recipe.json", Ignore<ReadRecipe>},
+    {"slab", "slab.json", Ignore<ReadSlab>},
+    {"material", "material.json", ReadMaterial},
+    {"manifest_json", "manifest.json", ReadManifestFile},
+    {"manifest_csv", "manifest.csv", ReadManifestFile},
+    {"camera", "camera.json", Ignore<ReadCamera>},
+    {"light_rig", "light_rig.json", Ignore<ReadLightRig>},
+    {"colour", "colour.json", Ignore<ReadColourTransform>},
+    {"noise", "noise.json", Ignore<ReadSensorNoise>},
+    {"blur", "blur.json", Ignore<ReadBlur>},
+    {"poses", "poses.json", Ignore<ReadPoses>},
+    {"ply", "a.ply", ReadMesh},
+    {"stl", "a.stl", ReadMesh},
+    {"obj", "a.obj", ReadMesh},
+};
+
+}  // namespace
+
+std::span<const Parser> Parsers() { return kParsers; }
+
+std::string Feed(const Parser& parser, const std::string& bytes) {
+  static const bool kept = std::filesystem::copy_file(Folder() / "capture.json", Folder() / "as_bundled.json",
+                                                      std::filesystem::copy_options::overwrite_existing);
+  Check(kept, "the bundled capture is there");
+  const Path file = Folder() / parser.file_name;
+  std::ofstream(file, std::ios::binary).write(bytes.data(), static_cast<std::streamsize>(bytes.size()));
+  try {
+    parser.read(file);
+  } catch (const InputError& e) {
+    return e.what();
+  }
+  return "";
+}
+
+}  // namespace crownfit
