@@ -1,7 +1,9 @@
 #include "commands.h"
 
+#include <algorithm>
 #include <chrono>
 #include <cstdio>
+#include <set>
 
 #include "base/error.h"
 #include "base/files.h"
@@ -56,6 +58,27 @@ std::optional<size_t> NamedPhotograph(const Capture& capture, const std::string&
   }
   throw InputError(capture.file, "photographs", "there is no photograph called '" + name + "'",
                    "Known: " + known + ".");
+}
+
+/// What would take hours is refused: for adding-doubling many indices, each of which brings directions of its own; for
+/// walks light that nothing absorbs. A way through a layer is 2 d n^2 long in the mean, whatever scatters (Blanco and
+/// Fournier 2003), or some lengths of absorption.
+void CheckSlabCanBeSolved(const std::filesystem::path& file, const Slab& slab, const std::string& model) {
+  constexpr size_t kMostIndices = 8;
+  constexpr double kMostCollisions = 1e6;  // of a photon: 20 ms
+  std::set<double> indices{slab.ior_above, slab.backing_contact ? slab.ior_above : slab.ior_below};
+  double collisions = 0;
+  for (const SlabLayer& l : slab.layers) {
+    indices.insert(l.ior);
+    const double way_mm = 2 * l.thickness_mm * l.ior * l.ior, absorption = l.absorption_per_mm;
+    collisions += l.scattering_per_mm * (absorption > 0 ? std::min(way_mm, 10 / absorption) : way_mm);
+  }
+  if (model == "layered" && indices.size() > kMostIndices)
+    throw InputError(file, "layers", "they have " + std::to_string(indices.size()) + " different indices, more than 8",
+                     "Use --model path, or round ior: every index brings directions of its own.");
+  if (model == "path" && collisions > kMostCollisions)
+    throw InputError(file, "layers", "a photon would scatter some " + std::to_string(collisions) + " times on its way",
+                     "Use --model layered, which needs no more time for it.");
 }
 
 }  // namespace
@@ -117,6 +140,7 @@ int RunRender(const CommandLine& line) {
 int RunSlab(const CommandLine& line) {
   const auto begin = std::chrono::steady_clock::now();
   const Slab slab = ReadSlab(line.capture);
+  CheckSlabCanBeSolved(line.capture, slab, line.fit.model);
   Progress progress(line.progress);
   SlabAnswer answer;
   if (line.fit.model == "layered") {

@@ -99,6 +99,25 @@ TEST(AddingDoubling, ConservesEnergyWithoutAbsorption) {
   }
 }
 
+TEST(AddingDoubling, WhiteLayersOfAnyThicknessLoseNothingAndTransmitAsOneOverTheirDepth) {
+  for (const double g : {0.0, 0.8, 0.999})
+    for (const double ior : {1.0, 1.5}) {
+      double last = 0;
+      for (const double depth : {1.0, 1e3, 1e5, 1e7, 1e9}) {
+        Slab slab;
+        slab.layers = {{.ior = ior, .g = g, .scattering_per_mm = depth, .absorption_per_mm = 0, .thickness_mm = 1}};
+        const SlabAnswer a = SolveByAddingDoubling(slab);
+        EXPECT_NEAR(a.specular + a.value.reflectance_collimated + a.value.transmittance_collimated, 1.0, 1e-12);
+        EXPECT_NEAR(a.specular_diffuse + a.value.reflectance_diffuse + a.value.transmittance_diffuse, 1.0, 1e-12);
+        // Diffusion: T = c / (depth + extrapolation), whose second part is below 1e-3 from a reduced depth of 1e4 on.
+        if (last > 0 && depth * (1 - g) >= 1e6) {
+          EXPECT_NEAR(a.value.transmittance_collimated * depth / last, 1.0, 2e-3) << g << " " << ior << " " << depth;
+        }
+        last = a.value.transmittance_collimated * depth;
+      }
+    }
+}
+
 TEST(AddingDoubling, SplittingALayerOrAddingAClearOneChangesNothing) {
   const SlabLayer a = Tissue(.05, 6, .9, 1.62, 1), b = Tissue(.3, 28, .93, 1.54, 2);
   SlabLayer half = a;

@@ -100,7 +100,9 @@ Stack HomogeneousLayer(const SlabLayer& layer, const Directions& d, int moments)
   const auto moment = [&](int l) { return l == 0 ? 1.0 : (1.0 - layer.isotropic_fraction) * std::pow(layer.g, l); };
   const double peak = moment(moments);
   const double depth = (1.0 - albedo0 * peak) * extinction * layer.thickness_mm;
-  const double albedo = albedo0 * (1.0 - peak) / (1.0 - albedo0 * peak);
+  const double albedo = albedo0 * (1.0 - peak) / (1.0 - albedo0 * peak),
+               loss = extinction > 0 ? layer.absorption_per_mm / (extinction * (1.0 - albedo0 * peak))
+                                     : 0.0;  // 1 - albedo
   Stack s{Matrix::Zero(n, n), Matrix::Identity(n, n), Matrix::Zero(n, n), Matrix::Identity(n, n)};
   if (depth <= 0) return s;
 
@@ -130,11 +132,27 @@ Stack HomogeneousLayer(const SlabLayer& layer, const Directions& d, int moments)
   const Matrix inverse = (identity + a).inverse();
   const Matrix g = (identity + a - b * inverse * b).inverse();
   Matrix reflect = 2.0 * g * b * inverse, transmit = 2.0 * g - identity;
+  // What the layer absorbs is followed by itself, by sums that can't cancel, and what leaves is kept equal to the rest:
+  // a rounding lost in the thin start would be 1e-10 of absorption per scattering, which darkens thick white layers.
+  const Vector flux = d.cosine.cwiseProduct(d.weight);
+  Vector absorbed = 0.5 * thin * loss * (d.weight + (reflect + transmit).transpose() * d.weight);
+  const auto keep_energy = [&] {
+    const Vector leaves = (reflect + transmit).transpose() * flux;
+    for (Eigen::Index i = 0; i < n; ++i) {
+      if (absorbed[i] > 0.5 * flux[i]) continue;  // there the small rest is the more exact
+      const double factor = (flux[i] - absorbed[i]) / leaves[i];
+      reflect.col(i) *= factor;
+      transmit.col(i) *= factor;
+    }
+  };
+  keep_energy();
   for (int k = 0; k < doublings; ++k) {
     const Eigen::PartialPivLU<Matrix> between(identity - reflect * reflect);
     const Matrix inside = between.solve(transmit);
+    absorbed += inside.transpose() * (absorbed + reflect.transpose() * absorbed);
     reflect += transmit * reflect * inside;
     transmit = transmit * inside;
+    keep_energy();
     if (transmit.cwiseAbs().maxCoeff() < 1e-14) break;
   }
   return {reflect, transmit, reflect, transmit};

@@ -12,7 +12,7 @@ Slab ReadSlab(const std::filesystem::path& path) {
       "crownfit-slab/1", {"layers", "ior_above", "ior_below", "backing_reflectance", "backing_contact", "radii_mm"});
   Slab slab;
   const JsonNode layers = root.Require("layers");
-  for (const auto& item : layers.Items()) {
+  for (const auto& item : layers.Items(100)) {
     const JsonObject o(item,
                        {"ior", "g", "isotropic_fraction", "scattering_per_mm", "absorption_per_mm", "thickness_mm"});
     SlabLayer layer;
