@@ -14,23 +14,37 @@ TERM Float ExpRatio(Float x) {
 }
 
 // Unpolarised Fresnel reflectance of a dielectric boundary, relative_ior = n_behind / n_before; 1 beyond the critical
-// angle. The form of theory: no cancellation for relative_ior -> 1 (thesis 3.3-3.5 in exact arithmetic).
+// angle. No cancellation for relative_ior -> 1 nor towards grazing (thesis 3.3-3.5 in exact arithmetic): n^2 - sin^2 is
+// taken as (n^2 - 1) + cos^2.
 TERM Float FresnelReflectance(Float cosine, Float relative_ior) {
   Float c = clamp(cosine, Float(0.0), Float(1.0));
   Float s2 = (1.0 - c) * (1.0 + c);
-  Float n2 = relative_ior * relative_ior;
-  if (s2 >= n2) return Float(1.0);
-  Float u = sqrt(max(n2 - s2, Float(1e-12)));
-  Float rs = (1.0 - n2) / ((c + u) * (c + u));
+  Float step = (relative_ior - 1.0) * (relative_ior + 1.0);
+  Float u2 = step + c * c;
+  if (u2 <= 0.0) return Float(1.0);
+  Float u = sqrt(max(u2, Float(1e-12)));
+  Float rs = -step / ((c + u) * (c + u));
   Float q = (c * u - s2) / (c * u + s2);
   return 0.5 * rs * rs * (1.0 + q * q);
+}
+
+// What it lets through, 1 - FresnelReflectance, with all its digits at grazing incidence too.
+TERM Float FresnelTransmittance(Float cosine, Float relative_ior) {
+  Float c = clamp(cosine, Float(0.0), Float(1.0));
+  Float u2 = (relative_ior - 1.0) * (relative_ior + 1.0) + c * c;
+  if (u2 <= 0.0) return Float(0.0);
+  Float u = sqrt(max(u2, Float(1e-12)));
+  Float n2 = relative_ior * relative_ior;
+  Float across = c + u;
+  Float along = n2 * c + u;
+  return 2.0 * c * u * (1.0 / (across * across) + n2 / (along * along));
 }
 
 // Cosine behind a boundary (Snell); 0 beyond the critical angle.
 TERM Float RefractedCosine(Float cosine, Float relative_ior) {
   Float c = clamp(cosine, Float(0.0), Float(1.0));
-  Float s = (1.0 - c) * (1.0 + c) / (relative_ior * relative_ior);
-  return sqrt(max(1.0 - s, Float(1e-12)));
+  Float u2 = (relative_ior - 1.0) * (relative_ior + 1.0) + c * c;
+  return sqrt(max(u2, Float(1e-12))) / relative_ior;
 }
 
 // Two boundaries of reflectances first and second with clear, thin matter between them, all reflections summed without
@@ -139,11 +153,10 @@ TERM Float SurfaceReflectionUnderFilm(Float cos_light, Float cos_view, Float cos
                                       Float roughness, Float relative_ior, Float film_ior) {
   Float light = RefractedCosine(cos_light, film_ior);
   Float view = RefractedCosine(cos_view, film_ior);
-  Float sum = 2.0 * cos_light_half;  // length of light + view in air; along the normal its part is
-  Float upright = sum * cos_half;
-  Float along = max(sum * sum - upright * upright, Float(0.0)) / (film_ior * film_ior);
+  Float sum = 2.0 * cos_light_half;  // length of light + view in air
+  Float along = sum * sum * max((1.0 - cos_half) * (1.0 + cos_half), Float(0.0)) / (film_ior * film_ior);
   Float length = sqrt(max(along + (light + view) * (light + view), Float(1e-12)));
-  Float passed = (1.0 - FresnelReflectance(cos_light, film_ior)) * (1.0 - FresnelReflectance(cos_view, film_ior));
+  Float passed = FresnelTransmittance(cos_light, film_ior) * FresnelTransmittance(cos_view, film_ior);
   return passed / (film_ior * film_ior) *
          SurfaceReflection(light, view, (light + view) / length, 0.5 * length, roughness, relative_ior / film_ior);
 }
@@ -173,10 +186,13 @@ TERM Float SingleScatterBackward(Float tau, Float mu0, Float mu) {
 }
 
 // The same for transmission: (e^-tau/mu0 - e^-tau/mu) / (mu0 - mu); mu -> mu0 is no special case (thesis 3.28, 3.29).
+// Two branches, as min and abs would lose the derivative where a = b.
 TERM Float SingleScatterForward(Float tau, Float mu0, Float mu) {
   Float a = tau / mu0;
   Float b = tau / mu;
-  return tau / (mu0 * mu) * exp(-min(a, b)) * ExpRatio(abs(a - b));
+  Float both = tau / (mu0 * mu);
+  if (a < b) return both * exp(-a) * ExpRatio(b - a);
+  return both * exp(-b) * ExpRatio(a - b);
 }
 
 // First-order BRDF of a layer below a boundary of relative_ior, per steradian. `transmitted` is the product of both
@@ -218,15 +234,22 @@ TERM Float PointSourceFlux(Float transport, Float depth_mm, Float radius_mm) {
   return depth_mm < 0.0 ? -within : within;
 }
 
+// exp(-k d) ExpRatio((extinction - k) d), which is symmetric in both and has no large parts to cancel.
+TERM Float DecayBetween(Float extinction, Float k, Float d) {
+  if (k < extinction) return exp(-k * d) * ExpRatio((extinction - k) * d);
+  return exp(-extinction * d) * ExpRatio((k - extinction) * d);
+}
+
 // Total diffuse reflectance of a slab for a collimated source ss' e^-st'z (d'Eon and Irving 2011 for the source,
 // Donner and Jensen 2005 for the boundaries; summed in closed form). zb: extrapolation distances 2 A D of both sides.
+// Digits are lost as k length falls: 8 are left at 1e-8.
 TERM Float SlabReflectance(Float reduced_scattering, Float extinction, Float transport, Float thickness_mm, Float zb_front,
                            Float zb_back) {
   Float d = thickness_mm;
   Float k = transport;
   Float length = d + zb_front + zb_back;
   Float near = ExpRatio((extinction + k) * d);
-  Float far = exp(-2.0 * k * (d + zb_back)) * ExpRatio((extinction - k) * d);
+  Float far = exp(-k * (d + 2.0 * zb_back)) * DecayBetween(extinction, k, d);
   return reduced_scattering * d * 0.5 * (1.0 + exp(-2.0 * k * zb_front)) * (near - far) / (1.0 - exp(-2.0 * k * length));
 }
 
@@ -236,7 +259,7 @@ TERM Float SlabTransmittance(Float reduced_scattering, Float extinction, Float t
   Float d = thickness_mm;
   Float k = transport;
   Float length = d + zb_front + zb_back;
-  Float near = exp(-k * d) * ExpRatio((extinction - k) * d);
+  Float near = DecayBetween(extinction, k, d);
   Float far = exp(-k * (d + 2.0 * zb_front)) * ExpRatio((extinction + k) * d);
   Float diffuse = reduced_scattering * d * 0.5 * (1.0 + exp(-2.0 * k * zb_back)) * (near - far) / (1.0 - exp(-2.0 * k * length));
   return diffuse + exp(-extinction * d);

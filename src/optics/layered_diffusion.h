@@ -59,8 +59,7 @@ struct LayerResponse {
     admittance = diffusion * k;
     once = exp(-k * d);
     near = scattering * d * Term::ExpRatio((extinction + k) * d);
-    const T less = Term::min(k, extinction), more = Term::max(k, extinction);
-    far = scattering * d * exp(-less * d) * Term::ExpRatio((more - less) * d);
+    far = scattering * d * Term::DecayBetween(extinction, k, T(d));
     beam = Term::Attenuation(extinction, T(d));
   }
 };
