@@ -145,6 +145,45 @@ TEST(WhiteFurnace, EveryMaterialWithoutAbsorptionDisappears) {
   }
 }
 
+TEST(WhiteFurnace, ExtremeMaterialsAndLayersThatTouchDisappearToo) {
+  struct Case {
+    const char* name;
+    double thickness_mm, outer_g, outer_scattering, inner_scattering;  // reduced, per mm
+    int paths;
+  };
+  const Case cases[] = {
+      {"forward peak of 1000", 0.4, 0.999, 2.0, 5.0, 20},
+      {"almost all backwards", 0.4, -0.99, 2.0, 5.0, 100},
+      {"chalk inside", 0.4, 0.6, 2.0, 100.0, 30},
+      {"glass on chalk", 0.4, 0.0, 0.0, 20.0, 100},
+      {"a film of 1 micrometre", 0.001, 0.6, 2.0, 5.0, 100},
+      {"layers that coincide", 0.0, 0.6, 2.0, 5.0, 100},
+  };
+  for (const Case& c : cases) {
+    KnownScene scene(Sphere(1.5, 12), 2, c.thickness_mm, 6, 1.8);
+    SetLayer(scene, 0, 1.62, c.outer_g, c.outer_scattering, 0.0);
+    SetLayer(scene, 1, 1.54, 0.6, c.inner_scattering, 0.0);
+    if (c.thickness_mm == 0) scene.source.meshes[1] = scene.source.meshes[0];
+    SetSurface(scene, 0.0, 0.0);
+    scene.Light(DomeLight{glm::dvec3(1.0 / kPi)});
+    const Mean mean = RenderedMean(scene, c.paths);
+    EXPECT_NEAR(mean.value(), 1.0, 4 * mean.stated + 1e-3) << c.name;
+  }
+}
+
+TEST(WhiteFurnace, LightThatPlaneSidesKeepLongComesOutUnbiased) {
+  // A clear cube around a scattering ball: some of what leaves the ball is totally reflected by all six sides until it
+  // meets the ball again, up to thousands of times.
+  KnownScene scene(Box({-1, -1, -1}, {1, 1, 1}), 2, 0.5, 6, 1.2);
+  scene.source.meshes[1] = Sphere(0.6, 12);
+  SetLayer(scene, 0, 1.62, 0.0, 0.0, 0.0);
+  SetLayer(scene, 1, 1.62, 0.0, 5.0, 0.0);
+  SetSurface(scene, 0.0, 0.0);
+  scene.Light(DomeLight{glm::dvec3(1.0 / kPi)});
+  const Mean mean = RenderedMean(scene, 200);
+  EXPECT_NEAR(mean.value(), 1.0, 4 * mean.stated + 1e-3);
+}
+
 TEST(WhiteFurnace, WhiteSceneryAndBackingAroundTheObjectDisappearToo) {
   KnownScene scene(Sphere(1.2, 12), 1, 0.4, 6, 1.4);
   SetLayer(scene, 0, 1.54, 0.0, 3.0, 0.0);

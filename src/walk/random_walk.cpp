@@ -50,6 +50,15 @@ double Media::LargestShare(const WalkState& state) const {
   return std::max({left.x, left.y, left.z});
 }
 
+bool SurvivesBoundary(WalkState& state, RandomStream& random) {
+  constexpr int kAllLive = 4096;
+  constexpr double kSurvival = 0.998;
+  if (++state.boundaries <= kAllLive) return true;
+  if (random.Next() >= kSurvival) return false;
+  state.boost /= kSurvival;
+  return true;
+}
+
 bool SurvivesRoulette(const Media& media, WalkState& state, RandomStream& random) {
   constexpr double kBelow = 0.03, kSurvival = 0.25;
   if (media.LargestShare(state) >= kBelow) return true;

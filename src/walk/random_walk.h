@@ -38,11 +38,13 @@ struct WalkState {
   glm::dvec3 position{0.0}, direction{0.0};
   int medium = kOutside;
   double boost = 1.0;         ///< inverse probability of what the roulette let live, times what tiles in contact return
+  int boundaries = 0;         ///< met from inside
   std::vector<Visit> visits;  ///< per medium
 
   void Begin(size_t media) {
     medium = kOutside;
     boost = 1.0;
+    boundaries = 0;
     visits.assign(media, Visit());
   }
 };
@@ -78,6 +80,11 @@ inline constexpr int kRouletteEvery = 32;  // collisions of one walk, so that th
 /// False when the walk, little of whose light is left, ends here.
 bool SurvivesRoulette(const Media& media, WalkState& state, RandomStream& random);
 
+/// To be asked at every boundary met from inside: false when the walk ends here. Total reflection keeps light in clear
+/// layers with plane sides for ever; beyond what any other walk meets, some few in a thousand go on no further, and the
+/// others stand for them.
+bool SurvivesBoundary(WalkState& state, RandomStream& random);
+
 /// Walks from inside a layer until the medium is the outside or satisfies `is_end`; false when absorbed or lost.
 /// `cross(boundary)` decides what happens at a boundary: it sets the state's direction and medium.
 template <class Scene, class Cross, class IsEnd>
@@ -100,6 +107,7 @@ bool Walk(const Scene& scene, const Media& media, int hero, WalkState& state, Ra
         travel(boundary->distance_mm);
         state.position = boundary->position;
         ++counters.boundaries;
+        if (!SurvivesBoundary(state, random)) return false;
         cross(*boundary);
         break;
       }

@@ -86,6 +86,7 @@ class Pool {
     }
     ++counters_.boundaries;
     Store(lane);
+    if (!SurvivesBoundary(PathOf(lane).state, PathOf(lane).random())) return EndBranch(lane);
     if (!PathOf(lane).Meet(studio_.scene.EndOf(flight))) return EndBranch(lane);
     Load(lane);
   }
