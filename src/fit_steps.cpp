@@ -6,9 +6,42 @@
 
 #include "base/error.h"
 #include "fit_pixels.h"
+#include "geometry/signed_distance.h"
 
 namespace crownfit {
 namespace {
+
+/// Where a lamp of finite place stands in the object's frame.
+std::optional<glm::dvec3> PlaceOf(const Light& light, const RigidTransform& object_from_camera) {
+  struct Centre {
+    std::optional<glm::dvec3> operator()(const PointLight& l) const { return l.position_mm; }
+    std::optional<glm::dvec3> operator()(const DiskLight& l) const { return l.centre_mm; }
+    std::optional<glm::dvec3> operator()(const RectangleLight& l) const { return l.centre_mm; }
+    std::optional<glm::dvec3> operator()(const DirectionalLight&) const { return std::nullopt; }
+    std::optional<glm::dvec3> operator()(const DomeLight&) const { return std::nullopt; }
+    std::optional<glm::dvec3> operator()(const EnvironmentLight&) const { return std::nullopt; }
+  };
+  const auto place = std::visit(Centre{}, light.shape);
+  return place && light.in_camera_frame ? std::optional(object_from_camera.Point(*place)) : place;
+}
+
+/// Light is followed through the air from camera and lamps: neither may stand inside the object.
+void CheckNothingStandsInside(const Capture& capture, const TriangleMesh& outer) {
+  const RayCaster caster({&outer});
+  for (const PhotographSpec& photo : capture.photographs) {
+    const RigidTransform object_from_camera = photo.camera_from_object.Inverse();
+    const auto refuse_inside = [&](const glm::dvec3& place, const char* key, const std::string& what) {
+      if (IsInside(caster, outer, place))
+        throw InputError(capture.file, photo.key + key,
+                         "in photograph '" + photo.name + "' " + what + " stands inside the object",
+                         "Check lengths (mm) and frames (\"object\" or \"camera\").");
+    };
+    refuse_inside(object_from_camera.translation_mm, ".camera_from_object", "the camera");
+    for (size_t l : photo.lights)
+      if (const auto place = PlaceOf(capture.lights[l], object_from_camera))
+        refuse_inside(*place, ".lights", "the light '" + capture.lights[l].name + "'");
+  }
+}
 
 void CheckObjectIsInPicture(const Capture& capture, const TriangleMesh& outer) {
   for (const PhotographSpec& photo : capture.photographs) {
@@ -85,6 +118,7 @@ CrownInput ReadInput(const Capture& capture, int threads, bool with_images) {
   input.source = ReadCrownSource(capture, threads);
   for (auto& message : KeepBuildable(input.source, input.capture)) input.source.messages.push_back(std::move(message));
   CheckObjectIsInPicture(capture, *input.source.meshes[0]);
+  CheckNothingStandsInside(capture, *input.source.meshes[0]);
   input.scenery = ReadScenery(capture);
   return input;
 }

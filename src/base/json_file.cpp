@@ -115,6 +115,7 @@ std::string Joined(const std::vector<std::string>& words) {
 
 std::string NumberText(double v) {
   if (!std::isfinite(v)) return "null";
+  if (v == 0) return std::signbit(v) ? "-0.0" : "0";  // "-0" would be read as a whole number, which has no sign there
   char buffer[40];
   const auto [end, error] = std::to_chars(buffer, buffer + sizeof buffer, v);
   Check(error == std::errc(), "a double has a decimal form");
