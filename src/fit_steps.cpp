@@ -58,6 +58,20 @@ void CheckObjectIsInPicture(const Capture& capture, const TriangleMesh& outer) {
   }
 }
 
+/// What can be said before the object's place in the picture is known.
+void CheckAnyPixelIsUsable(const Capture& capture, const std::vector<Photograph>& photographs) {
+  for (size_t i = 0; i < photographs.size(); ++i) {
+    const Photograph& photo = photographs[i];
+    if (std::any_of(photo.usable.begin(), photo.usable.end(), [](uint8_t usable) { return usable != 0; })) continue;
+    throw InputError(
+        capture.file, capture.photographs[i].key,
+        "photograph '" + capture.photographs[i].name + "' has no usable pixel: " +
+            (photo.saturated_pixels > 0 ? "all " + std::to_string(photo.saturated_pixels) + " in the mask are saturated"
+                                        : "its mask holds no value above 0.5"),
+        "Expose it less, correct the mask, or leave the photograph out.");
+  }
+}
+
 /// One picture counted twice would claim information that is not there: intervals would be too narrow by the square
 /// root of 2, without a word.
 void CheckPicturesDiffer(const Capture& capture, const std::vector<Photograph>& photographs) {
@@ -114,6 +128,7 @@ CrownInput ReadInput(const Capture& capture, int threads, bool with_images) {
                          "Use the camera file of this resolution; the photograph must not be cropped or resized.");
     }
   }
+  CheckAnyPixelIsUsable(capture, input.photographs);
   CheckPicturesDiffer(capture, input.photographs);
   input.source = ReadCrownSource(capture, threads);
   for (auto& message : KeepBuildable(input.source, input.capture)) input.source.messages.push_back(std::move(message));

@@ -2,7 +2,7 @@
 // Work by libraries that may crash or hang on a broken file: done in a forked child, so that they take nothing with
 // them.
 //
-// A child shares everything that was in memory when it was forked, which costs about a millisecond and copies nothing;
+// A child shares everything that was in memory when it was forked: some milliseconds for the tables, and no copies;
 // what it makes reaches its parent through SharedMemory alone. It sees none of its parent's other threads: `work` must
 // neither wait for one nor take a lock that one may hold.
 

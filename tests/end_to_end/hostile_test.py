@@ -74,6 +74,16 @@ def edited(what, change, why, **more):
     return (what, breaker, [why], more)
 
 
+def mask(value):
+    def breaker(d):
+        (d / "mask.png").write_bytes(png(width, height, (b"\0" + bytes([value]) * width) * height, colour=0))
+        changed = json.loads(json.dumps(doc))
+        changed["photographs"][0]["mask"] = "mask.png"
+        (d / "capture.json").write_text(json.dumps(changed))
+
+    return breaker
+
+
 def link_to(target):
     def breaker(d):
         (d / photo).unlink()
@@ -149,6 +159,8 @@ cases = [
     edited("a hundred layers", lambda c: c["object"].update(layers=[dict(c["object"]["layers"][0], name=f"l{i}") for i in range(100)]), "layers.*more than"),
     edited("a light twice", lambda c: c["photographs"][0]["lights"].append(c["photographs"][0]["lights"][0]), "lights.*twice"),
     edited("a photograph twice", lambda c: c["photographs"].append(dict(c["photographs"][0], name="again")), "same picture"),
+    ("an empty mask", mask(0), ["no usable pixel.*mask"], {}),
+    edited("all saturated", lambda c: c["photographs"][0].update(saturation=1e-9), "no usable pixel.*saturated"),
     edited("a limit that is none", lambda c: None, "CROWNFIT_MAX_JSON_MIB", limits={"CROWNFIT_MAX_JSON_MIB": "lots"}),
 ]
 

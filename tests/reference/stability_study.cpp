@@ -42,7 +42,7 @@ constexpr int kMost = 6;  // arguments of a term
 using Jet = ceres::Jet<double, kMost>;
 // Of thin slabs, where near and far lights nearly cancel, of the stack, and of rough surfaces under a film, whose half
 // vectors come as cosines, fewer digits are asked for.
-constexpr double kBar = 1e-12, kSlabBar = 1e-5, kStackBar = 1e-9, kFilmBar = 1e-10, kSteps = 16;
+constexpr double kBar = 1e-12, kSlabBar = 1e-4, kStackBar = 1e-8, kFilmBar = 1e-10, kSteps = 16;
 
 // Cosines end where the terms' floors of 1e-6 begin.
 /// An argument's range: its corners, and evenly between two ends, in the logarithm where `low` > 0.
@@ -308,7 +308,7 @@ int Run(size_t points, const std::string& csv, const std::string& only) {
 }  // namespace crownfit
 
 int main(int argc, char** argv) {
-  size_t points = 2000;
+  size_t points = 500;
   std::string csv, only;
   for (int i = 1; i + 1 < argc; i += 2) {
     if (!std::strcmp(argv[i], "--points")) points = std::strtoul(argv[i + 1], nullptr, 10);
