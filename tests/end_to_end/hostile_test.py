@@ -160,7 +160,7 @@ cases = [
     edited("a light twice", lambda c: c["photographs"][0]["lights"].append(c["photographs"][0]["lights"][0]), "lights.*twice"),
     edited("a photograph twice", lambda c: c["photographs"].append(dict(c["photographs"][0], name="again")), "same picture"),
     ("an empty mask", mask(0), ["no usable pixel.*mask"], {}),
-    edited("all saturated", lambda c: c["photographs"][0].update(saturation=1e-9), "no usable pixel.*saturated"),
+    ("all saturated", image("white.png", png(width, height, (b"\0" + b"\xff" * 3 * width) * height), "")[1], ["no usable pixel.*saturated"], {}),
     edited("a limit that is none", lambda c: None, "CROWNFIT_MAX_JSON_MIB", limits={"CROWNFIT_MAX_JSON_MIB": "lots"}),
 ]
 
