@@ -11,11 +11,13 @@
 namespace crownfit {
 namespace {
 
-/// Where a lamp of finite place stands in the object's frame.
+/// Where a lamp of finite place stands in the object's frame. A ring may lie around the object.
 std::optional<glm::dvec3> PlaceOf(const Light& light, const RigidTransform& object_from_camera) {
   struct Centre {
     std::optional<glm::dvec3> operator()(const PointLight& l) const { return l.position_mm; }
-    std::optional<glm::dvec3> operator()(const DiskLight& l) const { return l.centre_mm; }
+    std::optional<glm::dvec3> operator()(const DiskLight& l) const {
+      return l.inner_radius_mm > 0 ? std::nullopt : std::optional(l.centre_mm);
+    }
     std::optional<glm::dvec3> operator()(const RectangleLight& l) const { return l.centre_mm; }
     std::optional<glm::dvec3> operator()(const DirectionalLight&) const { return std::nullopt; }
     std::optional<glm::dvec3> operator()(const DomeLight&) const { return std::nullopt; }
