@@ -33,7 +33,7 @@ def subsurface_material():
     m = SCENE["one_medium"]
     material, tree, out = new_material("crown_subsurface")
     shader = node(tree, "ShaderNodeBsdfPrincipled", Base_Color=(*m["albedo"], 1), Roughness=math.sqrt(SCENE["roughness"]), IOR=m["ior"],
-                  Subsurface_Weight=1, Subsurface_Radius=m["radius_mm"], Subsurface_Scale=1, Subsurface_Anisotropy=m["g"])
+                  Subsurface_Weight=1, Subsurface_Radius=m["radius_mm"], Subsurface_Scale=1)
     shader.subsurface_method = "RANDOM_WALK"
     tree.links.new(shader.outputs["BSDF"], out.inputs["Surface"])
     return material

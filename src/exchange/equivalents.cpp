@@ -26,7 +26,7 @@ double ReflectanceOf(const Slab& slab) { return SolveByAddingDoubling(slab).valu
 double AbsorptionForReflectance(Slab slab, double reflectance) {
   double& absorption = slab.layers[0].absorption_per_mm;
   double low = 1e-6, high = 100.0;
-  constexpr int kHalvings = 40;  // of ln absorption: to 1e-11
+  constexpr int kHalvings = 26;  // of ln absorption: to 3e-7
   for (int i = 0; i < kHalvings; ++i) {
     absorption = std::sqrt(low * high);
     (ReflectanceOf(slab) > reflectance ? low : high) = absorption;
@@ -99,6 +99,20 @@ glm::dvec3 MultipleScatteringAlbedo(const ExportedLayer& layer) {
   glm::dvec3 albedo;
   for (int c = 0; c < kChannels; ++c)
     albedo[c] = HalfSpaceReflectance(layer.reduced_scattering_per_mm()[c], layer.absorption_per_mm[c]);
+  return albedo;
+}
+
+glm::dvec3 AlbedoBehindSurface(const ExportedLayer& layer, double outside_ior) {
+  ExportedLayer half_space = layer;
+  half_space.thickness_mm = kHalfSpace_mm;
+  glm::dvec3 albedo;
+  for (int c = 0; c < kChannels; ++c) {
+    Slab slab;
+    slab.ior_above = slab.ior_below = outside_ior;
+    slab.layers = {SlabLayerOf(half_space, c)};
+    const SlabAnswer answer = SolveByAddingDoubling(slab);
+    albedo[c] = answer.value.reflectance_collimated / (1.0 - answer.specular);
+  }
   return albedo;
 }
 

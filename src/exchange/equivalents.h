@@ -27,6 +27,10 @@ ExportedLayer OneMediumFor(const ExportScene& scene);
 /// Per channel: share of diffuse light that a half space returns without a change of index (HalfSpaceReflectance).
 glm::dvec3 MultipleScatteringAlbedo(const ExportedLayer& layer);
 
+/// The same of light that came through the surface and what of it comes out again, the surface's reflection from inside
+/// included: what programs ask for whose walk in the medium meets no surface from inside. By adding-doubling.
+glm::dvec3 AlbedoBehindSurface(const ExportedLayer& layer, double outside_ior);
+
 /// Per channel: 1 / (scattering + absorption), mm.
 glm::dvec3 MeanFreePath_mm(const ExportedLayer& layer);
 

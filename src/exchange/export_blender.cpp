@@ -74,12 +74,13 @@ void WriteBlender(const ExportScene& with_neck, const std::filesystem::path& fol
   }
   for (size_t p = 0; p < scene.photographs.size(); ++p)
     photographs.push_back(PhotographJson(scene.photographs[p], meshes.lamp[p], meshes.thing[p]));
-  // Cycles walks with the extinction 1 / (radius (1 - g)).
+  // Cycles walks with the extinction 1 / (radius (1 - g)), and without g here: its formula from albedo to scattering
+  // ends at 0.7 for g = 0.9. The similarity relation carries over: reduced scattering, isotropic.
   const JsonValue numbers = JsonValue::Object{
-      {"one_medium", JsonValue::Object{{"ior", one.ior / scene.outside_ior},
-                                       {"g", MeanCosine(one)},
-                                       {"albedo", List(MultipleScatteringAlbedo(one))},
-                                       {"radius_mm", List(MeanFreePath_mm(one) / (1.0 - MeanCosine(one)))}}},
+      {"one_medium",
+       JsonValue::Object{{"ior", one.ior / scene.outside_ior},
+                         {"albedo", List(AlbedoBehindSurface(one, scene.outside_ior))},
+                         {"radius_mm", List(1.0 / (one.reduced_scattering_per_mm() + one.absorption_per_mm))}}},
       {"roughness", scene.roughness},
       {"layers", layers},
       {"photographs", photographs}};

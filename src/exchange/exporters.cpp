@@ -96,9 +96,9 @@ Exporter Blender() {
       "It saves `crown.blend`. The picture is the photograph: radiances of lamps are multiplied by pi x "
       "exposure_scale. "
       "Written for Blender 4.2 and later.\n",
-      "| layers, without `--layers` | one medium; `Base Color` = albedo of multiple scattering, `Subsurface Radius` = "
-      "1 / "
-      "((1 - g)(ss + sa)), mm, as Cycles walks with the extinction 1 / (radius (1 - g)) |\n"
+      "| layers, without `--layers` | one medium that scatters evenly: `Subsurface Radius` = 1 / (ss' + sa), mm; `Base "
+      "Color` = "
+      "what a half space of it returns from behind its surface at normal incidence, over 1 - F0, by adding-doubling |\n"
       "| layers, with `--layers` | `Density` d, `Color` = ss / d, `Absorption Color` = (1 - sa / (d - ss))^2 |\n"
       "| `roughness` (GGX alpha) | `Roughness` = sqrt(alpha) |\n",
       "- Without `--layers`: layers, and an index step from inside (the walk in the medium leaves as if there were "
