@@ -62,17 +62,17 @@ TEST(Equivalents, OneMediumForOneLayerIsThatLayer) {
 }
 
 TEST(Equivalents, AlbedoOfMultipleScatteringIsThatOfAHalfSpaceWithoutABoundary) {
-  // van de Hulst's formula is for isotropic scattering; the similarity relation carries it over to others. The bounds
-  // are what docs/exchange.md states.
-  for (const auto& [g, bound] : {std::pair{0.0, 0.003}, {0.7, 0.02}, {0.93, 0.03}})
-    for (const double albedo : {0.9, 0.99, 0.999}) {
+  // van de Hulst's formula is for isotropic scattering; the similarity relation carries it over to others. 0.002 is what
+  // docs/exchange.md states.
+  for (const double g : {0.0, 0.7, 0.93})
+    for (const double albedo : {0.8, 0.9, 0.99, 0.999}) {
       Slab slab;
       slab.layers = {{1.0, g, 0.0, albedo / (1 - g), (1 - albedo), 1000.0}};
       ExportedLayer layer;
       layer.asymmetry = g;
       layer.scattering_per_mm = glm::dvec3(albedo / (1 - g));
       layer.absorption_per_mm = glm::dvec3(1 - albedo);
-      EXPECT_NEAR(MultipleScatteringAlbedo(layer).x, SolveByAddingDoubling(slab).value.reflectance_diffuse, bound)
+      EXPECT_NEAR(MultipleScatteringAlbedo(layer).x, SolveByAddingDoubling(slab).value.reflectance_diffuse, 0.002)
           << "g " << g << ", reduced albedo " << albedo;
     }
 }

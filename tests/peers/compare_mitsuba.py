@@ -9,7 +9,7 @@ not widened for their number. The errors hold the share OFFSET_SHARE for Mitsuba
 
 Times: variance of the picture's blocks x seconds of one thread, Mitsuba's over crownfit's: how much longer Mitsuba renders
 for the same noise. The rough crown is also rendered as exported, with Mitsuba's own boundary, which loses energy.
-Run by run_peers.py. One core, about 8 minutes at the default number of paths.
+Run by run_peers.py. One core, about 5 minutes at the default number of paths.
 """
 import argparse
 import subprocess
@@ -35,7 +35,7 @@ def arguments():
     p = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     p.add_argument("crownfit", help="the executable")
     p.add_argument("--work", type=Path, help="folder for captures and pictures (default: a temporary one)")
-    p.add_argument("--paths", type=int, default=1000, help="paths per pixel of both programs (default 1000; Mitsuba takes a quarter in a rough scene)")
+    p.add_argument("--paths", type=int, default=400, help="paths per pixel of both programs (default 400; Mitsuba takes a quarter in a rough scene)")
     p.add_argument("--only", metavar="CAPTURE", choices=CAPTURES, help="only this capture")
     return p.parse_args()
 
