@@ -1,8 +1,8 @@
 #include "export_material.h"
 
+#include <algorithm>
 #include <cmath>
 #include <cstdio>
-#include <numeric>
 
 #include "base/error.h"
 #include "base/files.h"
@@ -46,9 +46,11 @@ void NoteRoots(const ExportScene& scene, std::vector<std::string>& left_out) {
   for (size_t l = 1; l < scene.surfaces.size(); ++l) {
     const TriangleMesh &outer = scene.surfaces[l - 1], &inner = scene.surfaces[l];
     const RayCaster caster({&outer});
-    size_t outside = 0;
-    for (const glm::dvec3& v : inner.vertices) outside += !IsInside(caster, outer, v);
-    if (10 * outside > inner.vertices.size())
+    constexpr double kTouching_mm = 0.05;
+    const bool stands_out = std::any_of(inner.vertices.begin(), inner.vertices.end(), [&](const glm::dvec3& v) {
+      return !IsInside(caster, outer, v) && caster.DistanceToSurface(v) > kTouching_mm;
+    });
+    if (stands_out)
       left_out.push_back("layer " + scene.layers[l].name + " stands out of " + scene.layers[l - 1].name +
                          ": the exported boundaries are nested, with wrong index steps there");
   }
@@ -178,8 +180,8 @@ std::vector<std::string> ExportMaterial(const std::filesystem::path& material_fi
     scene.surfaces = bodies->Of(carried).surfaces;
     scene.neck_is_opaque = capture.neck != Neck::kAir;
     if (capture.neck == Neck::kRoot)
-      scene.neck_reflectance = glm::min(
-          carried.surface[Quantity::kNeckReturn][0] * HalfSpaceReflectance(carried.layers.back()), 1.0);
+      scene.neck_reflectance =
+          glm::min(carried.surface[Quantity::kNeckReturn][0] * HalfSpaceReflectance(carried.layers.back()), 1.0);
     MeasureThicknesses(scene);
     NoteRoots(scene, left_out);
     AddPhotographs(capture, input->scenery, scene);
@@ -192,8 +194,7 @@ std::vector<std::string> ExportMaterial(const std::filesystem::path& material_fi
   for (const PhotographSpec& photo : capture.photographs) names.push_back(photo.name);
   names = FileNames(names);
   for (size_t p = 0; p < names.size(); ++p)
-    references.push_back(
-        RenderReference(*input, bodies->Of(carried), carried, p, names[p], options, folder, progress));
+    references.push_back(RenderReference(*input, bodies->Of(carried), carried, p, names[p], options, folder, progress));
   WriteTextFile(folder / "README.md", Notes(exporter, material_file, scene, references, options.paths_per_pixel));
   for (const std::string& what : left_out) said.push_back("left out: " + what);
   said.insert(said.end(), scene.warnings.begin(), scene.warnings.end());

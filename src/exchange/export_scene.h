@@ -56,7 +56,6 @@ struct ExportedPhotograph {
 };
 
 struct ExportScene {
-  std::string source;  ///< the material's file, as it was given
   std::array<std::string, kChannels> channel_names;
   std::array<double, kChannels> wavelengths_nm{};
   std::vector<ExportedLayer> layers;  ///< outermost first
