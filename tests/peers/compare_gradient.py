@@ -71,6 +71,7 @@ def main():
         mitsuba_scene.export(sys.argv[1], capture, folder / "mitsuba")
         try:
             mi.set_variant("llvm_ad_mono")
+            mi.set_log_level(mi.LogLevel.Error)
             dr.set_thread_count(1)
             scene = mi.load_file(str(folder / f"mitsuba/{SHOT}.xml"), integrator="prbvolpath", spp=str(PATHS))
         except (ImportError, RuntimeError) as error:

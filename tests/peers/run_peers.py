@@ -57,11 +57,11 @@ def rows_of(study, crownfit):
     begin = subprocess.Popen([str(python), str(HERE / script), crownfit], stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
     rows, said = [], []
     for line in begin.stdout:
-        if line.startswith("ROW"):
-            rows.append(json.loads(line[3:]))
-        else:
-            said.append(line.rstrip())
-            print(line, end="", flush=True)
+        if "ROW{" in line:  # after what a peer may have written on the line
+            rows.append(json.loads(line[line.index("ROW{") + 3:]))
+            line = " ".join(str(rows[-1][k]) for k in ("peer", "what", "result", "verdict")) + "\n"
+        said.append(line.rstrip())
+        print(line, end="", flush=True)
     code = begin.wait()
     if code != 0:
         is_missing = any("ModuleNotFoundError" in s or "ImportError" in s for s in said)
