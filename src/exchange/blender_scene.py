@@ -55,7 +55,7 @@ def volume_material(number):
     tree.links.new(mixed.outputs["Shader"], out.inputs["Surface"])
     # Scattering = density x colour; absorption = density x (1 - colour) x (1 - sqrt(absorption colour)).
     s, a = layer["scattering_per_mm"], layer["absorption_per_mm"]
-    density = 1.001 * max(x + y for x, y in zip(s, a))
+    density = 1.001 * max([x + y for x, y in zip(s, a)] + [1e-9])
     colour = [x / density for x in s]
     absorbed = [(1 - y / (density - x)) ** 2 for x, y in zip(s, a)]
     volume = node(tree, "ShaderNodeVolumePrincipled", Color=(*colour, 1), Density=density, Anisotropy=layer["g"], Absorption_Color=(*absorbed, 1))

@@ -10,6 +10,7 @@ namespace crownfit {
 namespace {
 
 constexpr double kHalfSpace_mm = 1000.0;
+constexpr double kClear_per_mm = 1e-6;  // paths in clear layers are long, but numbers
 
 SlabLayer SlabLayerOf(const ExportedLayer& layer, int channel) {
   return {layer.ior,
@@ -116,8 +117,12 @@ glm::dvec3 AlbedoBehindSurface(const ExportedLayer& layer, double outside_ior) {
   return albedo;
 }
 
+glm::dvec3 TransportMeanFreePath_mm(const ExportedLayer& layer) {
+  return 1.0 / glm::max(layer.reduced_scattering_per_mm() + layer.absorption_per_mm, kClear_per_mm);
+}
+
 glm::dvec3 MeanFreePath_mm(const ExportedLayer& layer) {
-  return 1.0 / (layer.scattering_per_mm + layer.absorption_per_mm);
+  return 1.0 / glm::max(layer.scattering_per_mm + layer.absorption_per_mm, kClear_per_mm);
 }
 
 }  // namespace crownfit

@@ -31,8 +31,11 @@ glm::dvec3 MultipleScatteringAlbedo(const ExportedLayer& layer);
 /// included: what programs ask for whose walk in the medium meets no surface from inside. By adding-doubling.
 glm::dvec3 AlbedoBehindSurface(const ExportedLayer& layer, double outside_ior);
 
-/// Per channel: 1 / (scattering + absorption), mm.
+/// Per channel: 1 / (scattering + absorption), mm; at most 1e6.
 glm::dvec3 MeanFreePath_mm(const ExportedLayer& layer);
+
+/// The same with the reduced scattering.
+glm::dvec3 TransportMeanFreePath_mm(const ExportedLayer& layer);
 
 /// Henyey-Greenstein alone with the same reduced scattering and the same scattering: the mean cosine.
 inline double MeanCosine(const ExportedLayer& layer) { return (1.0 - layer.isotropic_fraction) * layer.asymmetry; }

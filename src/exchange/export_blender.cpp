@@ -76,14 +76,13 @@ void WriteBlender(const ExportScene& with_neck, const std::filesystem::path& fol
     photographs.push_back(PhotographJson(scene.photographs[p], meshes.lamp[p], meshes.thing[p]));
   // Cycles walks with the extinction 1 / (radius (1 - g)), and without g here: its formula from albedo to scattering
   // ends at 0.7 for g = 0.9. The similarity relation carries over: reduced scattering, isotropic.
-  const JsonValue numbers = JsonValue::Object{
-      {"one_medium",
-       JsonValue::Object{{"ior", one.ior / scene.outside_ior},
-                         {"albedo", List(AlbedoBehindSurface(one, scene.outside_ior))},
-                         {"radius_mm", List(1.0 / (one.reduced_scattering_per_mm() + one.absorption_per_mm))}}},
-      {"roughness", scene.roughness},
-      {"layers", layers},
-      {"photographs", photographs}};
+  const JsonValue numbers =
+      JsonValue::Object{{"one_medium", JsonValue::Object{{"ior", one.ior / scene.outside_ior},
+                                                         {"albedo", List(AlbedoBehindSurface(one, scene.outside_ior))},
+                                                         {"radius_mm", List(TransportMeanFreePath_mm(one))}}},
+                        {"roughness", scene.roughness},
+                        {"layers", layers},
+                        {"photographs", photographs}};
   WriteTextFile(folder / "crown.py", "# Lengths in mm, coefficients in 1/mm; one Blender unit is 1 mm.\nSCENE = " +
                                          ToJsonText(numbers) + std::string(BlenderScript()));
 }

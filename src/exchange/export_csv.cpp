@@ -1,3 +1,5 @@
+#include <cmath>
+
 #include "base/files.h"
 #include "exchange/equivalents.h"
 #include "exchange/exporters.h"
@@ -45,8 +47,8 @@ class Table {
            const std::string& rest) {
     const bool has_channel = channel >= 0;
     text_ += Quoted(layer) + "," + key + "," + (has_channel ? Quoted(scene_.channel_names[channel]) : "") + "," +
-             (has_channel ? NumberText(scene_.wavelengths_nm[channel]) : "") + "," + NumberText(value) + "," + unit +
-             "," + rest + "\n";
+             (has_channel ? NumberText(scene_.wavelengths_nm[channel]) : "") + "," +
+             (std::isfinite(value) ? NumberText(value) : "") + "," + unit + "," + rest + "\n";
   }
   const ExportScene& scene_;
   std::string text_ = "layer,quantity,channel,wavelength_nm,value,unit,stddev,low95,high95,status\n";

@@ -129,6 +129,24 @@ def check_blender(folder):
     require([p["name"] for p in scene["photographs"]] == shots, "Blender: photographs")
 
 
+def intervals(folder):
+    """What a fit says of its values stands beside them; what it does not say is empty."""
+    fitted = {"format": "crownfit-material/1", "status": "not_usable", "reasons": ["chi2 9"], "layers": [
+        {"name": "a,b", "absorption_per_mm": {"value": [0.1, 0.2, 0.3], "stddev": [0.01, 0.02, None], "interval95": [[0.08, 0.12], [0.16, None], [0.2, 0.4]],
+                                              "status": "fitted"}}, {"name": "clear", "reduced_scattering_per_mm": 0, "absorption_per_mm": 0}]}
+    (folder / "fitted.json").write_text(json.dumps(fitted))
+    for name in checks:
+        said = run(folder / "fitted.json", "--to", name, "-o", folder / "fitted" / name)
+        notes = (folder / "fitted" / name / "README.md").read_text()
+        require("chi2 9" in said and "chi2 9" in notes, f"{name}: a material not to be used, without a word")
+        require("Pictures to compare" not in notes, f"{name}: pictures of no capture")
+    rows = list(csv.DictReader((folder / "fitted/csv/material.csv").open()))
+    got = [[r[k] for k in ("value", "stddev", "low95", "high95", "status")] for r in rows if r["layer"] == "a,b" and r["quantity"] == "absorption_per_mm"]
+    require([g[0] for g in got] == ["0.1", "0.2", "0.3"] and got[0][1:] == ["0.01", "0.08", "0.12", "fitted"] and got[2][1] == "", f"CSV: intervals: {got}")
+    require(not any(v in ("inf", "nan", "-nan") for r in rows for v in r.values()), "CSV: a number that is none")
+    ast.literal_eval(next(n.value for n in ast.parse((folder / "fitted/blender/crown.py").read_text()).body if isinstance(n, ast.Assign)))
+
+
 def refusals(folder):
     require("mitsuba" in run(capture / "truth.json", "--to", "maya", "-o", folder, expect=2), "an unknown format is not answered with the known")
     run(capture / "truth.json", "-o", folder, expect=2)
@@ -152,8 +170,7 @@ with tempfile.TemporaryDirectory() as folder:
         notes = (folder / name / "README.md").read_text()
         require("What is lost" in notes and all(f"reference/{s}.exr" in notes for s in shots), f"{name}: README")
         require(all((folder / name / "reference" / f"{s}{e}").exists() for s in shots for e in (".exr", ".png")), f"{name}: reference pictures")
-        run(capture / "truth.json", "--to", name, "-o", folder / "alone" / name)
-        require("Pictures to compare" not in (folder / "alone" / name / "README.md").read_text(), f"{name}: pictures of no capture")
+    intervals(folder)
     refusals(folder)
 
 for fault in faults:
