@@ -62,8 +62,8 @@ TEST(Equivalents, OneMediumForOneLayerIsThatLayer) {
 }
 
 TEST(Equivalents, AlbedoOfMultipleScatteringIsThatOfAHalfSpaceWithoutABoundary) {
-  // van de Hulst's formula is for isotropic scattering; the similarity relation carries it over to others. 0.002 is what
-  // docs/exchange.md states.
+  // van de Hulst's formula is for isotropic scattering; the similarity relation carries it over to others. 0.002 is
+  // what docs/exchange.md states.
   for (const double g : {0.0, 0.7, 0.93})
     for (const double albedo : {0.8, 0.9, 0.99, 0.999}) {
       Slab slab;
