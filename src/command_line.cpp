@@ -188,6 +188,7 @@ CommandLine Parse(const std::vector<std::string>& arguments, std::ostream& error
       "  crownfit slab SLAB.json                reflectance and transmittance of a flat layered sample\n"
       "  crownfit calibrate WHAT IMAGES         camera, noise, blur, colour, lights and poses from photographs\n"
       "  crownfit capture init ...              meshes, photographs and calibration gathered into a capture\n"
+      "  crownfit export M --to FORMAT -o DIR   for Mitsuba, pbrt, Blender, glTF, MaterialX, or as a table\n"
       "  crownfit compare A B                   CIEDE2000 between two pictures\n\n"
       "CAPTURE is a folder that holds capture.json, or that file. docs/file_formats.md describes it.\n"
       "Exit codes: 0 done; 1 finished, but the result must not be used (reasons are printed); 2 wrong input;\n"
@@ -241,6 +242,7 @@ CommandLine Parse(const std::vector<std::string>& arguments, std::ostream& error
   AddMatch(app, line);
   AddCalibrate(app, line);
   AddCapture(app, line);
+  AddExport(app, line);
   BatchWords more;
   const CLI::App* batch = AddBatch(app, line, text, more);
 

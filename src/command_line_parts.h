@@ -13,5 +13,6 @@ struct CommandLine;
 void AddCommonOptions(CLI::App* app, CommandLine& line);
 void AddCalibrate(CLI::App& app, CommandLine& line);
 void AddCapture(CLI::App& app, CommandLine& line);
+void AddExport(CLI::App& app, CommandLine& line);
 
 }  // namespace crownfit

@@ -8,6 +8,7 @@ namespace crownfit {
 int RunBatchCommand(const CommandLine& line);
 int RunCalibrate(const CommandLine& line);
 int RunCaptureInit(const CommandLine& line);
+int RunExport(const CommandLine& line);
 int RunFit(const CommandLine& line);
 int RunCheck(const CommandLine& line);
 int RunSlab(const CommandLine& line);

@@ -11,18 +11,6 @@ namespace {
 
 constexpr int kPicture_px = 900;
 
-std::vector<LayerSpec> LayersOf(const MaterialOutline& outline, const std::vector<std::filesystem::path>& meshes) {
-  std::vector<LayerSpec> layers;
-  for (size_t i = 0; i < outline.layers.size(); ++i) {
-    LayerSpec layer;
-    layer.name = outline.layers[i];
-    if (i < meshes.size()) layer.surface = meshes[i];
-    for (size_t q = 0; q < kParameters.size(); ++q) layer.parameters[q] = DefaultSpec(kParameters[q]);
-    layers.push_back(layer);
-  }
-  return layers;
-}
-
 /// The material's values take the place of the table's defaults: geometry is built from what the capture states.
 void StateValues(Capture& capture, const Material& material) {
   for (size_t l = 0; l < capture.layers.size(); ++l)
@@ -70,13 +58,8 @@ Capture CaptureOfMeshes(const std::vector<std::filesystem::path>& meshes, const 
   }
   const glm::dvec3 middle = 0.5 * (low + high);
   const double size_mm = glm::distance(low, high);
-  Capture capture;
-  capture.file = material_file;
-  capture.folder = material_file.parent_path();
-  capture.layers = LayersOf(outline, meshes);
-  for (size_t q = 0; q < kParameters.size(); ++q) capture.surface[q] = DefaultSpec(kParameters[q]);
-  if (outline.channel_names) capture.channel_names = *outline.channel_names;
-  if (outline.wavelengths_nm) capture.wavelengths_nm = *outline.wavelengths_nm;
+  Capture capture = CaptureOfOutline(outline, material_file);
+  for (size_t i = 0; i < meshes.size(); ++i) capture.layers[i].surface = meshes[i];
   capture.lights.push_back(Softbox("left", middle, glm::normalize(glm::dvec3(-1, 0.7, 1)), size_mm));
   capture.lights.push_back(Softbox("right", middle, glm::normalize(glm::dvec3(1, 0.5, 1.2)), size_mm));
   Light dome;

@@ -34,6 +34,13 @@ std::optional<std::array<double, 2>> ReadInterval(const JsonNode& node) {
 
 ParameterRecord ReadRecord(const JsonObject& object) {
   ParameterRecord record;
+  const auto known = [](const JsonNode& node) { return node.IsNumber() ? std::optional(node.Number()) : std::nullopt; };
+  if (const auto node = object.Find("stddev")) {
+    if (!node->IsArray()) record.stddev.push_back(known(*node));
+    if (node->IsArray())
+      for (const auto& item : node->Items()) record.stddev.push_back(known(item));
+    if (node->IsArray() && record.stddev.size() != kChannels) node->Fail("expected one number, or one per channel");
+  }
   if (const auto status = object.Find("status")) record.status = status->String();
   if (const auto node = object.Find("interval95")) {
     const auto items = node->Items();
@@ -67,7 +74,10 @@ ChannelValues ReadValues(JsonNode node, ParameterRecord& record) {
 void ReadOwner(const JsonObject& object, Owner owner, Material::Layer& out, MaterialRecord::Owner& records) {
   for (size_t i = 0; i < kParameters.size(); ++i)
     if (kParameters[i].owner == owner)
-      if (const auto node = object.Find(kParameters[i].key)) out.values[i] = ReadValues(*node, records[i]);
+      if (const auto node = object.Find(kParameters[i].key)) {
+        out.values[i] = ReadValues(*node, records[i]);
+        records[i].stated = true;
+      }
 }
 
 /// The material with what the block "viewer" states in its place.
@@ -116,7 +126,9 @@ MaterialRecord ReadMaterialRecord(const std::filesystem::path& path, const Captu
       ReadOwner(object, Owner::kLayer, layer, record.layers.back());
       found = true;
     }
-    if (!found) layers.Fail("holds no layer called '" + layer.name + "', which the capture has");
+    if (!found)
+      layers.Fail("holds no layer called '" + layer.name + "', which the capture has",
+                  "Give the material that was fitted to this capture, or name its layers alike.");
   }
   if (const auto surface = root.Find("surface"))
     ReadOwner(JsonObject(*surface, ParameterKeys(Owner::kSurface)), Owner::kSurface, record.material.surface,
@@ -168,6 +180,9 @@ MaterialOutline ReadMaterialOutline(const std::filesystem::path& path) {
   for (const auto& item : layers.Items())
     outline.layers.push_back(JsonObject(item, LayerKeys()).Require("name").String());
   if (outline.layers.empty()) layers.Fail("holds no layer", "State at least one.");
+  if (const auto status = root.Find("status")) outline.status = status->String();
+  if (const auto reasons = root.Find("reasons"))
+    for (const auto& reason : reasons->Items()) outline.reasons.push_back(reason.String());
   if (const auto channels = root.Find("channels")) {
     const auto items = channels->Items();
     if (items.size() != kChannels) channels->Fail("expected three channels");
@@ -180,6 +195,22 @@ MaterialOutline ReadMaterialOutline(const std::filesystem::path& path) {
     }
   }
   return outline;
+}
+
+Capture CaptureOfOutline(const MaterialOutline& outline, const std::filesystem::path& file) {
+  Capture capture;
+  capture.file = file;
+  capture.folder = file.parent_path();
+  for (const std::string& name : outline.layers) {
+    LayerSpec layer;
+    layer.name = name;
+    for (size_t q = 0; q < kParameters.size(); ++q) layer.parameters[q] = DefaultSpec(kParameters[q]);
+    capture.layers.push_back(layer);
+  }
+  for (size_t q = 0; q < kParameters.size(); ++q) capture.surface[q] = DefaultSpec(kParameters[q]);
+  if (outline.channel_names) capture.channel_names = *outline.channel_names;
+  if (outline.wavelengths_nm) capture.wavelengths_nm = *outline.wavelengths_nm;
+  return capture;
 }
 
 void WriteHandSetMaterial(const std::filesystem::path& file, const Capture& capture, const Material& material,

@@ -18,7 +18,9 @@ Material ReadMaterialFile(const std::filesystem::path& file, const Capture& capt
 
 /// What the file says about a parameter beside its value.
 struct ParameterRecord {
-  std::string status;  ///< empty: a bare value
+  bool stated = false;                        ///< false: absent from the file, the capture's value holds
+  std::string status;                         ///< empty: a bare value
+  std::vector<std::optional<double>> stddev;  ///< one, or one per channel; empty: the file gives none
   /// One, or one per channel; empty: the file gives none. Nothing where an end is not known.
   std::vector<std::optional<std::array<double, 2>>> interval95;
 };
@@ -48,11 +50,16 @@ Capture WithLinearScales(Capture capture, const std::map<std::string, double>& l
 
 /// What a material file says without a capture beside it.
 struct MaterialOutline {
-  std::vector<std::string> layers;  ///< names, outermost first
+  std::vector<std::string> layers;   ///< names, outermost first
+  std::string status;                ///< "usable", "not_usable"; empty: the file does not say
+  std::vector<std::string> reasons;  ///< why it must not be used
   std::optional<std::array<std::string, kChannels>> channel_names;
   std::optional<std::array<double, kChannels>> wavelengths_nm;
 };
 MaterialOutline ReadMaterialOutline(const std::filesystem::path& file);
+
+/// A capture of those layers and nothing else, with the table's defaults.
+Capture CaptureOfOutline(const MaterialOutline& outline, const std::filesystem::path& file);
 
 /// Writes values that were set by hand: no intervals, every status "fixed", the file's own "not_usable".
 void WriteHandSetMaterial(const std::filesystem::path& file, const Capture& capture, const Material& material,

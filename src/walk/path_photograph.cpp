@@ -9,6 +9,7 @@
 #include "base/error.h"
 #include "base/parallel.h"
 #include "optics/fresnel_moments.h"
+#include "optics/media.h"
 #include "walk/walk_pool.h"
 
 namespace crownfit {
@@ -70,12 +71,8 @@ CutSlopes SlopesOfHalfSpace(const Material::Layer& layer) {
 
 glm::dvec3 HalfSpaceReflectance(const Material::Layer& layer) {
   glm::dvec3 reflectance(0.0);
-  for (int c = 0; c < kChannels; ++c) {
-    const double scattering = layer[Quantity::kReducedScattering][c], absorption = layer[Quantity::kAbsorption][c];
-    if (!(scattering > 0)) continue;
-    const double s = std::sqrt(absorption / (absorption + scattering));
-    reflectance[c] = (1.0 - s) * (1.0 - 0.139 * s) / (1.0 + 1.17 * s);
-  }
+  for (int c = 0; c < kChannels; ++c)
+    reflectance[c] = HalfSpaceReflectance(layer[Quantity::kReducedScattering][c], layer[Quantity::kAbsorption][c]);
   return reflectance;
 }
 
@@ -143,9 +140,8 @@ Media MediaOf(const Capture& capture, const Material& material, const LayeredBod
     m.ior = layer[Quantity::kIor][0];
     m.g = layer[Quantity::kAsymmetry][0];
     m.isotropic_fraction = layer[Quantity::kIsotropicFraction][0];
-    const double reduction = 1.0 - (1.0 - m.isotropic_fraction) * m.g;
     for (int c = 0; c < kChannels; ++c) {
-      m.scattering[c] = layer[Quantity::kReducedScattering][c] / reduction;
+      m.scattering[c] = TrueScattering(layer[Quantity::kReducedScattering][c], m.g, m.isotropic_fraction);
       m.absorption[c] = layer[Quantity::kAbsorption][c];
     }
     media.push_back(m);

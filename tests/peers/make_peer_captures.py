@@ -1,9 +1,13 @@
 #!/usr/bin/env python3
-"""make_peer_captures.py DIR: writes three small captures for renderers to agree on: grey, unpolarised, everything fixed.
+"""make_peer_captures.py DIR: writes six small captures for renderers to agree on, unpolarised, everything known; their
+truth.json is the material. All but coloured_disc are grey.
 
 ceramic_disc   radius 5 mm, 1 mm thick, smooth. Front lit by a dome; by a large lamp; from behind, with a white tile.
 cored_sphere   radius 4 mm with a concentric core of 3 mm of other indices and scattering, smooth. Dome; large side light.
 nested_crown   incisor-like crown 10 mm high around a similar body of dentine, roughness 0.3. Dome and a softbox at once.
+coloured_disc  as ceramic_disc, but channels scatter 1, 2, 3 and absorb 0.02, 0.1, 0.4 / mm. Dome.
+open_sphere    a scan open at the neck, smooth. Dome.
+environment    sphere of 4 mm, smooth, in a sky that is brightest to its right and above.
 
 Lamps are large, since paths that leave through a dielectric boundary find them by chance only. Scattering is no denser
 than 10/mm: Mitsuba (single precision) starts rays some 0.0005 mm off a surface, which skips that share of a free path.
@@ -99,8 +103,18 @@ def write_ply(path, mesh):
 
 
 def layer(name, ior, g, reduced_scattering, absorption):
-    return {"name": name, "surface": f"mesh/{name}.ply", "ior": {"fixed": ior}, "g": {"fixed": g},
-            "reduced_scattering_per_mm": {"fixed": [reduced_scattering] * 3}, "absorption_per_mm": {"fixed": [absorption] * 3}}
+    """Coefficients: one number, or one per channel."""
+    def three(x):
+        return list(x) if isinstance(x, (list, tuple)) else [x] * 3
+    return {"name": name, "ior": ior, "g": g, "reduced_scattering_per_mm": three(reduced_scattering), "absorption_per_mm": three(absorption)}
+
+
+def stated(layer):
+    """A layer as a capture has it, with values that are surely allowed there: those that count are the truth's."""
+    def fixed(v, least):
+        return {"fixed": [max(x, least) for x in v] if isinstance(v, list) else v}
+    return {"name": layer["name"], "surface": f"mesh/{layer['name']}.ply", "ior": fixed(layer["ior"], 1), "g": fixed(layer["g"], 0),
+            "reduced_scattering_per_mm": fixed(layer["reduced_scattering_per_mm"], 1e-3), "absorption_per_mm": fixed(layer["absorption_per_mm"], 1e-5)}
 
 
 def photograph(name, lights, rotation=FACING, backing="none", scenery=()):
@@ -117,16 +131,18 @@ def write_capture(folder, layers, meshes, lights, photographs, roughness=0.0, ba
     (folder / "calib").mkdir(parents=True, exist_ok=True)
     for name, mesh in meshes.items():
         write_ply(folder / f"mesh/{name}.ply", mesh)
+    channels = [{"name": "R", "wavelength_nm": 600}, {"name": "G", "wavelength_nm": 540}, {"name": "B", "wavelength_nm": 450}]
+    truth = {"format": "crownfit-material/1", "channels": channels, "layers": layers, "surface": {"roughness": roughness, "wetness": 0}}
     capture = {"format": "crownfit-capture/1",
-               "object": {"layers": layers, "surface": {"roughness": {"fixed": roughness}}, "scenery": list(scenery),
+               "object": {"layers": [stated(x) for x in layers], "surface": {"roughness": {"fixed": roughness}}, "scenery": list(scenery),
                           "backings": backings or {}, "outside_ior": outside_ior},
-               "channels": [{"name": "R", "wavelength_nm": 600}, {"name": "G", "wavelength_nm": 540}, {"name": "B", "wavelength_nm": 450}],
+               "channels": channels,
                "light_rig": "calib/light_rig.json", "photographs": photographs}
     focal = pixels * DISTANCE / width_mm
     cx, cy = centre or (pixels / 2, pixels / 2)
     camera = {"format": "crownfit-camera/1", "width": pixels, "height": pixels, "fx": focal, "fy": focal, "cx": cx, "cy": cy,
               "distortion": [0, 0, 0, 0, 0]}
-    for path, content in (("capture.json", capture), ("calib/camera.json", camera),
+    for path, content in (("capture.json", capture), ("truth.json", truth), ("calib/camera.json", camera),
                           ("calib/light_rig.json", {"format": "crownfit-light-rig/1", "lights": lights})):
         (folder / path).write_text(json.dumps(content, indent=1) + "\n")
     return folder
@@ -168,6 +184,36 @@ def cored_sphere(folder):
         [dome(), softbox("side", [90, 20, 40], 70, 1.0)], [photograph("dome", ["dome"]), photograph("side", ["side"])], width_mm=10.0)
 
 
+def coloured_disc(folder):
+    return write_capture(folder, [layer("ceramic", 1.54, 0.8, [1, 2, 3], [0.02, 0.1, 0.4])], {"ceramic": disc(5, 1)}, [dome()],
+                         [photograph("dome", ["dome"], FACING @ turn(25, 0))])
+
+
+def write_hdr(path, radiance):
+    """Radiance's RGBE without compression, of one number a pixel (below 1)."""
+    height, width = radiance.shape
+    mantissa = np.clip(np.round(radiance * 256), 0, 255).astype(np.uint8)
+    pixels = np.stack([mantissa] * 3 + [np.full_like(mantissa, 128)], axis=-1)  # exponent 0
+    path.parent.mkdir(parents=True, exist_ok=True)
+    path.write_bytes(b"#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y %d +X %d\n" % (height, width) + pixels.tobytes())
+
+
+def environment(folder):
+    rows, columns = np.indices((64, 128)) + 0.5
+    polar, azimuth = np.pi * rows / 64, 2 * np.pi * (0.5 - columns / 128)  # +y up, centre along +z, a quarter to its left +x
+    x, y, z = np.sin(polar) * np.sin(azimuth), np.cos(polar), np.sin(polar) * np.cos(azimuth)
+    write_hdr(Path(folder) / "calib/sky.hdr", 0.35 + 0.2 * x + 0.1 * y + 0.05 * z)
+    sky = {"name": "sky", "type": "environment", "frame": "object", "file": "sky.hdr", "radiance_scale_rgb": [1, 1, 1]}
+    return write_capture(folder, [layer("ceramic", 1.54, 0.8, 2.0, 0.05)], {"ceramic": sphere(4)}, [sky], [photograph("sky", ["sky"])], width_mm=10.0)
+
+
+def open_sphere(folder):
+    vertices, faces = sphere(4)
+    faces = faces[(vertices[faces][:, :, 1] > -2.5).any(axis=1)]  # open below: the neck returns what dentine beyond it would
+    return write_capture(folder, [layer("dentine", 1.54, 0.8, 1.0, 0.05)], {"dentine": (vertices, faces)}, [dome()],
+                         [photograph("dome", ["dome"], FACING @ turn(-35, 0))], width_mm=10.0)
+
+
 def nested_crown(folder):
     return write_capture(
         folder, [layer("enamel", 1.63, 0.68, 1.2, 0.02), layer("dentine", 1.54, 0.8, 2.0, 0.08)],
@@ -175,7 +221,7 @@ def nested_crown(folder):
         [photograph("front", ["dome", "left"], FACING @ turn(20, 1))], roughness=0.3)
 
 
-CAPTURES = {"ceramic_disc": ceramic_disc, "cored_sphere": cored_sphere, "nested_crown": nested_crown}
+CAPTURES = {"ceramic_disc": ceramic_disc, "cored_sphere": cored_sphere, "coloured_disc": coloured_disc, "open_sphere": open_sphere, "environment": environment, "nested_crown": nested_crown}
 
 
 def main():

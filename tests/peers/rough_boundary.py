@@ -88,6 +88,7 @@ class RoughBoundary(mi.BSDF):
 
     def __init__(self, props):
         mi.BSDF.__init__(self, props)
+        assert props["distribution"] == "ggx"
         self.alpha, self.eta = props["alpha"], props["int_ior"] / props["ext_ior"]
         sides = mi.BSDFFlags.FrontSide | mi.BSDFFlags.BackSide
         self.m_components = [mi.BSDFFlags.DeltaReflection | sides, mi.BSDFFlags.DeltaTransmission | sides | mi.BSDFFlags.NonSymmetric]

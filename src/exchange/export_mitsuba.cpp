@@ -1,0 +1,223 @@
+#include <cmath>
+#include <numbers>
+#include <pugixml.hpp>
+#include <sstream>
+
+#include "base/files.h"
+#include "exchange/exporters.h"
+
+// What has to be said to Mitsuba 3 so that it means what crownfit means:
+// * Lamps of crownfit block nothing and the camera does not see them. Area emitters carry the BSDF `null` (rays run
+//   through and collect the radiance on the way), and the integrator hides emitters at depth 0.
+// * An inner surface lies between two media and names both; its indices are those of the two layers.
+// * `sample_emitters` of a medium is off: a line to a lamp always meets a dielectric boundary first.
+// * Channels scatter differently: volpathmis combines the ways of choosing a free path for all of them (Miller,
+//   Georgiev and Jarosz 2019).
+// * Russian roulette kills at least 5 % at every event once it has begun, so it begins late.
+// * Values of <rgb> spectra in media are taken as colours, up to 1; `scale` carries the size.
+// * The camera looks along +z with x to the left and y up.
+
+namespace crownfit {
+namespace {
+
+using Node = pugi::xml_node;
+
+/// <TAG type="TYPE" name="NAME">; either may be empty.
+Node Add(Node parent, const char* tag, const std::string& type, const std::string& name = "") {
+  Node node = parent.append_child(tag);
+  if (!type.empty()) node.append_attribute("type") = type.c_str();
+  if (!name.empty()) node.append_attribute("name") = name.c_str();
+  return node;
+}
+
+/// <TAG name="NAME" value="VALUE"/>
+void Set(Node parent, const char* tag, const char* name, const std::string& value) {
+  Node node = parent.append_child(tag);
+  node.append_attribute("name") = name;
+  node.append_attribute("value") = value.c_str();
+}
+void SetFloat(Node parent, const char* name, double value) { Set(parent, "float", name, NumberText(value)); }
+void SetRgb(Node parent, const char* name, const glm::dvec3& value) {
+  Set(parent, "rgb", name, NumberText(value, ", "));
+}
+
+void Refer(Node parent, const std::string& id, const char* name = "") {
+  Node node = Add(parent, "ref", "", name);
+  node.append_attribute("id") = id.c_str();
+}
+
+/// Rows of camera-to-world, or of a ball's scale.
+void SetMatrix(Node parent, const glm::dmat3& columns, const glm::dvec3& origin) {
+  std::string text;
+  for (int row = 0; row < 3; ++row) {
+    for (int column = 0; column < 3; ++column) text += NumberText(columns[column][row]) + " ";
+    text += NumberText(origin[row]) + " ";
+  }
+  Node transform = Add(parent, "transform", "", "to_world");
+  transform.append_child("matrix").append_attribute("value") = (text + "0 0 0 1").c_str();
+}
+
+void AddMedium(Node parent, const ExportedLayer& layer, const std::string& id) {
+  const glm::dvec3 extinction = layer.scattering_per_mm + layer.absorption_per_mm;
+  const double largest = std::max({extinction.x, extinction.y, extinction.z});
+  const double scale = largest > 0 ? largest : 1.0;
+  glm::dvec3 albedo(0.0);
+  for (int c = 0; c < kChannels; ++c)
+    if (extinction[c] > 0) albedo[c] = layer.scattering_per_mm[c] / extinction[c];
+  Node medium = Add(parent, "medium", "homogeneous");
+  medium.append_attribute("id") = id.c_str();
+  SetRgb(medium, "sigma_t", extinction / scale);
+  SetFloat(medium, "scale", scale);
+  SetRgb(medium, "albedo", albedo);
+  Set(medium, "boolean", "sample_emitters", "false");
+  if (layer.isotropic_fraction == 0) {
+    SetFloat(Add(medium, "phase", "hg"), "g", layer.asymmetry);
+    return;
+  }
+  Node blend = Add(medium, "phase", "blendphase");
+  SetFloat(blend, "weight", layer.isotropic_fraction);  // of the second
+  SetFloat(Add(blend, "phase", "hg"), "g", layer.asymmetry);
+  Add(blend, "phase", "isotropic");
+}
+
+void AddBoundary(Node parent, double inside, double outside, double roughness, const std::string& id) {
+  const char* type = inside == outside ? "null" : roughness < kSmoothBelow ? "dielectric" : "roughdielectric";
+  Node bsdf = Add(parent, "bsdf", type);
+  bsdf.append_attribute("id") = id.c_str();
+  if (inside == outside) return;
+  SetFloat(bsdf, "int_ior", inside);
+  SetFloat(bsdf, "ext_ior", outside);
+  if (roughness < kSmoothBelow) return;
+  Set(bsdf, "string", "distribution", "ggx");
+  SetFloat(bsdf, "alpha", roughness);
+}
+
+Node AddMesh(Node parent, const std::string& file) {
+  Node shape = Add(parent, "shape", "ply");
+  Set(shape, "string", "filename", file);
+  Set(shape, "boolean", "face_normals", "true");
+  return shape;
+}
+
+void SetDiffuse(Node parent, const glm::dvec3& reflectance) {
+  SetRgb(Add(parent, "bsdf", "diffuse"), "reflectance", reflectance);
+}
+
+struct LayerNames {
+  std::vector<std::string> medium, boundary;
+};
+LayerNames NamesOf(const ExportScene& scene) {
+  LayerNames names;
+  for (const ExportedLayer& layer : scene.layers) names.medium.push_back(layer.name);
+  names.medium = FileNames(names.medium);
+  for (std::string& name : names.medium) {
+    names.boundary.push_back("boundary_" + name);
+    name = "medium_" + name;
+  }
+  return names;
+}
+
+void WriteXml(const std::filesystem::path& file, const pugi::xml_document& document) {
+  std::ostringstream text;
+  document.save(text, "  ");
+  WriteTextFile(file, text.str());
+}
+
+Node Begin(pugi::xml_document& document) {
+  Node scene = document.append_child("scene");
+  scene.append_attribute("version") = "3.0.0";
+  return scene;
+}
+
+void AddLamp(Node root, const ExportedLamp& lamp, const std::string& mesh) {
+  if (std::holds_alternative<DomeLamp>(lamp.shape)) {
+    SetRgb(Add(root, "emitter", "constant"), "radiance", lamp.radiance);
+    return;
+  }
+  if (std::holds_alternative<EnvironmentLamp>(lamp.shape)) {
+    Set(Add(root, "emitter", "envmap"), "string", "filename", mesh);
+    return;
+  }
+  const auto* ball = std::get_if<BallLamp>(&lamp.shape);
+  Node shape = ball ? Add(root, "shape", "sphere") : AddMesh(root, mesh);
+  if (ball) SetMatrix(shape, glm::dmat3(ball->radius_mm), ball->centre_mm);
+  Add(shape, "bsdf", "null");
+  SetRgb(Add(shape, "emitter", "area"), "radiance", lamp.radiance);
+}
+
+void AddSensor(Node root, const Camera& camera, const RigidTransform& camera_from_object) {
+  const double width = camera.width, height = camera.height;
+  for (const auto& [name, value] : {std::pair{"width", camera.width}, {"height", camera.height}, {"spp", 256}})
+    Set(root, "default", name, std::to_string(value));
+  Node sensor = Add(root, "sensor", "perspective");
+  Set(sensor, "string", "fov_axis", "x");
+  SetFloat(sensor, "fov", 2.0 * std::atan(0.5 * width / camera.fx) * 180.0 / std::numbers::pi);
+  SetFloat(sensor, "principal_point_offset_x", 0.5 - camera.cx / width);
+  SetFloat(sensor, "principal_point_offset_y", 0.5 - camera.cy / height);
+  SetFloat(sensor, "near_clip", 1.0);
+  SetFloat(sensor, "far_clip", 1e5);
+  const RigidTransform back = camera_from_object.Inverse();
+  SetMatrix(sensor, glm::dmat3(-back.rotation[0], -back.rotation[1], back.rotation[2]), back.translation_mm);
+  Node film = Add(sensor, "film", "hdrfilm");
+  Set(film, "integer", "width", "$width");
+  Set(film, "integer", "height", "$height");
+  Set(film, "string", "pixel_format", "rgb");
+  Set(film, "string", "component_format", "float32");
+  Add(film, "rfilter", "box");
+  Set(Add(sensor, "sampler", "independent"), "integer", "sample_count", "$spp");
+}
+
+void AddObject(Node root, const ExportScene& scene, const MeshNames& meshes) {
+  const LayerNames names = NamesOf(scene);
+  for (size_t l = 0; l < scene.surfaces.size(); ++l) {
+    Node surface = AddMesh(root, meshes.layer[l]);
+    Refer(surface, names.boundary[l]);
+    Refer(surface, names.medium[l], "interior");
+    if (l > 0) Refer(surface, names.medium[l - 1], "exterior");
+    if (meshes.cut[l].empty()) continue;
+    Node cut = AddMesh(root, meshes.cut[l]);
+    Node sides = Add(cut, "bsdf", "twosided");
+    SetDiffuse(sides, glm::dvec3(0.0));
+    SetDiffuse(sides, scene.neck_reflectance);
+    Refer(cut, names.medium[l], "interior");
+    if (l > 0) Refer(cut, names.medium[l - 1], "exterior");
+  }
+}
+
+}  // namespace
+
+void WriteMitsuba(const ExportScene& scene, const std::filesystem::path& folder) {
+  const LayerNames names = NamesOf(scene);
+  const MeshNames meshes = MeshNamesOf(scene);
+  pugi::xml_document material;
+  Node media = Begin(material);
+  for (size_t l = 0; l < scene.layers.size(); ++l) {
+    const double outside = l == 0 ? scene.outside_ior : scene.layers[l - 1].ior;
+    AddMedium(media, scene.layers[l], names.medium[l]);
+    AddBoundary(media, scene.layers[l].ior, outside, l == 0 ? scene.roughness : 0.0, names.boundary[l]);
+  }
+  WriteXml(folder / "material.xml", material);
+  WriteMeshes(scene, folder);
+  std::vector<std::string> photographs;
+  for (const ExportedPhotograph& photo : scene.photographs) photographs.push_back(photo.name);
+  photographs = FileNames(photographs);
+  for (size_t p = 0; p < photographs.size(); ++p) {
+    const ExportedPhotograph& photo = scene.photographs[p];
+    pugi::xml_document document;
+    Node root = Begin(document);
+    Set(root, "default", "integrator", "volpathmis");
+    Node integrator = Add(root, "integrator", "$integrator");
+    Set(integrator, "integer", "max_depth", "-1");
+    Set(integrator, "integer", "rr_depth", "100000");
+    Set(integrator, "boolean", "hide_emitters", "true");
+    AddSensor(root, photo.camera, photo.camera_from_object);
+    root.append_child("include").append_attribute("filename") = "material.xml";
+    AddObject(root, scene, meshes);
+    for (size_t i = 0; i < photo.things.size(); ++i)
+      SetDiffuse(Add(AddMesh(root, meshes.thing[p][i]), "bsdf", "twosided"), photo.things[i].reflectance);
+    for (size_t i = 0; i < photo.lamps.size(); ++i) AddLamp(root, photo.lamps[i], meshes.lamp[p][i]);
+    WriteXml(folder / (photographs[p] + ".xml"), document);
+  }
+}
+
+}  // namespace crownfit

@@ -1,0 +1,89 @@
+#pragma once
+// What exporters are given: a material in the terms that other programs share and, with a capture, the scene of every
+// photograph. Lengths in mm, coefficients in 1/mm, in the frame of the object.
+
+#include <optional>
+#include <string>
+#include <variant>
+#include <vector>
+
+#include "calibration/capture.h"
+#include "exchange/material_file.h"
+#include "geometry/triangle_mesh.h"
+
+namespace crownfit {
+
+/// A layer: Henyey-Greenstein scattering with the true coefficient, not the reduced one.
+struct ExportedLayer {
+  std::string name;
+  double ior = 1, asymmetry = 0, isotropic_fraction = 0;
+  glm::dvec3 scattering_per_mm{0.0}, absorption_per_mm{0.0};
+  std::optional<double> thickness_mm;  ///< mean; nothing: not known, taken as a half space
+  glm::dvec3 reduced_scattering_per_mm() const {
+    return scattering_per_mm * (1.0 - (1.0 - isotropic_fraction) * asymmetry);
+  }
+};
+
+struct BallLamp {
+  glm::dvec3 centre_mm{0.0};
+  double radius_mm = 0;
+};
+struct DomeLamp {};
+struct EnvironmentLamp {
+  Image radiance;  ///< latitude-longitude in the object's frame, as EnvironmentMap has it; stands for the lamp's own
+};
+
+/// One-sided (towards the mesh's outside), of constant radiance.
+struct ExportedLamp {
+  std::string name;
+  glm::dvec3 radiance{0.0};  ///< times pi and the exposure: a picture of radiances is then the photograph
+  std::variant<TriangleMesh, BallLamp, DomeLamp, EnvironmentLamp> shape;
+};
+
+/// Opaque and Lambertian from both sides.
+struct ExportedThing {
+  std::string name;
+  TriangleMesh mesh;
+  glm::dvec3 reflectance{0.0};
+};
+
+struct ExportedPhotograph {
+  std::string name;
+  Camera camera;  ///< square pixels, no distortion
+  RigidTransform camera_from_object;
+  std::vector<ExportedLamp> lamps;
+  std::vector<ExportedThing> things;
+};
+
+struct ExportScene {
+  std::array<std::string, kChannels> channel_names;
+  std::array<double, kChannels> wavelengths_nm{};
+  std::vector<ExportedLayer> layers;  ///< outermost first
+  double roughness = 0, outside_ior = 1;
+  MaterialRecord record;              ///< what the file says of every value
+  std::vector<std::string> warnings;  ///< such as: the material says of itself that it must not be used
+  /// The rest is empty without a capture.
+  std::vector<TriangleMesh> surfaces;  ///< of every layer, closed
+  bool neck_is_opaque = false;         ///< where is_cut: black from outside, Lambertian from inside
+  glm::dvec3 neck_reflectance{0.0};
+  std::vector<ExportedPhotograph> photographs;
+  std::vector<std::string> left_out;  ///< what of the capture no format here carries
+};
+
+/// Below this roughness a surface is smooth, as it is for the path model.
+inline constexpr double kSmoothBelow = 0.001;
+
+/// The capture and the material as other programs can hold them: no polarisers, lens distortion, blur, film of water,
+/// textures, optical contact; square pixels. What was there and goes is said in `left_out`.
+void LeaveOutWhatOthersLack(Capture& capture, Material& material, std::vector<std::string>& left_out);
+
+/// The layers of a material; thicknesses where `record`'s file or the capture states them.
+ExportScene SceneOfMaterial(const Capture& capture, const MaterialRecord& record);
+
+/// Adds the photographs' cameras, lamps and things. `scenery`: the meshes of all of the capture's, in its order.
+void AddPhotographs(const Capture& capture, const std::vector<TriangleMesh>& scenery, ExportScene& scene);
+
+/// Names with letters, digits, - and _ only, each once: for files and identifiers.
+std::vector<std::string> FileNames(const std::vector<std::string>& names);
+
+}  // namespace crownfit
