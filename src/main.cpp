@@ -16,7 +16,7 @@ int main(int argc, char** argv) {
       {"render", crownfit::RunRender},         {"slab", crownfit::RunSlab},
       {"synthesize", crownfit::RunSynthesize}, {"view", crownfit::RunView},
       {"match", crownfit::RunMatch},           {"calibrate", crownfit::RunCalibrate},
-      {"capture", crownfit::RunCaptureInit},
+      {"capture", crownfit::RunCaptureInit},   {"report", crownfit::RunReport},
   };
   try {
     const crownfit::CommandLine line = crownfit::ParseCommandLine(argc, argv);
