@@ -48,11 +48,11 @@ std::string PictureSentence(const CrownFit& fit, bool of_holdouts) {
       "CIEDE2000 %.1f in the median; %.0f %% of the area differs by less than is seen (%.1f), %.0f %% by less than "
       "is accepted (%.1f).",
       median / blocks, 100 * unseen / blocks, kPerceptible, 100 * accepted / blocks, kAcceptable);
-  return (of_holdouts ? Text("From the %d photograph%s held out, which the fit never saw, the prediction differs by ",
-                             count, count == 1 ? "" : "s")
-                      : Text("From the %d photograph%s that were fitted the prediction differs by ", count,
-                             count == 1 ? "" : "s")) +
-         figures;
+  const std::string photographs = count == 1 ? "photograph" : Text("%d photographs", count);
+  return "From the " + photographs +
+         (of_holdouts ? " held out, which the fit never saw,"
+                      : std::string(" that ") + (count == 1 ? "was" : "were") + " fitted") +
+         " the prediction differs by " + figures;
 }
 
 /// How far the widest 95 % interval of a parameter's channels reaches from its middle, as a factor.
@@ -146,7 +146,9 @@ PlainVerdict PlainVerdictOf(const CrownFit& fit) {
   verdict.headline = fit.usable ? "Usable." : "Do not use this result.";
   for (const bool of_holdouts : {false, true})
     if (const std::string s = PictureSentence(fit, of_holdouts); !s.empty()) verdict.sentences.push_back(s);
-  if (!fit.usable) verdict.sentences.push_back("What follows holds within the model, which does not hold here:");
+  if (!fit.usable)
+    verdict.sentences.push_back(
+        "How sure the parameters are is said within the model; the reasons say why not to trust it here.");
   AddHowSure(fit, verdict.sentences);
   AddTradeOffs(fit, verdict.sentences);
   verdict.photographs_that_would_help = Advice(fit);

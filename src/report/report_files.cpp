@@ -19,18 +19,13 @@ std::vector<double> List(const glm::dvec3& v) { return {v.x, v.y, v.z}; }
 double InItsUnit(const FreeEntry& e, double v) { return e.scale == Scale::kLog ? std::exp(v) : v; }
 
 JsonValue EntriesJson(const CrownFit& fit) {
-  constexpr double kZ95 = 1.959963984540054;
   JsonValue::Array entries;
   for (size_t k = 0; k < fit.entries.size(); ++k) {
     const FreeEntry& e = fit.entries[k];
-    const auto i = static_cast<Eigen::Index>(k);
-    const double best = fit.best[i], reach = kZ95 * std::sqrt(fit.uncertainty.covariance(i, i));
-    const auto end = [&](double v) { return InItsUnit(e, std::clamp(v, e.low, e.high)); };
     entries.push_back(JsonValue::Object{{"name", e.name},
                                         {"unit", RowOf(e.quantity).unit},
                                         {"scale", e.scale == Scale::kLog ? "log" : "linear"},
-                                        {"value", InItsUnit(e, best)},
-                                        {"interval95", std::vector<double>{end(best - reach), end(best + reach)}}});
+                                        {"value", InItsUnit(e, fit.best[static_cast<Eigen::Index>(k)])}});
   }
   return entries;
 }
@@ -126,8 +121,8 @@ JsonValue WritePictures(const std::filesystem::path& folder, const PhotographRes
 }  // namespace
 
 void WriteReportFiles(const std::filesystem::path& folder, const CrownFit& fit) {
-  // About 2 MB of pictures a page, however many photographs there are, and no picture larger than a screen shows.
-  constexpr double kPagePixels = 4e6, kPicturePixels = 4e5;
+  // At 1.2 bytes a pixel for all three pictures in base64, a page stays below 5 MB however many photographs there are.
+  constexpr double kPagePixels = 3.5e6, kPicturePixels = 3.5e5;
   const double most_pixels =
       std::min(kPicturePixels, kPagePixels / std::max(1.0, static_cast<double>(fit.photographs.size())));
   JsonValue::Array photographs, legend;

@@ -64,7 +64,7 @@ JsonValue Pictures(const std::filesystem::path& folder, const JsonObject& report
       for (const auto& [kind, file] : node.Members()) {
         if (file.IsNumber()) continue;  // width, height
         const std::filesystem::path name = file.String();
-        if (name.is_absolute() || name.lexically_normal() != name || *name.begin() == "..")
+        if (name.empty() || name.is_absolute() || name.lexically_normal() != name || *name.begin() == "..")
           file.Fail("a picture lies outside the result folder", "Make the result again with crownfit fit.");
         const std::string type = name.extension() == ".jpg" ? "jpeg" : "png";
         pictures.emplace_back(name.string(), "data:image/" + type + ";base64," + Base64(Bytes(folder / name)));

@@ -23,7 +23,7 @@ def require(holds, what):
         faults.append(what)
 
 
-for command in ("fit", "check", "render", "compare", "slab", "synthesize"):
+for command in ("fit", "report", "check", "render", "compare", "slab", "synthesize"):
     require(command in run("--help").stdout, f"--help does not mention {command}")
     require("Usage" in run(command, "--help").stdout, f"{command} --help has no usage")
 run("--version")

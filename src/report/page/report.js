@@ -117,10 +117,10 @@ function showPhotographs() {
 function parameterLines() {
   const lines = [], channels = material.channels.map(channel => channel.name);
   const add = (owner, key, parameter) => {
-    if (typeof parameter !== 'object' || !('status' in parameter)) return;
+    if (!parameter?.status) return;  // a name
     const values = [parameter.value].flat();
     values.forEach((value, i) => lines.push({
-      name: plainName(`${owner}.${key}`) + (values.length > 1 ? ` ${channels[i]}` : ''), unit: unitOf(key), value,
+      id: `${owner}.${key}` + (values.length > 1 ? `[${channels[i]}]` : ''), unit: unitOf(key), value,
       stddev: [parameter.stddev].flat()[i], interval: values.length > 1 ? parameter.interval95?.[i] : parameter.interval95,
       status: parameter.status}));
   };
@@ -162,7 +162,7 @@ function showParameters() {
   if (drawn.length)
     part.append(chart('95 % intervals of the parameters; the table below has the figures', 70 + 22 * drawn.length, palette => ({
       type: 'bar',
-      data: {labels: drawn.map(line => line.name + (line.unit && `, ${line.unit}`)),
+      data: {labels: drawn.map(line => plainName(line.id) + (line.unit && `, ${line.unit}`)),
              datasets: [
                {type: 'line', showLine: false, data: drawn.map(line => line.value), pointRadius: 4, borderColor: palette.ink, backgroundColor: palette.ink},
                {data: drawn.map(line => [Math.max(line.interval[0], floor), line.interval[1]]), minBarLength: 3, barPercentage: .5,
@@ -170,12 +170,12 @@ function showParameters() {
       options: {indexAxis: 'y', plugins: {legend: {display: false}, tooltip: {enabled: false}},
                 scales: {x: {type: 'logarithmic', ticks: decadeTicks}, y: {ticks: {autoSkip: false}}}}})));
   part.append(table(['parameter', 'unit', 'value', 'standard deviation', '95 % interval', 'status'], known.map(line => row([
-    line.name, line.unit, figureCell(number(line.value, 4)), figureCell(number(line.stddev, 2)),
+    plainName(line.id), line.unit, figureCell(number(line.value, 4)), figureCell(number(line.stddev, 2)),
     `${number(line.interval[0])} to ${number(line.interval[1])}`, line.status.replace('_', ' ')]))));
   const held = lines.filter(line => !line.interval);
   if (held.length)
     part.append(make('details', {}, make('summary', {}, 'Held fixed'),
-        list(held.map(line => `${line.name}: ${number(line.value, 4)} ${line.unit}`))));
+        list(held.map(line => `${plainName(line.id)}: ${number(line.value, 4)} ${line.unit}`))));
 }
 
 function showCorrelation() {
@@ -201,7 +201,7 @@ function showCorrelation() {
 
 function showProfiles() {
   if (!report.profiles.length) return;
-  const by = report.profiles[0].by;
+  const by = report.profiles[0].by, stated = parameterLines();
   const part = section('profiles', 'Likelihood profiles of what is weakly known',
       make('p', {className: 'soft'}, (by === 'fits'
           ? 'How much χ² grows when one number is held and everything else is fitted again (the geometry as cast at the solution; χ² over the variance ' +
@@ -209,7 +209,7 @@ function showProfiles() {
           : 'Parabolas from the last normal equations, not fits: with this model every point would cost a fit.') +
           ' Dashed: 3.84, the 95 % limit. Drawn for intervals wider than a factor of 1.5.'));
   part.append(make('div', {className: 'profiles'}, report.profiles.map(profile => {
-    const entry = report.entries.find(e => e.name === profile.entry), [low, high] = entry.interval95;
+    const entry = report.entries.find(e => e.name === profile.entry), interval = stated.find(line => line.id === profile.entry)?.interval;
     const name = plainName(profile.entry) + (entry.unit === '1' ? '' : `, ${entry.unit}`);
     const ends = [profile.value[0], profile.value.at(-1)];
     return make('figure', {}, chart(`χ² profile of ${name}`, 200, palette => ({
@@ -217,12 +217,11 @@ function showProfiles() {
       data: {datasets: [
         {data: profile.value.map((x, i) => ({x, y: profile.delta_chi2[i]})), showLine: true, cubicInterpolationMode: 'monotone', borderColor: palette.accent, backgroundColor: palette.accent,
          pointRadius: profile.by === 'fits' ? 3 : 0},
-        {data: ends.map(x => ({x, y: 3.84})), showLine: true, borderColor: palette.second, borderDash: [5, 4], borderWidth: 1.5, pointRadius: 0},
-        {data: [{x: low, y: 0}, {x: high, y: 0}], showLine: true, borderColor: palette.ink, borderWidth: 5, pointRadius: 0}]},
+        {data: ends.map(x => ({x, y: 3.84})), showLine: true, borderColor: palette.second, borderDash: [5, 4], borderWidth: 1.5, pointRadius: 0}]},
       options: {plugins: {legend: {display: false}, tooltip: {enabled: false}},
                 scales: {x: axis(name, {min: ends[0], max: ends[1], type: ends[1] > 3 * ends[0] && ends[0] > 0 ? 'logarithmic' : 'linear', ticks: shortTicks}),
                          y: axis('Δχ²', {min: 0, suggestedMax: 6})}}})),
-      make('figcaption', {}, `95 % interval ${number(low)} to ${number(high)}`));
+      make('figcaption', {}, interval ? `95 % interval ${number(interval[0])} to ${number(interval[1])}` : ''));
   })));
 }
 
