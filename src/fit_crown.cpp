@@ -85,7 +85,7 @@ std::vector<LikelihoodProfile> ProfilesOf(const FitProblem& problem, const FitSt
     if (IsWeak(free.entries[k], at.x[k], std::sqrt(covariance(k, k)))) weak.push_back(k);
   std::vector<LikelihoodProfile> profiles;
   if (weak.empty()) return profiles;
-  if (fit.model != "shader" || options.profile_points == 0) {
+  if (fit.model != "shader" || !at.converged || options.profile_points == 0) {
     for (const int k : weak) profiles.push_back(QuadraticProfile(free, at.x, covariance, k));
     return profiles;
   }

@@ -75,8 +75,10 @@ double Profiler::SmallestChi2(Eigen::VectorXd x, int held) const {
 }
 
 LikelihoodProfile Profiler::Of(int entry, double stddev, int points_a_side) const {
-  const Eigen::VectorXd along = normal_.ldlt().solve(Eigen::VectorXd::Unit(free_.count(), entry));
-  const double reach = kReach * std::min(std::sqrt(inflation_ * std::max(0.0, along[entry])), stddev);
+  Eigen::VectorXd along = normal_.ldlt().solve(Eigen::VectorXd::Unit(free_.count(), entry));
+  if (!along.allFinite() || !(along[entry] > 0))  // a direction that nothing is known of
+    along = stddev * stddev * Eigen::VectorXd::Unit(free_.count(), entry);
+  const double reach = kReach * std::min(std::sqrt(inflation_ * along[entry]), stddev);
   LikelihoodProfile profile{entry, true, {}, {}};
   for (int i = -points_a_side; i <= points_a_side; ++i) {
     const double off = reach * i / points_a_side, value = x_[entry] + off;

@@ -22,10 +22,11 @@ LikelihoodProfile QuadraticProfile(const FreeParameters& free, const Eigen::Vect
                                    const Eigen::MatrixXd& covariance, int entry);
 
 /// Fits everything else again with an entry held away from x. Derivatives are those at x (chord steps: Ortega and
-/// Rheinboldt 1970, 7.2), so a point costs one to three predictions; thicknesses keep the geometry of `residuals`.
+/// Rheinboldt 1970, chapter 7), so a point costs one to three predictions; thicknesses keep the geometry of
+/// `residuals`.
 class Profiler {
  public:
-  /// All but x must outlive it.
+  /// x: where a fit converged. All but x must outlive it.
   Profiler(const ImageResiduals& residuals, const FreeParameters& free, const Eigen::VectorXd& x, double inflation,
            bool use_priors);
   /// At `points_a_side` values to either side, to 2.5 standard deviations of this chi2, at most of `stddev`.

@@ -7,7 +7,7 @@
 
 namespace crownfit {
 
-/// Writes both. Nothing in them depends on when or where the fit ran.
+/// Writes both. Nothing in them depends on when, on which machine or with how many threads the fit ran.
 void WriteReportFiles(const std::filesystem::path& folder, const CrownFit& fit);
 
 /// Makes report.html from material.json, run.json, report.json and the pictures of a result folder, wherever that was
