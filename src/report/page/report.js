@@ -206,7 +206,7 @@ function showProfiles() {
       make('p', {className: 'soft'}, (by === 'fits'
           ? 'How much χ² grows when one number is held and everything else is fitted again (the geometry as cast at the solution; χ² over the variance ' +
             'inflation). The 95 % intervals below are wider than where the curves cross 3.84 by the errors of the model that its pixels share.'
-          : 'Parabolas from the last normal equations, not fits: with this model every point would cost a fit.') +
+          : 'Parabolas from the fit\'s covariance, priors included; no fits were made for them.') +
           ' Dashed: 3.84, the 95 % limit. Drawn for intervals wider than a factor of 1.5.'));
   part.append(make('div', {className: 'profiles'}, report.profiles.map(profile => {
     const entry = report.entries.find(e => e.name === profile.entry), interval = stated.find(line => line.id === profile.entry)?.interval;
