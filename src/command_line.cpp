@@ -43,6 +43,10 @@ std::vector<CLI::Option*> AddFitOptions(CLI::App* fit, CommandLine& line, FitTex
              "--walks", line.fit.paths_per_photograph,
              "Model path: walks per photograph of each last run (default 1250000); half as many, 1.4 times the noise.")
           ->check(CLI::Range(size_t{1000}, size_t{10000000000})),
+      fit->add_option("--profiles", line.fit.profile_points,
+                      "Model shader: likelihood profiles in the report, by so many fits to either side of each weak\n"
+                      "parameter (default 2); 0: parabolas, no time. Default of batch: 0.")
+          ->check(CLI::Range(0, 50)),
       fit->add_option("--max-pixels", line.fit.max_pixels_per_photograph,
                       "Pixels per photograph that the fit uses (default 6000).")
           ->check(CLI::Range(size_t{100}, size_t{100000000})),
@@ -125,6 +129,8 @@ BatchOptions BatchOf(const CommandLine& line, const std::string& program, const 
     const CLI::Option* said = batch->get_option(dashed);
     if (dashed == "--model" && said->count() == 0)
       options.fit.defaults.insert(options.fit.defaults.end(), {dashed, "shader"});
+    if (dashed == "--profiles" && said->count() == 0)
+      options.fit.defaults.insert(options.fit.defaults.end(), {dashed, "0"});
     if (said->count() == 0) continue;
     if (is_flag) options.fit.defaults.push_back(dashed);
     for (const std::string& value : said->results())
@@ -180,6 +186,7 @@ CommandLine Parse(const std::vector<std::string>& arguments, std::ostream& error
       "Fits the materials of dental crowns and teeth to calibrated photographs.\n\n"
       "  crownfit check CAPTURE                 complete and consistent? what will it tell, what to photograph next?\n"
       "  crownfit fit CAPTURE -o RESULT         scattering, absorption, thickness, roughness, with error bars\n"
+      "  crownfit report RESULT                 the page of a result again: report.html\n"
       "  crownfit batch MANIFEST -o DIR         hundreds of crowns: parallel, resumable, with a summary\n"
       "  crownfit render CAPTURE --material M   the photographs a material predicts\n"
       "  crownfit view M --capture CAPTURE      the crown in a window: turn it, light it, change the material\n"
@@ -199,12 +206,21 @@ CommandLine Parse(const std::vector<std::string>& arguments, std::ostream& error
   app.failure_message(CLI::FailureMessage::help);
 
   FitText text;
-  auto* fit = app.add_subcommand("fit", "Fits the material of a capture; writes material.json, run.json and figures/.");
+  auto* fit = app.add_subcommand(
+      "fit", "Fits the material of a capture; writes report.html, material.json, run.json and figures/.");
   fit->add_option("CAPTURE", text.captures, "Folder with capture.json, or that file.")->required();
   fit->add_option("-o,--output", line.output, "Folder for the result (made when missing).")->required();
   const std::vector<CLI::Option*> fit_options = AddFitOptions(fit, line, text);
   fit->add_flag("--json", line.json, "Print material.json on stdout in place of the summary.");
   AddCommonOptions(fit, line);
+
+  app.add_subcommand(
+         "report",
+         "Makes report.html of a result again, for a browser, without network: the verdict in plain words,\n"
+         "photographs against predictions, colours by thirds of the crown, parameters with intervals, their\n"
+         "correlation, convergence and provenance. `crownfit fit` makes it too. docs/report.md explains it.")
+      ->add_option("RESULT", line.output, "Folder that `crownfit fit` wrote, wherever it was moved to.")
+      ->required();
 
   auto* check = app.add_subcommand(
       "check",

@@ -10,6 +10,7 @@ int RunCalibrate(const CommandLine& line);
 int RunCaptureInit(const CommandLine& line);
 int RunExport(const CommandLine& line);
 int RunFit(const CommandLine& line);
+int RunReport(const CommandLine& line);
 int RunCheck(const CommandLine& line);
 int RunSlab(const CommandLine& line);
 int RunSynthesize(const CommandLine& line);

@@ -37,6 +37,7 @@ FitState FitByShader(const FitProblem& problem, CrownInput& input, Progress& pro
     if (at.casts == 0) at.x = BracketStart(residuals, free, solve_options, at.x);
     const SolveResult solved = Solve(residuals, free, at.x, solve_options, [&](int iteration, double cost) {
       const double chi2 = 2.0 * cost / std::max(1, residuals.count());
+      at.iterations_by_shader.push_back({at.casts, chi2});
       progress.Show("fitting", 1.0 - std::exp(-0.15 * iteration), "chi2 " + std::to_string(chi2));
     });
     const Eigen::VectorXd cast_at = at.x;
@@ -75,6 +76,30 @@ void FitByTheModelThatSuffices(const FitProblem& problem, CrownInput& input, Fit
   }
 }
 
+/// Of every weak entry: by fits with the rest free where the model is cheap, else a parabola.
+std::vector<LikelihoodProfile> ProfilesOf(const FitProblem& problem, const FitState& at, const CrownFit& fit,
+                                          Progress& progress) {
+  const auto& [capture, free, errors, options] = problem;
+  const Eigen::MatrixXd& covariance = fit.uncertainty.covariance;
+  std::vector<int> weak;
+  for (int k = 0; k < free.count(); ++k)
+    if (IsWeak(free.entries[k], at.x[k], std::sqrt(covariance(k, k)))) weak.push_back(k);
+  std::vector<LikelihoodProfile> profiles;
+  if (weak.empty()) return profiles;
+  if (fit.model != "shader" || !at.converged || options.profile_points == 0) {
+    for (const int k : weak) profiles.push_back(QuadraticProfile(free, at.x, covariance, k));
+    return profiles;
+  }
+  const ImageResiduals residuals(capture, at.cast, free, at.pixels, at.calibration, {3.0, options.threads});
+  const Profiler profiler(residuals, free, at.x, fit.uncertainty.inflation, options.use_priors);
+  for (const int k : weak) {
+    progress.Show("likelihood profiles", static_cast<double>(profiles.size()) / static_cast<double>(weak.size()),
+                  free.entries[k].name);
+    profiles.push_back(profiler.Of(k, std::sqrt(covariance(k, k)), options.profile_points));
+  }
+  return profiles;
+}
+
 }  // namespace
 
 CrownFit FitCrown(const Capture& stated, const FitOptions& options, Progress& progress) {
@@ -98,7 +123,10 @@ CrownFit FitCrown(const Capture& stated, const FitOptions& options, Progress& pr
   fit.scales = at.scales;
   fit.iterations = at.iterations;
   fit.casts = at.casts;
-  for (const FreeEntry& e : free.entries) fit.free_names.push_back(e.name);
+  fit.entries = free.entries;
+  fit.best = at.x;
+  fit.profiles = ProfilesOf(problem, at, fit, progress);
+  fit.iterations_by_shader = at.iterations_by_shader;
   fit.steps = at.steps;
   fit.walked_paths = at.walked_paths;
   fit.converged = at.converged;

@@ -23,6 +23,7 @@ struct FitState {
   CastState cast;
   std::vector<FitPixels> pixels;
   DataKnowledge knowledge;
+  std::vector<ShaderIteration> iterations_by_shader;
   std::vector<WalkedFitStep> steps;
   std::vector<std::vector<glm::dvec3>> walked;  ///< values of `pixels`' sharp pixels by walks, at the solution
   int iterations = 0, casts = 0;

@@ -6,6 +6,7 @@
 
 #include "base/error.h"
 #include "fit_pixels.h"
+#include "geometry/long_axis.h"
 #include "geometry/signed_distance.h"
 
 namespace crownfit {
@@ -111,6 +112,16 @@ Image SeenOverPhotograph(const Image& prediction, const PhotographCast& cast, co
   return result;
 }
 
+glm::dvec3 PositionOf(const Crown& crown, const Interpolation& at) {
+  glm::dvec3 position(0.0);
+  for (int i = 0; at.exists() && i < 3; ++i)
+    position += static_cast<double>(at.weights[i]) * crown.fine.vertices[at.vertices[i]];
+  return position;
+}
+
+/// 0, 1, 2: cervical, middle, incisal.
+int ThirdOf(double along) { return std::clamp(static_cast<int>(3.0 * along), 0, 2); }
+
 }  // namespace
 
 CrownInput ReadInput(const Capture& capture, int threads, bool with_images) {
@@ -203,6 +214,7 @@ std::vector<PhotographResult> ComparePhotographs(const CrownInput& input, const 
                                                  const Predictor& predict, const LinearScales& scales,
                                                  const std::vector<FitPixels>& fitted, int threads) {
   std::vector<PhotographResult> results(input.capture.photographs.size());
+  const std::optional<LongAxis> axis = LongAxisOf(input.capture, *input.source.meshes[0]);
   // The exposure of a group that was fitted holds for its held-out photographs too.
   std::map<std::string, double> exposure_of_group;
   for (const FitPixels& p : fitted)
@@ -241,11 +253,14 @@ std::vector<PhotographResult> ComparePhotographs(const CrownInput& input, const 
         r.prediction.at(cast_pixels[k].x, cast_pixels[k].y, c) = static_cast<float>(r.exposure * values[k][c]);
     if (spec.blur)
       r.prediction = SeenOverPhotograph(r.prediction, state.photographs[i], photo, *spec.blur, r.exposure, threads);
+    if (axis) r.thirds.assign(photo.usable.size(), 0);
     double chi2 = 0, both = 0, predicted = 0;
     const std::vector<int> compared = ComparablePixels(spec, state.photographs[i], photo, threads);
     for (int k : compared) {
       const PixelCast& pixel = cast_pixels[k];
-      r.compared[static_cast<size_t>(pixel.y) * photo.linear.width + pixel.x] = 1;
+      const size_t place = static_cast<size_t>(pixel.y) * photo.linear.width + pixel.x;
+      r.compared[place] = 1;
+      if (axis) r.thirds[place] = static_cast<uint8_t>(1 + ThirdOf(axis->At(PositionOf(*state.crown, pixel.at))));
       const glm::dvec3 variance = VarianceAt(photo, pixel);
       for (int c = 0; c < kChannels; ++c) {
         const double p = r.prediction.at(pixel.x, pixel.y, c), seen = photo.linear.at(pixel.x, pixel.y, c);

@@ -18,6 +18,7 @@ int main(int argc, char** argv) {
       {"synthesize", crownfit::RunSynthesize}, {"view", crownfit::RunView},
       {"match", crownfit::RunMatch},           {"calibrate", crownfit::RunCalibrate},
       {"capture", crownfit::RunCaptureInit},   {"export", crownfit::RunExport},
+      {"report", crownfit::RunReport},
   };
   try {
     const crownfit::CommandLine line = crownfit::ParseCommandLine(argc, argv);

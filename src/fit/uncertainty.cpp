@@ -182,6 +182,7 @@ Uncertainty Quantify(const Capture& capture, const FreeParameters& free, const E
     for (int k = 0; k < n; ++k) precision(k, k) += 1.0 / (free.entries[k].prior_stddev * free.entries[k].prior_stddev);
     posterior = precision.ldlt().solve(Eigen::MatrixXd::Identity(n, n));
   }
+  result.covariance = posterior;
 
   const auto report = [&](const ParameterSpec& spec, const ParameterRow& row, size_t layer, const std::string& owner) {
     FittedParameter p;

@@ -12,16 +12,6 @@ namespace {
 
 std::string KeyOf(size_t layer) { return "object.layers[" + std::to_string(layer) + "].thickness_mm"; }
 
-/// Away from the neck, when the scan is open there.
-std::optional<glm::dvec3> AxisFromNeck(const TriangleMesh& outer) {
-  glm::dvec3 out(0.0);
-  const TriangleMesh cut = CutPart(outer);
-  for (const auto& t : cut.triangles)
-    out += glm::cross(cut.vertices[t.y] - cut.vertices[t.x], cut.vertices[t.z] - cut.vertices[t.x]);
-  if (glm::length(out) == 0) return std::nullopt;
-  return -glm::normalize(out);
-}
-
 /// Plane waves of one wavelength, random directions and phases: their sum is stationary noise.
 std::vector<glm::dvec4> WavesOf(const JunctionNoise& noise) {
   constexpr int kWaves = 48;
@@ -45,17 +35,11 @@ ThicknessMap::ThicknessMap(const Capture& capture, size_t layer, const TriangleM
   amplitude_mm_ = capture.layers[layer].junction_noise.amplitude_mm;
   if (!field_) return;
   if (field_->vertex_property.empty()) {
-    const auto axis = capture.long_axis ? capture.long_axis : AxisFromNeck(outer);
-    if (!axis)
+    axis_ = LongAxisOf(capture, outer);
+    if (!axis_)
       throw InputError(capture.file, KeyOf(layer) + ".zones",
                        "where cervical and incisal are is not known: the mesh is closed",
                        "State \"long_axis\": [x, y, z] in \"object\", towards the incisal edge.");
-    axis_ = *axis;
-    low_ = kFar, high_ = -kFar;
-    for (const auto& v : outer.vertices) {
-      low_ = std::min(low_, glm::dot(v, axis_));
-      high_ = std::max(high_, glm::dot(v, axis_));
-    }
     return;
   }
   const auto fail = [&](const std::string& message) {
@@ -83,7 +67,7 @@ double ThicknessMap::FieldAt(const glm::dvec3& p) const {
     return at.weights.x * (*property_)[t.x] + at.weights.y * (*property_)[t.y] + at.weights.z * (*property_)[t.z];
   }
   // Between the middles of the thirds by smooth steps.
-  const double u = std::clamp(3.0 * (glm::dot(p, axis_) - low_) / (high_ - low_) - 0.5, 0.0, 2.0);
+  const double u = std::clamp(3.0 * axis_->At(p) - 0.5, 0.0, 2.0);
   const int zone = u < 1.0 ? 0 : 1;
   const double f = u - zone, smooth = f * f * (3.0 - 2.0 * f);
   return (1.0 - smooth) * field_->zones_mm[zone] + smooth * field_->zones_mm[zone + 1];

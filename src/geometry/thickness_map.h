@@ -5,6 +5,7 @@
 #include <memory>
 
 #include "calibration/capture.h"
+#include "geometry/long_axis.h"
 #include "geometry/ray_caster.h"
 #include "geometry/triangle_mesh.h"
 
@@ -25,8 +26,7 @@ class ThicknessMap {
   std::optional<ThicknessField> field_;
   std::vector<glm::dvec4> waves_;  ///< of the junction noise: wave vector and phase; empty without noise
   double amplitude_mm_ = 0;
-  glm::dvec3 axis_{0.0};
-  double low_ = 0, high_ = 1;  ///< of the crown along the axis
+  std::optional<LongAxis> axis_;  ///< of zones
   const TriangleMesh* mesh_ = nullptr;
   const std::vector<double>* property_ = nullptr;
   RayCaster caster_{{}};

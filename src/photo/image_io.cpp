@@ -196,6 +196,10 @@ void WriteImageFile(const std::filesystem::path& file, const Image& image, bool 
     OIIO::ImageSpec spec(image.width, image.height, image.channels,
                          exr ? (half ? OIIO::TypeDesc::HALF : OIIO::TypeDesc::FLOAT) : OIIO::TypeDesc::UINT8);
     if (!exr) spec.attribute("oiio:ColorSpace", "sRGB");
+    if (file.extension() == ".jpg") {
+      spec.attribute("CompressionQuality", 92);
+      spec.attribute("jpeg:subsampling", "4:4:4");
+    }
     Write(file, beside, spec, image);
   });
 }
@@ -218,6 +222,16 @@ void WriteImageLayers(const std::filesystem::path& file, const std::vector<Image
     spec.channelnames = names;
     Write(file, beside, spec, all);
   });
+}
+
+Image Resized(const Image& image, int width, int height) {
+  const auto spec = [&](int w, int h) { return OIIO::ImageSpec(w, h, image.channels, OIIO::TypeDesc::FLOAT); };
+  Image result(width, height, image.channels);
+  std::vector<float> values = image.values;
+  const OIIO::ImageBuf from(spec(image.width, image.height), values.data());
+  OIIO::ImageBuf to(spec(width, height), result.values.data());
+  Check(OIIO::ImageBufAlgo::resize(to, from, "box"), "a picture that can be resized");
+  return result;
 }
 
 void DrawText(Image& image, int x, int y, int size_px, const std::string& text, float grey) {

@@ -29,7 +29,8 @@ struct ImageFile {
 /// base/limits.h, or holds a value that is not finite.
 ImageFile ReadImageFile(const std::filesystem::path& file);
 
-/// .exr as 32-bit (or 16-bit when `half`) float; .png as 8 bit. Written beside and renamed.
+/// .exr as 32-bit (or 16-bit when `half`) float; .png and .jpg (quality 92, colours not subsampled) as 8 bit. Written
+/// beside and renamed.
 void WriteImageFile(const std::filesystem::path& file, const Image& image, bool half = false);
 
 /// A picture of three channels among others of its size: channels `name`.R, .G, .B, or R, G, B without a name.
@@ -39,6 +40,9 @@ struct ImageLayer {
 };
 /// One EXR (32-bit) of several.
 void WriteImageLayers(const std::filesystem::path& file, const std::vector<ImageLayer>& layers);
+
+/// A picture made smaller, by means over the pixels that fall together.
+Image Resized(const Image& image, int width, int height);
 
 /// Draws text with its baseline's left end at (x, y). Without any font on the machine nothing is drawn.
 void DrawText(Image& image, int x, int y, int size_px, const std::string& text, float grey = 1.0f);

@@ -38,10 +38,10 @@ double ComparisonScale(const Image& photograph, const std::vector<uint8_t>& mask
 }
 
 ColourDifference ComparePictures(const Image& photograph, const Image& prediction, const std::vector<uint8_t>& mask,
-                                 const ColourTransform& rgb_from_sensor) {
+                                 const ColourTransform& rgb_from_sensor, std::optional<double> common_scale) {
   ColourDifference result;
   result.map = Image(photograph.width, photograph.height, 1, -1.0f);
-  const double scale = ComparisonScale(photograph, mask, rgb_from_sensor);
+  const double scale = common_scale ? *common_scale : ComparisonScale(photograph, mask, rgb_from_sensor);
   std::map<std::pair<int, int>, std::array<glm::dvec3, 3>> blocks;  // sums of both, and the count
   std::vector<double> per_pixel;
   for (int y = 0; y < photograph.height; ++y) {
@@ -59,8 +59,13 @@ ColourDifference ComparePictures(const Image& photograph, const Image& predictio
     }
   }
   std::vector<double> per_block;
-  for (const auto& [place, sum] : blocks)
+  std::array<glm::dvec3, 2> all{};
+  for (const auto& [place, sum] : blocks) {
     per_block.push_back(Ciede2000(LabFromLinearRgb(sum[0] / sum[2].x), LabFromLinearRgb(sum[1] / sum[2].x)));
+    for (int i = 0; i < 2; ++i) all[i] += sum[i] / static_cast<double>(per_pixel.size());
+  }
+  result.photograph_lab = LabFromLinearRgb(all[0]);
+  result.prediction_lab = LabFromLinearRgb(all[1]);
   result.pixels = per_pixel.size();
   result.blocks = per_block.size();
   for (double d : per_block) {

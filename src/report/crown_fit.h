@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "fit/free_parameters.h"
+#include "fit/profile.h"
 #include "fit/solve.h"
 #include "fit/uncertainty.h"
 #include "report/colour_difference.h"
@@ -20,6 +21,7 @@ struct FitOptions {
   size_t max_pixels_per_photograph = 6000;  ///< the fit takes every n-th pixel of larger ones; figures show them all
   size_t paths_per_photograph = 1250000;    ///< model path: walks of each of its last runs
   bool twelve_taps = false;                 ///< blur by the thesis's 13 taps in place of 49
+  int profile_points = 2;                   ///< to either side, of likelihood profiles by fits; 0: parabolas
 };
 
 /// One step of a fit by walks, in the free entries' own scales.
@@ -38,8 +40,17 @@ struct PhotographResult {
   int saturated_pixels = 0;
   Image photograph, prediction;   ///< linear sensor values; the prediction is 0 where nothing was cast
   std::vector<uint8_t> compared;  ///< the pixels that the errors are about
+  /// Per pixel that is compared: 1, 2, 3 in the cervical, middle, incisal third of the crown, 0 elsewhere; empty where
+  /// nothing says which end is which.
+  std::vector<uint8_t> thirds;
   ColourTransform rgb_from_sensor;
   ColourDifference difference;
+};
+
+/// One iteration of the fit by shader.
+struct ShaderIteration {
+  int cast;             ///< the geometry's, from 0
+  double reduced_chi2;  ///< with Huber's loss, priors and nuisances included
 };
 
 /// How far a fit moved a pose or a lamp from where the capture states it.
@@ -62,8 +73,11 @@ struct CrownFit {
   std::vector<double> mean_thickness_mm;      ///< per layer, of the fitted geometry
   bool converged = false, usable = false, ends_at_neck = false;
   int iterations = 0, casts = 0;
-  std::vector<std::string> free_names;  ///< of the free entries, in the order of `steps`
-  std::vector<WalkedFitStep> steps;     ///< model path
+  std::vector<FreeEntry> entries;  ///< what was free, in the order of `best`, of `steps` and of the covariance
+  Eigen::VectorXd best;            ///< in the entries' own scales
+  std::vector<LikelihoodProfile> profiles;
+  std::vector<ShaderIteration> iterations_by_shader;
+  std::vector<WalkedFitStep> steps;  ///< model path
   double walked_paths = 0;
   size_t fitted_pixels = 0;
   std::vector<std::string> messages;  ///< what was repaired in the input

@@ -23,12 +23,19 @@ void Put(Image& image, int x, int y, const glm::vec3& colour) {
   for (int c = 0; c < 3; ++c) image.at(x, y, c) = colour[c];
 }
 
-struct Box {
-  int x0, y0, x1, y1;
-};
+void DrawLegend(Image& image, int x, int y, int line) {
+  for (const DifferenceStep& step : kDifferenceSteps) {
+    for (int v = 0; v < line - 6; ++v)
+      for (int u = 0; u < 2 * line; ++u) Put(image, x + u, y + v, step.colour);
+    DrawText(image, x + 2 * line + 8, y + line - 8, line - 6, step.label, 0.0f);
+    y += line;
+  }
+}
 
-Box MaskBox(const Image& map) {
-  Box box{map.width, map.height, 0, 0};
+}  // namespace
+
+PixelBox BoxAround(const Image& map) {
+  PixelBox box{map.width, map.height, 0, 0};
   for (int y = 0; y < map.height; ++y) {
     for (int x = 0; x < map.width; ++x) {
       if (map.at(x, y, 0) < 0) continue;
@@ -40,17 +47,6 @@ Box MaskBox(const Image& map) {
   return {std::max(0, box.x0 - margin), std::max(0, box.y0 - margin), std::min(map.width, box.x1 + margin),
           std::min(map.height, box.y1 + margin)};
 }
-
-void DrawLegend(Image& image, int x, int y, int line) {
-  for (const DifferenceStep& step : kDifferenceSteps) {
-    for (int v = 0; v < line - 6; ++v)
-      for (int u = 0; u < 2 * line; ++u) Put(image, x + u, y + v, step.colour);
-    DrawText(image, x + 2 * line + 8, y + line - 8, line - 6, step.label, 0.0f);
-    y += line;
-  }
-}
-
-}  // namespace
 
 Image DisplayPicture(const Image& linear, double scale, const ColourTransform& rgb_from_sensor) {
   Image picture(linear.width, linear.height, 3);
@@ -83,7 +79,7 @@ Image DifferenceFigure(const ColourDifference& difference) {
 Image TriptychFigure(const Image& photograph, const Image& prediction, const std::vector<uint8_t>& mask,
                      const ColourDifference& difference, const ColourTransform& rgb_from_sensor,
                      const std::string& title) {
-  const Box box = MaskBox(difference.map);
+  const PixelBox box = BoxAround(difference.map);
   const int w = box.x1 - box.x0, h = box.y1 - box.y0, zoom = std::clamp(360 / std::max(w, h), 1, 8);
   const int panel_w = w * zoom, panel_h = h * zoom, gap = 12, head = 56, line = 22, foot = 6 * line;
   Image figure(std::max(3 * panel_w + 4 * gap, 620), head + panel_h + foot, 3, kPaper);

@@ -27,6 +27,14 @@ inline const std::array<DifferenceStep, 5> kDifferenceSteps{
      {4 * kAcceptable, {0.94f, 0.54f, 0.38f}, "3.6 to 7.2"},
      {HUGE_VAL, {0.70f, 0.09f, 0.17f}, "above 7.2"}}};
 
+/// Columns x0 to x1 - 1 and rows y0 to y1 - 1.
+struct PixelBox {
+  int x0, y0, x1, y1;
+};
+
+/// What was compared, with a margin; everything when nothing was.
+PixelBox BoxAround(const Image& difference_map);
+
 /// A CIEDE2000 map in the colours of its legend; `elsewhere` where nothing was compared.
 Image DifferenceColours(const ColourDifference& difference, const glm::vec3& elsewhere);
 

@@ -5,11 +5,13 @@
 
 #include <cmath>
 #include <cstdio>
+#include <ctime>
 
 #include "base/files.h"
 #include "base/json_file.h"
 #include "photo/image_io.h"
 #include "report/figures.h"
+#include "report/report_files.h"
 
 namespace crownfit {
 namespace {
@@ -135,7 +137,18 @@ JsonValue StepsJson(const CrownFit& fit) {
                                       {"step", list(s.step)},
                                       {"stddev", list(s.stddev)},
                                       {"stddev_of_walks", list(s.stddev_of_walks)}});
-  return JsonValue::Object{{"entries", fit.free_names}, {"walked_paths", fit.walked_paths}, {"steps", steps}};
+  std::vector<std::string> names;
+  for (const FreeEntry& e : fit.entries) names.push_back(e.name);
+  return JsonValue::Object{{"entries", names}, {"walked_paths", fit.walked_paths}, {"steps", steps}};
+}
+
+std::string NowUtc() {
+  const std::time_t now = std::time(nullptr);
+  std::tm utc{};
+  gmtime_r(&now, &utc);
+  char text[32];
+  std::strftime(text, sizeof text, "%Y-%m-%dT%H:%M:%SZ", &utc);
+  return text;
 }
 
 }  // namespace
@@ -204,12 +217,15 @@ void WriteResult(const std::filesystem::path& folder, const CrownFit& fit, const
                                              {"instruction_set", CROWNFIT_INSTRUCTION_SET},
                                              {"threads", run.threads},
                                              {"wall_s", run.wall_s},
+                                             {"finished_utc", NowUtc()},
                                              {"peak_memory_MiB", static_cast<double>(usage.ru_maxrss) / 1024.0},
                                              {"iterations", fit.iterations},
                                              {"casts", fit.casts},
                                              {"walks", StepsJson(fit)},
                                              {"fitted_pixels", static_cast<double>(fit.fitted_pixels)}}));
+  WriteReportFiles(folder, fit);
   WriteTextFile(folder / "material.json", MaterialJson(fit));
+  WriteReportPage(folder);
 }
 
 std::string Summary(const CrownFit& fit) {

@@ -92,6 +92,7 @@ void WriteRecipe(const std::filesystem::path& folder, const JsonValue::Array& la
     object.emplace_back(
         "scenery", JsonValue::Array{Object{
                        {"name", "blade"}, {"mesh", "mesh/blade.ply"}, {"reflectance_rgb", List{0.02, 0.02, 0.02}}}});
+  if (std::filesystem::exists(folder / "mesh/incisor.ply")) object.emplace_back("long_axis", List{0, 1, 0});
   WriteTextFile(folder / "recipe.json",
                 ToJsonText(Object{{"format", "crownfit-recipe/1"},
                                   {"object", object},

@@ -1,0 +1,97 @@
+#include "fit/profile.h"
+
+#include <Eigen/Cholesky>
+#include <algorithm>
+#include <cmath>
+
+namespace crownfit {
+namespace {
+
+constexpr double kReach = 2.5;  // standard deviations: somewhat beyond the 95 % interval
+
+}  // namespace
+
+bool IsWeak(const FreeEntry& entry, double best, double stddev) {
+  constexpr double kZ95 = 1.959963984540054, kFactor = 1.5;
+  if (entry.scale == Scale::kLog) return 2 * kZ95 * stddev > std::log(kFactor);
+  return best + kZ95 * stddev > kFactor * (best - kZ95 * stddev);
+}
+
+LikelihoodProfile QuadraticProfile(const FreeParameters& free, const Eigen::VectorXd& x,
+                                   const Eigen::MatrixXd& covariance, int entry) {
+  constexpr int kPoints = 10;  // to either side
+  LikelihoodProfile profile{entry, false, {}, {}};
+  for (int i = -kPoints; i <= kPoints; ++i) {
+    const double off = kReach * i / kPoints, value = x[entry] + off * std::sqrt(covariance(entry, entry));
+    if (value < free.entries[entry].low || value > free.entries[entry].high) continue;
+    profile.at.push_back(value);
+    profile.delta_chi2.push_back(off * off);
+  }
+  return profile;
+}
+
+Profiler::Profiler(const ImageResiduals& residuals, const FreeParameters& free, const Eigen::VectorXd& x,
+                   double inflation, bool use_priors)
+    : residuals_(residuals), free_(free), x_(x), inflation_(inflation), prior_precision_(free.count()) {
+  for (int k = 0; k < free.count(); ++k)
+    prior_precision_[k] = use_priors ? 1.0 / (free.entries[k].prior_stddev * free.entries[k].prior_stddev) : 0.0;
+  jacobian_ = residuals.Evaluate(x, true).jacobian;
+  normal_ = jacobian_.transpose() * jacobian_;
+  normal_.diagonal() += prior_precision_;
+}
+
+/// `gradient`: half of it, with the derivatives at x_.
+double Profiler::Chi2At(const Eigen::VectorXd& x, Eigen::VectorXd& gradient) const {
+  const Evaluation e = residuals_.Evaluate(x, false);
+  if (!e.finite) return HUGE_VAL;
+  Eigen::VectorXd off(free_.count());
+  for (int k = 0; k < free_.count(); ++k) off[k] = x[k] - free_.entries[k].prior_mean;
+  gradient = jacobian_.transpose() * e.robust + prior_precision_.cwiseProduct(off);
+  return e.robust.squaredNorm() + prior_precision_.dot(off.cwiseAbs2());
+}
+
+double Profiler::SmallestChi2(Eigen::VectorXd x, int held) const {
+  constexpr int kMostSteps = 6;
+  constexpr double kEnough = 0.05;  // of what one standard deviation adds: less than that is not looked for
+  Eigen::MatrixXd normal = normal_;
+  normal.row(held).setZero();
+  normal.col(held).setZero();
+  normal(held, held) = 1.0;
+  const Eigen::LDLT<Eigen::MatrixXd> solver(normal);
+  Eigen::VectorXd gradient;
+  double smallest = Chi2At(x, gradient);
+  for (int i = 0; i < kMostSteps && std::isfinite(smallest); ++i) {
+    gradient[held] = 0.0;
+    const Eigen::VectorXd step = solver.solve(gradient);
+    if (step.dot(gradient) < kEnough * inflation_) break;
+    x -= step;
+    for (int k = 0; k < free_.count(); ++k)
+      if (k != held) x[k] = std::clamp(x[k], free_.entries[k].low, free_.entries[k].high);
+    const double chi2 = Chi2At(x, gradient);
+    if (!(chi2 < smallest)) break;
+    smallest = chi2;
+  }
+  return smallest;
+}
+
+LikelihoodProfile Profiler::Of(int entry, double stddev, int points_a_side) const {
+  Eigen::VectorXd along = normal_.ldlt().solve(Eigen::VectorXd::Unit(free_.count(), entry));
+  if (!along.allFinite() || !(along[entry] > 0))  // a direction that nothing is known of
+    along = stddev * stddev * Eigen::VectorXd::Unit(free_.count(), entry);
+  const double reach = kReach * std::min(std::sqrt(inflation_ * along[entry]), stddev);
+  LikelihoodProfile profile{entry, true, {}, {}};
+  for (int i = -points_a_side; i <= points_a_side; ++i) {
+    const double off = reach * i / points_a_side, value = x_[entry] + off;
+    if (value < free_.entries[entry].low || value > free_.entries[entry].high) continue;
+    Eigen::VectorXd start = x_ + off / along[entry] * along;  // where the others go if all is linear
+    for (int k = 0; k < free_.count(); ++k)
+      start[k] = std::clamp(start[k], free_.entries[k].low, free_.entries[k].high);
+    profile.at.push_back(value);
+    profile.delta_chi2.push_back(SmallestChi2(start, entry) / inflation_);
+  }
+  const double least = *std::min_element(profile.delta_chi2.begin(), profile.delta_chi2.end());
+  for (double& chi2 : profile.delta_chi2) chi2 -= least;
+  return profile;
+}
+
+}  // namespace crownfit

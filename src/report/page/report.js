@@ -1,0 +1,286 @@
+'use strict';
+// Lays out what #data holds: material.json, run.json, report.json and the pictures of one result folder.
+const {material, run, report, pictures} = JSON.parse(document.getElementById('data').textContent);
+
+/// An element with properties and children; texts become text, never markup.
+function make(tag, properties, ...children) {
+  const element = document.createElement(tag);
+  for (const [name, value] of Object.entries(properties ?? {})) {
+    if (name in element) element[name] = value;
+    else element.setAttribute(name, value);
+  }
+  element.append(...children.flat().filter(child => child != null));
+  return element;
+}
+const number = (v, digits = 3) => v == null ? 'none' : String(Number(v.toPrecision(digits)));
+const fixed = (v, places = 2) => v == null ? 'none' : v.toFixed(places);
+const percent = v => v == null ? 'none' : `${Math.round(100 * v)} %`;
+const signed = v => Math.abs(v) < .05 ? '0.0' : (v > 0 ? '+' : '−') + Math.abs(v).toFixed(1);
+const list = items => make('ul', {}, items.map(item => make('li', {}, item)));
+const row = (cells, tag = 'td') => make('tr', {}, cells.map(cell =>
+    cell instanceof Node ? cell : make(tag, typeof cell === 'number' ? {className: 'n'} : {}, String(cell))));
+const figureCell = text => make('td', {className: 'n'}, text);
+/// Heads stand over their columns: to the right over figures.
+const table = (heads, rows) => make('div', {className: 'wide'}, make('table', {},
+    make('thead', {}, row(heads.map((head, i) => make('th', {scope: 'col', className: rows[0]?.cells[i].className ?? ''}, head)))),
+    make('tbody', {}, rows)));
+/// "dentine.absorption_per_mm[B]" as people say it.
+const plainName = name => name.replace('.', ' ').replace('_per_mm', '').replace('_mm', '').replaceAll('_', ' ').replace('[', ' ').replace(']', '');
+const unitOf = key => key.endsWith('_per_mm') ? '1/mm' : key.endsWith('_mm') ? 'mm' : '';
+
+const main = document.querySelector('main');
+function section(id, title, ...children) {
+  const part = make('section', {id}, make('h2', {}, title), ...children);
+  main.append(part);
+  return part;
+}
+
+function showVerdict() {
+  const verdict = document.getElementById('verdict'), usable = material.status === 'usable';
+  verdict.className = material.status;
+  verdict.replaceChildren(make('h2', {}, (usable ? '✓ ' : '✕ ') + report.headline));
+  const part = (title, items) => items.length && verdict.append(make('h3', {}, title), list(items));
+  if (!usable) part('Why not', material.reasons);
+  verdict.append(list(report.sentences));
+  if (usable) part('Look at', material.reasons);
+  part('Photographs that would help', report.photographs_that_would_help);
+  part('Caveats', material.caveats);
+}
+
+function wipe(photograph) {
+  const {pictures: files, name} = photograph;
+  const size = {width: files.width, height: files.height};
+  const stack = make('div', {className: 'stack'},
+      make('img', {src: pictures[files.prediction], alt: `Prediction of ${name}`, ...size}),
+      make('img', {src: pictures[files.photograph], alt: `Photograph ${name}`, className: 'first', ...size}));
+  const slider = make('input', {type: 'range', min: 0, max: 100, step: 1, value: 50,
+                                'aria-label': `Wipe ${name}: how much of the photograph is shown`});
+  const show = () => {
+    stack.style.setProperty('--at', `${slider.value}%`);
+    slider.setAttribute('aria-valuetext', `${slider.value} % photograph, the rest prediction`);
+  };
+  slider.addEventListener('input', show);
+  const follow = event => {
+    const box = stack.getBoundingClientRect();
+    slider.value = 100 * (event.clientX - box.left) / box.width;
+    show();
+  };
+  stack.addEventListener('pointerdown', event => {
+    stack.setPointerCapture(event.pointerId);
+    follow(event);
+  });
+  stack.addEventListener('pointermove', event => event.buttons && follow(event));
+  show();
+  return make('figure', {className: 'wipe'}, stack, slider,
+      make('div', {className: 'ends'}, make('span', {}, 'photograph'), make('span', {}, 'prediction')));
+}
+
+function zoneTable(zones) {
+  if (!zones.length)
+    return make('p', {className: 'soft'},
+        'No thirds: nothing says which end of the crown is incisal. State "long_axis" in the capture\'s "object".');
+  return table(['third', 'the prediction is', 'ΔE₀₀ of means', 'ΔL*', 'Δa*', 'Δb*', 'median ΔE₀₀', 'photograph L* a* b*'],
+      zones.map(zone => row([
+        zone.zone, zone.prediction_is, figureCell(fixed(zone.de00_of_means)), ...zone.off_lab.map(v => figureCell(signed(v))),
+        figureCell(fixed(zone.de00_median)), figureCell(zone.photograph_lab.map(v => v.toFixed(1)).join('  '))])));
+}
+
+function showPhotographs() {
+  const colour = rgb => `rgb(${rgb.map(v => Math.round(255 * v)).join(' ')})`;
+  const legend = make('ul', {className: 'legend'}, report.difference_legend.map(step => {
+    const patch = make('i');
+    patch.style.background = colour(step.rgb);
+    return make('li', {}, patch, step.label);
+  }));
+  section('photographs', 'Photographs',
+      make('p', {className: 'soft screen'}, 'Move the slider, or drag over the picture.'),
+      make('p', {className: 'soft'}, 'The map shows CIEDE2000 (D65, 2°) of every pixel; ' +
+          'the figures are over means of 8 × 8 pixels. Differences are the prediction less the photograph.'),
+      legend,
+      report.photographs.map(photograph => {
+        const error = material.image_error.photographs[photograph.name] ?? {};
+        return make('article', {className: 'photograph'},
+            make('h3', {}, photograph.name + (photograph.use === 'holdout' ? ' (held out: the fit never saw it)' : '')),
+            make('div', {className: 'pictures'}, wipe(photograph),
+                make('figure', {}, make('img', {src: pictures[photograph.pictures.difference], alt: `CIEDE2000 map of ${photograph.name}`,
+                                                width: photograph.pictures.width, height: photograph.pictures.height}),
+                    make('figcaption', {}, 'CIEDE2000'))),
+            make('p', {}, `ΔE₀₀ median ${fixed(error.de00_median)}, 95 % below ${fixed(error.de00_p95)}; ` +
+                `${percent(error.share_below_pt)} not seen (0.8), ${percent(error.share_below_at)} acceptable (1.8); ` +
+                `reduced χ² ${fixed(error.reduced_chi2)}; photograph / prediction brightness ${fixed(photograph.level, 3)}` +
+                (photograph.saturated_pixels ? `; ${photograph.saturated_pixels} saturated pixels left out.` : '.')),
+            zoneTable(photograph.zones));
+      }));
+}
+
+/// One line per value of every parameter.
+function parameterLines() {
+  const lines = [], channels = material.channels.map(channel => channel.name);
+  const add = (owner, key, parameter) => {
+    if (!parameter?.status) return;  // a name
+    const values = [parameter.value].flat();
+    values.forEach((value, i) => lines.push({
+      id: `${owner}.${key}` + (values.length > 1 ? `[${channels[i]}]` : ''), unit: unitOf(key), value,
+      stddev: [parameter.stddev].flat()[i], interval: values.length > 1 ? parameter.interval95?.[i] : parameter.interval95,
+      status: parameter.status}));
+  };
+  for (const layer of material.layers) for (const [key, parameter] of Object.entries(layer)) add(layer.name, key, parameter);
+  for (const [key, parameter] of Object.entries(material.surface)) add('surface', key, parameter);
+  return lines;
+}
+
+// Charts are drawn again when the colours of the page change.
+const charts = [];
+function chart(label, height, configuration) {
+  const canvas = make('canvas', {role: 'img', 'aria-label': label});
+  const box = make('div', {className: 'chart'}, canvas);
+  box.style.height = `${height}px`;
+  charts.push({canvas, configuration});
+  return box;
+}
+function paint() {
+  const style = getComputedStyle(document.documentElement), colour = name => style.getPropertyValue(name).trim();
+  const palette = Object.fromEntries(['ink', 'soft', 'line', 'good', 'bad', 'accent', 'second'].map(name => [name, colour(`--${name}`)]));
+  Object.assign(Chart.defaults, {color: palette.ink, borderColor: palette.line, animation: false, maintainAspectRatio: false, devicePixelRatio: 2});
+  for (const {canvas, configuration} of charts) {
+    Chart.getChart(canvas)?.destroy();
+    new Chart(canvas, configuration(palette));
+  }
+}
+const axis = (text, more) => ({title: {display: true, text}, ...more});
+const shortTicks = {callback: v => number(v), maxRotation: 0, autoSkip: true, autoSkipPadding: 12, maxTicksLimit: 6};
+/// At 1, 2 and 5 of every decade.
+const decadeTicks = {callback: v => /^[125]e/.test(v.toExponential()) ? number(v) : '', maxRotation: 0, autoSkip: false};
+
+function showParameters() {
+  const lines = parameterLines(), known = lines.filter(line => line.interval), drawn = known.filter(line => line.interval[1] > 0);
+  const colourOf = {fitted: 'accent', prior: 'second', not_identified: 'bad', at_bound: 'bad'};
+  const floor = Math.min(...drawn.flatMap(line => [line.interval[0], line.value]).filter(v => v > 0));
+  const part = section('parameters', 'Parameters',
+      make('p', {className: 'soft'}, 'Bars: 95 % intervals, on one logarithmic axis; dots: values. Blue: measured. Orange: held by its prior. ' +
+          'Red: not identified, or at a bound. Intervals hold within the model.'));
+  if (drawn.length)
+    part.append(chart('95 % intervals of the parameters; the table below has the figures', 70 + 22 * drawn.length, palette => ({
+      type: 'bar',
+      data: {labels: drawn.map(line => plainName(line.id) + (line.unit && `, ${line.unit}`)),
+             datasets: [
+               {type: 'line', showLine: false, data: drawn.map(line => line.value), pointRadius: 4, borderColor: palette.ink, backgroundColor: palette.ink},
+               {data: drawn.map(line => [Math.max(line.interval[0], floor), line.interval[1]]), minBarLength: 3, barPercentage: .5,
+                backgroundColor: drawn.map(line => palette[colourOf[line.status] ?? 'soft'])}]},
+      options: {indexAxis: 'y', plugins: {legend: {display: false}, tooltip: {enabled: false}},
+                scales: {x: {type: 'logarithmic', ticks: decadeTicks}, y: {ticks: {autoSkip: false}}}}})));
+  part.append(table(['parameter', 'unit', 'value', 'standard deviation', '95 % interval', 'status'], known.map(line => row([
+    plainName(line.id), line.unit, figureCell(number(line.value, 4)), figureCell(number(line.stddev, 2)),
+    `${number(line.interval[0])} to ${number(line.interval[1])}`, line.status.replace('_', ' ')]))));
+  const held = lines.filter(line => !line.interval);
+  if (held.length)
+    part.append(make('details', {}, make('summary', {}, 'Held fixed'),
+        list(held.map(line => `${plainName(line.id)}: ${number(line.value, 4)} ${line.unit}`))));
+}
+
+function showCorrelation() {
+  const {entries, correlation} = report;
+  if (entries.length < 2) return;
+  const cell = r => {
+    const box = figureCell(r == null ? '' : r.toFixed(2));
+    // Over half of the paper, so that the text stays readable on it, light or dark.
+    box.style.background = `rgb(${r > 0 ? '178 24 43' : '33 102 172'} / ${.55 * Math.abs(r ?? 0)})`;
+    return box;
+  };
+  const body = make('table', {className: 'correlation'},
+      make('thead', {}, row([make('td'), ...entries.map((_, i) => make('th', {scope: 'col'}, String(i + 1)))])),
+      make('tbody', {}, entries.map((entry, i) => row([make('th', {scope: 'row'}, `${i + 1}  ${plainName(entry.name)}`),
+                                                       ...correlation[i].map(cell)]))));
+  section('correlation', 'Correlation of what was fitted',
+      make('p', {className: 'soft'}, 'Near ±1: the photographs tell a combination of the two, not each. Red: one can make up for the other when both ' +
+          'grow; blue: when one grows and the other shrinks. Photographs and priors together, in the scales the fit moves in.'),
+      make('div', {className: 'wide'}, body),
+      material.identifiability.weak_directions.length
+          ? make('details', {}, make('summary', {}, 'Weak directions'), list(material.identifiability.weak_directions)) : null);
+}
+
+function showProfiles() {
+  if (!report.profiles.length) return;
+  const by = report.profiles[0].by, stated = parameterLines();
+  const part = section('profiles', 'Likelihood profiles of what is weakly known',
+      make('p', {className: 'soft'}, (by === 'fits'
+          ? 'How much χ² grows when one number is held and everything else is fitted again (the geometry as cast at the solution; χ² over the variance ' +
+            'inflation). The 95 % intervals below are wider than where the curves cross 3.84 by the errors of the model that its pixels share.'
+          : 'Parabolas from the fit\'s covariance, priors included; no fits were made for them.') +
+          ' Dashed: 3.84, the 95 % limit. Drawn for intervals wider than a factor of 1.5.'));
+  part.append(make('div', {className: 'profiles'}, report.profiles.map(profile => {
+    const entry = report.entries.find(e => e.name === profile.entry), interval = stated.find(line => line.id === profile.entry)?.interval;
+    const name = plainName(profile.entry) + (entry.unit === '1' ? '' : `, ${entry.unit}`);
+    const ends = [profile.value[0], profile.value.at(-1)];
+    return make('figure', {}, chart(`χ² profile of ${name}`, 200, palette => ({
+      type: 'scatter',
+      data: {datasets: [
+        {data: profile.value.map((x, i) => ({x, y: profile.delta_chi2[i]})), showLine: true, cubicInterpolationMode: 'monotone', borderColor: palette.accent, backgroundColor: palette.accent,
+         pointRadius: profile.by === 'fits' ? 3 : 0},
+        {data: ends.map(x => ({x, y: 3.84})), showLine: true, borderColor: palette.second, borderDash: [5, 4], borderWidth: 1.5, pointRadius: 0}]},
+      options: {plugins: {legend: {display: false}, tooltip: {enabled: false}},
+                scales: {x: axis(name, {min: ends[0], max: ends[1], type: ends[1] > 3 * ends[0] && ends[0] > 0 ? 'logarithmic' : 'linear', ticks: shortTicks}),
+                         y: axis('Δχ²', {min: 0, suggestedMax: 6})}}})),
+      make('figcaption', {}, interval ? `95 % interval ${number(interval[0])} to ${number(interval[1])}` : ''));
+  })));
+}
+
+function showConvergence() {
+  const {shader, walks} = report.convergence;
+  const part = section('convergence', 'Convergence');
+  const points = (values, more) => ({data: values.map((y, x) => ({x: x + 1, y})), showLine: true, ...more});
+  const options = (x, y, legend) => ({plugins: {legend: {display: legend}, tooltip: {enabled: false}},
+      scales: {x: axis(x, {ticks: {precision: 0}}), y: axis(y, {type: 'logarithmic', ticks: decadeTicks})}});
+  if (shader.length)
+    part.append(chart('χ² by iteration of the fit by shader', 220, palette => ({
+      type: 'scatter',
+      data: {datasets: [points(shader.map(i => i.reduced_chi2), {
+        borderColor: palette.accent, pointRadius: 3,
+        backgroundColor: shader.map(i => i.cast % 2 ? 'transparent' : palette.accent), pointBorderColor: palette.accent})]},
+      options: options('iteration of model shader (hollow and filled: geometry cast anew)', 'reduced χ²', false)})));
+  if (walks.length)
+    part.append(chart('χ² by step of the fit by walks', 220, palette => ({
+      type: 'scatter',
+      data: {datasets: [
+        points(walks.map(s => s.block_chi2), {label: 'patches of 8 × 8 pixels', borderColor: palette.accent, backgroundColor: palette.accent,
+                                              pointStyle: walks.map(s => s.stage === 'run' ? 'triangle' : 'circle'), pointRadius: 5}),
+        points(walks.map(s => s.reduced_chi2), {label: 'pixels', borderColor: palette.second, backgroundColor: palette.second, pointRadius: 3})]},
+      options: options('step by walks (triangles: long runs)', 'χ² over its noise', true)})));
+  if (!shader.length && !walks.length) part.append(make('p', {}, 'Nothing was free to fit.'));
+}
+
+function showProvenance() {
+  const {provenance} = material, facts = make('dl');
+  const fact = (name, value) => facts.append(make('dt', {}, name), make('dd', {}, String(value)));
+  fact('model', `${material.model}: ${provenance.model_choice}`);
+  fact('reduced χ²', number(material.identifiability.reduced_chi2));
+  fact('χ² of patches', number(material.identifiability.block_chi2));
+  fact('condition', number(material.identifiability.condition));
+  fact('crownfit', provenance.crownfit);
+  fact('seed', provenance.seed);
+  for (const [name, value] of Object.entries(provenance.options))
+    fact(`option ${plainName(name)}`, Array.isArray(value) ? value.map(v => v.name ? `${v.name} = ${v.value}` : v).join(', ') || 'none' : value);
+  for (const [name, value] of Object.entries(material.linear_scales ?? {})) fact(name.replace('_', ' '), number(value, 4));
+  for (const [name, value] of Object.entries(material.calibration ?? {})) fact(name, `moved by ${number(value.moved_stddevs, 2)} of its stated error`);
+  fact('command', run.command_line);
+  fact('finished', run.finished_utc);
+  fact('took', `${number(run.wall_s)} s, ${number(run.peak_memory_MiB)} MiB at most, on ${run.host} (${run.instruction_set}), threads ${run.threads || 'all'}`);
+  section('provenance', 'Provenance', facts, make('details', {}, make('summary', {}, 'Inputs, SHA-256'),
+      table(['file', 'SHA-256'], Object.entries(provenance.inputs_sha256).map(([file, digest]) => row([file, make('td', {}, make('code', {}, digest))])))));
+}
+
+showVerdict();
+showPhotographs();
+showParameters();
+showCorrelation();
+showProfiles();
+showConvergence();
+showProvenance();
+paint();
+matchMedia('(prefers-color-scheme: dark)').addEventListener('change', paint);
+const printing = is => () => {
+  document.documentElement.classList.toggle('printing', is);
+  paint();
+};
+addEventListener('beforeprint', printing(true));
+addEventListener('afterprint', printing(false));

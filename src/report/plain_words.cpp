@@ -1,0 +1,158 @@
+#include "report/plain_words.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <cstring>
+#include <set>
+
+namespace crownfit {
+namespace {
+
+std::string Text(const char* format, auto... values) {
+  char text[300];
+  std::snprintf(text, sizeof text, format, values...);
+  return text;
+}
+
+/// "enamel.reduced_scattering_per_mm[B]" as people say it.
+std::string PlainName(std::string name) {
+  for (const auto& [from, to] : {std::pair{".", " "}, {"_per_mm", ""}, {"_mm", ""}, {"[", " "}, {"]", ""}})
+    if (const size_t at = name.find(from); at != name.npos) name.replace(at, std::strlen(from), to);
+  std::replace(name.begin(), name.end(), '_', ' ');
+  return name;
+}
+
+std::string Listed(const std::vector<std::string>& names) {
+  std::string list;
+  for (size_t i = 0; i < names.size(); ++i) list += (i == 0 ? "" : i + 1 == names.size() ? " and " : ", ") + names[i];
+  return list;
+}
+
+/// Blocks of 8 x 8 pixels weigh alike.
+std::string PictureSentence(const CrownFit& fit, bool of_holdouts) {
+  double blocks = 0, median = 0, unseen = 0, accepted = 0;
+  int count = 0;
+  for (const PhotographResult& p : fit.photographs) {
+    if (p.is_holdout != of_holdouts) continue;
+    const double w = static_cast<double>(p.difference.blocks);
+    ++count;
+    blocks += w;
+    median += w * p.difference.median;
+    unseen += w * p.difference.share_below_pt;
+    accepted += w * p.difference.share_below_at;
+  }
+  if (blocks == 0)
+    return of_holdouts ? "No photograph was held out, so no picture here is a check that the fit did not see." : "";
+  const std::string figures = Text(
+      "CIEDE2000 %.1f in the median; %.0f %% of the area differs by less than is seen (%.1f), %.0f %% by less than "
+      "is accepted (%.1f).",
+      median / blocks, 100 * unseen / blocks, kPerceptible, 100 * accepted / blocks, kAcceptable);
+  const std::string photographs = count == 1 ? "photograph" : Text("%d photographs", count);
+  return "From the " + photographs +
+         (of_holdouts ? " held out, which the fit never saw,"
+                      : std::string(" that ") + (count == 1 ? "was" : "were") + " fitted") +
+         " the prediction differs by " + figures;
+}
+
+/// How far the widest 95 % interval of a parameter's channels reaches from its middle, as a factor.
+double Reach(const FittedParameter& p) {
+  double reach = 1.0;
+  for (size_t i = 0; i < p.value.size(); ++i)
+    reach = std::max(reach, p.low95[i] > 0 ? std::sqrt(p.high95[i] / p.low95[i]) : HUGE_VAL);
+  return reach;
+}
+
+void AddHowSure(const CrownFit& fit, std::vector<std::string>& sentences) {
+  struct Class {
+    double reach;
+    const char* words;
+    std::vector<std::string> names;
+  };
+  std::vector<Class> classes{{1.1, "Known within 10 %: ", {}},
+                             {1.25, "Known within 25 %: ", {}},
+                             {2.0, "Known within a factor of 2: ", {}},
+                             {HUGE_VAL, "Known less well than a factor of 2: ", {}}};
+  std::vector<std::string> held, unknown, at_bound;
+  for (const FittedParameter& p : fit.uncertainty.parameters) {
+    if (p.status == Status::kFixed) continue;
+    if (p.status == Status::kPrior) held.push_back(PlainName(p.name));
+    if (p.status == Status::kNotIdentified) unknown.push_back(PlainName(p.name));
+    if (p.status == Status::kAtBound) at_bound.push_back(PlainName(p.name));
+    if (p.status != Status::kFitted) continue;
+    const double reach = Reach(p);
+    std::find_if(classes.begin(), classes.end(), [&](const Class& c) {
+      return reach <= c.reach;
+    })->names.push_back(PlainName(p.name));
+  }
+  for (const Class& c : classes)
+    if (!c.names.empty()) sentences.push_back(c.words + Listed(c.names) + " (95 % intervals, within the model).");
+  if (!unknown.empty()) sentences.push_back("The photographs could not tell: " + Listed(unknown) + ".");
+  if (!held.empty())
+    sentences.push_back("Not measured, but held by what is usual for the material: " + Listed(held) + ".");
+  if (!at_bound.empty()) sentences.push_back("At the end of the range that is allowed: " + Listed(at_bound) + ".");
+}
+
+/// Pairs that the photographs hardly tell apart, the closest first.
+void AddTradeOffs(const CrownFit& fit, std::vector<std::string>& sentences) {
+  constexpr double kClose = 0.95;
+  constexpr size_t kMost = 3;
+  const Eigen::MatrixXd& c = fit.uncertainty.covariance;
+  std::vector<std::pair<double, std::string>> pairs;
+  for (Eigen::Index i = 0; i < c.rows(); ++i)
+    for (Eigen::Index j = 0; j < i; ++j) {
+      const double r = c(i, j) / std::sqrt(c(i, i) * c(j, j));
+      if (std::abs(r) > kClose)
+        pairs.emplace_back(-std::abs(r),
+                           PlainName(fit.entries[j].name) + " and " + PlainName(fit.entries[i].name) +
+                               " can be exchanged: " +
+                               (r > 0 ? "both larger, or both smaller, " : "one larger and the other smaller ") +
+                               Text("explain the photographs almost as well (correlation %+.2f).", r));
+    }
+  std::sort(pairs.begin(), pairs.end());
+  for (size_t i = 0; i < std::min(kMost, pairs.size()); ++i) sentences.push_back(pairs[i].second);
+}
+
+/// What docs/photographing.md asks for and this capture lacks, where something is left open that it would tell.
+std::vector<std::string> Advice(const CrownFit& fit) {
+  std::set<Quantity> open;
+  for (const FittedParameter& p : fit.uncertainty.parameters)
+    if (p.status == Status::kNotIdentified || p.status == Status::kPrior) open.insert(p.quantity);
+  const auto is_open = [&](auto... quantities) { return (open.count(quantities) + ...) > 0; };
+  std::set<size_t> backings;
+  bool has_edge = false, shows_surface = false;
+  for (const PhotographSpec& p : fit.capture.photographs) {
+    if (p.is_holdout) continue;
+    if (p.backing) backings.insert(*p.backing);
+    has_edge |= !p.scenery.empty();
+    shows_surface |= p.polarisation != Polarisation::kCross;
+  }
+  std::vector<std::string> advice;
+  if (is_open(Quantity::kAbsorption, Quantity::kReducedScattering) && backings.size() < 2)
+    advice.push_back("The front on a black and on a white tile: tells absorption from scattering.");
+  if (is_open(Quantity::kThickness, Quantity::kThicknessScale, Quantity::kReducedScattering) && !has_edge)
+    advice.push_back(
+        "The front with the straight shadow of a blade on it: a length scale, which tells scattering from thickness. "
+        "Better still, measure the thickness.");
+  if (is_open(Quantity::kRoughness, Quantity::kWetness) && !shows_surface)
+    advice.push_back("The front without polarisers, or with parallel ones: shows the surface's reflection.");
+  return advice;
+}
+
+}  // namespace
+
+PlainVerdict PlainVerdictOf(const CrownFit& fit) {
+  PlainVerdict verdict;
+  verdict.headline = fit.usable ? "Usable." : "Do not use this result.";
+  for (const bool of_holdouts : {false, true})
+    if (const std::string s = PictureSentence(fit, of_holdouts); !s.empty()) verdict.sentences.push_back(s);
+  if (!fit.usable)
+    verdict.sentences.push_back(
+        "How sure the parameters are is said within the model; the reasons say why not to trust it here.");
+  AddHowSure(fit, verdict.sentences);
+  AddTradeOffs(fit, verdict.sentences);
+  verdict.photographs_that_would_help = Advice(fit);
+  return verdict;
+}
+
+}  // namespace crownfit

@@ -1,0 +1,25 @@
+#pragma once
+// How a prediction differs from its photograph by thirds of the crown, in a technician's words.
+
+#include <string>
+#include <vector>
+
+#include "report/crown_fit.h"
+
+namespace crownfit {
+
+struct ZoneDifference {
+  std::string zone;             ///< cervical, middle, incisal
+  ColourDifference difference;  ///< at the whole photograph's brightness scale
+  glm::dvec3 off_lab{0.0};      ///< L*, a*, b* of the prediction's mean colour less the photograph's
+  double off_de00 = 0;          ///< CIEDE2000 between the mean colours
+};
+
+/// The thirds in which anything was compared, from the neck to the edge; empty where no end of the crown is known.
+std::vector<ZoneDifference> ZonesOf(const PhotographResult& photograph);
+
+/// "lighter, a little redder": words for every axis of more than half a unit (three such make about the threshold of
+/// perception, 0.8). "alike" when there is none.
+std::string DifferenceWords(const glm::dvec3& off_lab);
+
+}  // namespace crownfit

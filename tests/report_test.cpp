@@ -1,0 +1,166 @@
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "base/html.h"
+#include "geometry/long_axis.h"
+#include "report/plain_words.h"
+#include "report/zones.h"
+#include "support/shapes.h"
+
+namespace crownfit {
+namespace {
+
+bool Says(const std::vector<std::string>& sentences, const std::string& words) {
+  for (const std::string& s : sentences)
+    if (s.find(words) != std::string::npos) return true;
+  return false;
+}
+
+/// A grey crown of 24 x 48 pixels, neck at the bottom, whose prediction is `factor` times as bright per third.
+PhotographResult ThreeThirds(const std::array<glm::dvec3, 3>& factor) {
+  PhotographResult p;
+  p.name = "front";
+  p.photograph = Image(24, 48, 3, 0.4f);
+  p.prediction = p.photograph;
+  p.compared.assign(24 * 48, 1);
+  p.thirds.assign(24 * 48, 0);
+  for (int y = 0; y < 48; ++y)
+    for (int x = 0; x < 24; ++x) {
+      const int third = 2 - y / 16;
+      p.thirds[static_cast<size_t>(y) * 24 + x] = static_cast<uint8_t>(third + 1);
+      for (int c = 0; c < 3; ++c) p.prediction.at(x, y, c) *= static_cast<float>(factor[third][c]);
+    }
+  p.difference = ComparePictures(p.photograph, p.prediction, p.compared);
+  return p;
+}
+
+TEST(Zones, WordsFollowTheSignsOfTheDifference) {
+  EXPECT_EQ(DifferenceWords({0.4, -0.4, 0.5}), "alike");
+  EXPECT_EQ(DifferenceWords({1.0, 0, 0}), "a little lighter");
+  EXPECT_EQ(DifferenceWords({-3.0, 0, 0}), "darker");
+  EXPECT_EQ(DifferenceWords({0, 1.0, -6.0}), "a little redder, much bluer");
+  EXPECT_EQ(DifferenceWords({0, -2.5, 2.5}), "greener, yellower");
+}
+
+TEST(Zones, ADifferenceStaysInItsThird) {
+  const auto zones = ZonesOf(ThreeThirds({glm::dvec3(1.0), glm::dvec3(1.0), {1.0, 1.0, 0.8}}));
+  ASSERT_EQ(zones.size(), 3u);
+  EXPECT_EQ(zones[0].zone, "cervical");
+  EXPECT_EQ(zones[2].zone, "incisal");
+  for (int untouched : {0, 1}) {
+    EXPECT_NEAR(zones[untouched].off_de00, 0.0, 1e-6);
+    EXPECT_EQ(DifferenceWords(zones[untouched].off_lab), "alike");
+  }
+  EXPECT_GT(zones[2].off_lab.z, 2.0) << "less blue light is yellower";
+  EXPECT_NE(DifferenceWords(zones[2].off_lab).find("yellower"), std::string::npos);
+}
+
+TEST(Zones, EveryThirdIsComparedAtTheBrightnessOfTheWholePhotograph) {
+  // A scale of its own would hide that one third is darker in the photograph than the others.
+  PhotographResult p = ThreeThirds({glm::dvec3(1.0), glm::dvec3(1.0), glm::dvec3(1.0)});
+  for (size_t i = 0; i < p.thirds.size(); ++i)
+    for (int c = 0; c < 3 && p.thirds[i] == 1; ++c)
+      p.photograph.values[3 * i + c] = 0.2f, p.prediction.values[3 * i + c] = 0.2f;
+  const auto zones = ZonesOf(p);
+  EXPECT_LT(zones[0].difference.photograph_lab.x + 15.0, zones[2].difference.photograph_lab.x);
+}
+
+TEST(Zones, NoThirdsWithoutAnEndOfTheCrown) {
+  PhotographResult p = ThreeThirds({glm::dvec3(1.0), glm::dvec3(1.0), glm::dvec3(1.0)});
+  p.thirds.clear();
+  EXPECT_TRUE(ZonesOf(p).empty());
+}
+
+TEST(Zones, TheLongAxisRunsFromNeckToEdge) {
+  Capture capture;
+  const TriangleMesh incisor = Incisor();
+  EXPECT_FALSE(LongAxisOf(capture, incisor)) << "a closed mesh does not say where its edge is";
+  capture.long_axis = glm::dvec3(0, 1, 0);
+  const auto axis = LongAxisOf(capture, incisor);
+  ASSERT_TRUE(axis);
+  EXPECT_NEAR(axis->At({3, -5, 1}), 0.0, 1e-9);
+  EXPECT_NEAR(axis->At({-2, 0, 0}), 0.5, 1e-9);
+  EXPECT_NEAR(axis->At({0, 5, 0}), 1.0, 1e-9);
+}
+
+/// A fit that knows the absorption's two channels well and mixes up the rest.
+CrownFit SomeFit() {
+  CrownFit fit;
+  fit.usable = true;
+  fit.capture.photographs.resize(1);
+  fit.capture.photographs[0].polarisation = Polarisation::kCross;
+  fit.photographs = {ThreeThirds({glm::dvec3(1.0), glm::dvec3(1.0), glm::dvec3(1.0)})};
+  fit.uncertainty.parameters = {
+      {"dentine.absorption_per_mm",
+       0,
+       Quantity::kAbsorption,
+       {0.1, 0.2},
+       {0.004, 0.004},
+       {0.092, 0.19},
+       {0.108, 0.21},
+       Status::kFitted},
+      {"dentine.reduced_scattering_per_mm",
+       0,
+       Quantity::kReducedScattering,
+       {2},
+       {3},
+       {0.5},
+       {9},
+       Status::kNotIdentified},
+      {"surface.roughness", kSurfaceOwner, Quantity::kRoughness, {0.2}, {0.1}, {0.1}, {0.4}, Status::kPrior}};
+  for (const char* name : {"dentine.absorption_per_mm[R]", "dentine.reduced_scattering_per_mm"}) {
+    fit.entries.emplace_back();
+    fit.entries.back().name = name;
+  }
+  fit.uncertainty.covariance = Eigen::MatrixXd(2, 2);
+  fit.uncertainty.covariance << 1.0, -0.98, -0.98, 1.0;
+  return fit;
+}
+
+TEST(PlainWords, SayHowSureEachParameterIs) {
+  const PlainVerdict verdict = PlainVerdictOf(SomeFit());
+  EXPECT_EQ(verdict.headline, "Usable.");
+  EXPECT_TRUE(Says(verdict.sentences, "Known within 10 %: dentine absorption"));
+  EXPECT_TRUE(Says(verdict.sentences, "could not tell: dentine reduced scattering"));
+  EXPECT_TRUE(Says(verdict.sentences, "Not measured, but held by what is usual for the material: surface roughness"));
+  EXPECT_TRUE(Says(verdict.sentences, "one larger and the other smaller"));
+  EXPECT_TRUE(Says(verdict.sentences, "No photograph was held out"));
+}
+
+TEST(PlainWords, AnUnusableResultIsSaidFirst) {
+  CrownFit fit = SomeFit();
+  fit.usable = false;
+  EXPECT_EQ(PlainVerdictOf(fit).headline, "Do not use this result.");
+}
+
+TEST(PlainWords, AskForPhotographsThatTheCaptureLacksAndForNoOthers) {
+  CrownFit fit = SomeFit();
+  const auto asked = [&] { return PlainVerdictOf(fit).photographs_that_would_help; };
+  EXPECT_TRUE(Says(asked(), "black and on a white"));
+  EXPECT_TRUE(Says(asked(), "blade"));
+  EXPECT_TRUE(Says(asked(), "without polarisers"));
+  PhotographSpec more = fit.capture.photographs[0];
+  fit.capture.photographs[0].backing = 0;
+  more.backing = 1;
+  more.scenery = {0};
+  more.polarisation = Polarisation::kNone;
+  fit.capture.photographs.push_back(more);
+  EXPECT_TRUE(asked().empty());
+}
+
+TEST(Profiles, AWeakParameterIsOneWhoseIntervalIsWiderThanAFactorOfOneAndAHalf) {
+  FreeEntry entry;
+  entry.scale = Scale::kLog;
+  const double limit = std::log(1.5) / (2 * 1.959963984540054);
+  EXPECT_FALSE(IsWeak(entry, 0.0, 0.99 * limit));
+  EXPECT_TRUE(IsWeak(entry, 0.0, 1.01 * limit));
+  entry.scale = Scale::kLinear;
+  EXPECT_FALSE(IsWeak(entry, 1.5, 0.01));
+  EXPECT_TRUE(IsWeak(entry, 0.1, 0.1)) << "an interval that reaches below 0";
+}
+
+TEST(Page, TextIsNotMarkup) { EXPECT_EQ(Html("<a href=\"x\">&"), "&lt;a href=&quot;x&quot;&gt;&amp;"); }
+
+}  // namespace
+}  // namespace crownfit
