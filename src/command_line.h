@@ -9,6 +9,7 @@
 #include "base/progress.h"
 #include "batch/slurm.h"
 #include "calibrate_line.h"
+#include "predict_line.h"
 #include "report/crown_fit.h"
 
 namespace crownfit {
@@ -38,6 +39,8 @@ struct CommandLine {
   std::optional<SlurmOptions> slurm;  ///< batch: submit instead of fitting here
   std::string batch_task;             ///< "status", "collect", "cancel", or empty
   CalibrateLine calibrate;
+  PredictLine predict;
+  ShadesLine shades;
   std::optional<int> exit_code;  ///< set when parsing already answered (--help, --version, a wrong option)
 };
 

@@ -13,5 +13,7 @@ struct CommandLine;
 void AddCommonOptions(CLI::App* app, CommandLine& line);
 void AddCalibrate(CLI::App& app, CommandLine& line);
 void AddCapture(CLI::App& app, CommandLine& line);
+void AddPredict(CLI::App& app, CommandLine& line);
+void AddShades(CLI::App& app, CommandLine& line);
 
 }  // namespace crownfit

@@ -16,7 +16,8 @@ int main(int argc, char** argv) {
       {"render", crownfit::RunRender},         {"slab", crownfit::RunSlab},
       {"synthesize", crownfit::RunSynthesize}, {"view", crownfit::RunView},
       {"match", crownfit::RunMatch},           {"calibrate", crownfit::RunCalibrate},
-      {"capture", crownfit::RunCaptureInit},
+      {"capture", crownfit::RunCaptureInit},   {"predict", crownfit::RunPredict},
+      {"shades", crownfit::RunShades},
   };
   try {
     const crownfit::CommandLine line = crownfit::ParseCommandLine(argc, argv);

@@ -34,6 +34,8 @@ std::optional<std::array<double, 2>> ReadInterval(const JsonNode& node) {
 
 ParameterRecord ReadRecord(const JsonObject& object) {
   ParameterRecord record;
+  if (const auto stddev = object.Find("stddev"))
+    record.stddev = stddev->IsNumber() ? std::vector<double>{stddev->Number()} : stddev->Numbers(size_t{kChannels});
   if (const auto status = object.Find("status")) record.status = status->String();
   if (const auto node = object.Find("interval95")) {
     const auto items = node->Items();
@@ -54,6 +56,7 @@ ChannelValues ReadValues(JsonNode node, ParameterRecord& record) {
     record = ReadRecord(object);
     node = object.Require("value");
   }
+  record.is_stated = true;
   ChannelValues values;
   if (node.IsNumber()) {
     values.fill(node.Number());
@@ -125,6 +128,18 @@ MaterialRecord ReadMaterialRecord(const std::filesystem::path& path, const Captu
   if (const auto scales = root.Find("linear_scales"))
     for (const auto& [name, node] : scales->Members()) record.linear_scales[name] = node.Positive();
   return record;
+}
+
+MaterialRecord ReadMaterialRecord(const std::filesystem::path& path) {
+  Capture capture;
+  for (const std::string& name : ReadMaterialOutline(path).layers) {
+    LayerSpec layer;
+    layer.name = name;
+    for (size_t i = 0; i < kParameters.size(); ++i) layer.parameters[i] = DefaultSpec(kParameters[i]);
+    capture.layers.push_back(layer);
+  }
+  for (size_t i = 0; i < kParameters.size(); ++i) capture.surface[i] = DefaultSpec(kParameters[i]);
+  return ReadMaterialRecord(path, capture);
 }
 
 Material ReadMaterialFile(const std::filesystem::path& file, const Capture& capture) {

@@ -18,9 +18,11 @@ Material ReadMaterialFile(const std::filesystem::path& file, const Capture& capt
 
 /// What the file says about a parameter beside its value.
 struct ParameterRecord {
-  std::string status;  ///< empty: a bare value
+  bool is_stated = false;  ///< false: the file does not speak of it
+  std::string status;      ///< empty: a bare value
   /// One, or one per channel; empty: the file gives none. Nothing where an end is not known.
   std::vector<std::optional<std::array<double, 2>>> interval95;
+  std::vector<double> stddev;  ///< one, or one per channel; empty: the file gives none
 };
 
 struct MaterialRecord {
@@ -34,6 +36,9 @@ struct MaterialRecord {
 
 /// The same with everything a fit says of its values.
 MaterialRecord ReadMaterialRecord(const std::filesystem::path& file, const Capture& capture);
+
+/// The same without a capture beside it: all layers that the file has; what it does not state has the table's default.
+MaterialRecord ReadMaterialRecord(const std::filesystem::path& file);
 
 /// What the effective parameters are and how far they are from the physical ones; empty where they are none or the
 /// same.
