@@ -151,6 +151,7 @@ std::vector<std::string> AssumptionsOf(const CommandLine& line, const FlatQuesti
                           : "the camera's bands are taken as linear sRGB, D65, 2 degrees; --colour FILE says better");
   said.push_back("measured " + p.geometry + ", without gloss, " +
                  (q.aperture_mm ? "through an aperture that loses light past its edge" : "everything lit alike"));
+  if (!q.material.is_usable) said.push_back("the material's own fit says that it must not be used");
   said.push_back(p.stump.empty() ? "no --stump is given: black" : "stump " + p.stump);
   said.push_back(q.cement        ? "cemented with " + p.cement
                  : q.is_cemented ? "cemented with clear cement: no air below"

@@ -109,6 +109,7 @@ MaterialRecord ReadMaterialRecord(const std::filesystem::path& path, const Captu
   const JsonObject root = RootOf(file);
   MaterialRecord record;
   record.material = StatedMaterial(capture);
+  if (const auto status = root.Find("status")) record.is_usable = status->String() != "not_usable";
   const JsonNode layers = root.Require("layers");
   for (auto& layer : record.material.layers) {
     record.layers.emplace_back();

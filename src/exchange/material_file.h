@@ -31,6 +31,7 @@ struct MaterialRecord {
   std::vector<Owner> layers;
   Owner surface;
   std::map<std::string, double> linear_scales;  ///< such as "exposure_scale front", "intensity_scale left"
+  bool is_usable = true;                        ///< false: its fit says that it must not be used
   std::optional<Material> effective;  ///< by the block "viewer": what the real-time shader is to be given to look right
 };
 
