@@ -257,11 +257,15 @@ FlatPrediction PredictFlat(const FlatQuestion& q, const std::function<void(doubl
     for (size_t f = 0; f < p.groups[g].figures.size(); ++f) {
       std::vector<double> values;
       for (const auto& d : draws) values.push_back(d[g].figures[f].value);
+      FlatFigure& figure = p.groups[g].figures[f];
+      if (std::any_of(values.begin(), values.end(), [](double v) { return std::isnan(v); })) {
+        figure.stddev = figure.low95 = figure.high95 = NAN;  // some of the materials have no such figure
+        continue;
+      }
       std::sort(values.begin(), values.end());
       double mean = 0, square = 0;
       for (const double v : values) mean += v / static_cast<double>(values.size());
       for (const double v : values) square += (v - mean) * (v - mean) / static_cast<double>(values.size() - 1);
-      FlatFigure& figure = p.groups[g].figures[f];
       const auto quantile = [&](double share) {
         return values[static_cast<size_t>(std::lround(share * static_cast<double>(values.size() - 1)))];
       };

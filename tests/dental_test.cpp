@@ -98,7 +98,7 @@ TEST(ViewSlab, GivesEveryThicknessWhatASlabOfItGets) {
   EXPECT_GT(both[0].transmittance, both[1].transmittance);
 }
 
-TEST(Aperture, ReadsWhatWalksReadWithinThreeHundredths) {
+TEST(Aperture, ReadsWhatWalksReadWithinItsStatedErrors) {
   const struct {
     Slab slab;
     double tolerance;  ///< measured errors are 0.6 to 0.9 of it

@@ -7,7 +7,7 @@
 namespace crownfit {
 namespace {
 
-// Reflectance is smooth in x / (x + kBend), x = wave number times radius: eight nodes there are within 1e-3 of 24.
+// Reflectance is smooth in x / (x + kBend), x = wave number times radius: eight nodes there are within 3e-4 of 24.
 constexpr int kWaves = 8;
 constexpr double kBend = 2.0;
 

@@ -79,8 +79,8 @@ with tempfile.TemporaryDirectory() as folder:
     require(predicted["groups"][0]["thickness_mm"] == {"enamel": 0.5, "dentine": 1.5}, "predict does not take thicknesses by layer")
     require(groups["at_0.50_mm"]["tp00"]["value"] > groups["at_2.00_mm"]["tp00"]["value"] > 0, "thicker is not less translucent")
     require((folder / "swatches.png").stat().st_size > 2000, "predict draws no swatches")
-    for option, value, word in (("--thickness", "pulp=1", "enamel"), ("--stump", "teal", "L,a,b"), ("--geometry", "60/0", "45/0")):
-        require(word in run("predict", truth, option, value, expect=2).stderr, f"predict {option} {value}: no remedy")
+    for thickness, *other, word in (("pulp=1", "enamel"), ("dentine=1", "enamel"), ("enamel=0.5,dentine=1", "--stump", "teal", "L,a,b"), ("enamel=0.5,dentine=1", "--geometry", "60/0", "45/0")):
+        require(word in run("predict", truth, "--thickness", thickness, *other, expect=2).stderr, f"predict {thickness} {other}: no remedy")
     (folder / "tabs.csv").write_text("name,L,a,b,stddev\nlight,80,-1,13,0.3\nmiddle,76,0,16.7,0.3\nmiddle2,75.8,0.1,16.9,0.3\n")
     run("shades", "measured", folder / "tabs.csv", "-o", folder / "tabs.json")
     near = json.loads(run("shades", "nearest", "76,0,16.8", "--tabs", folder / "tabs.json", "--json").stdout)
