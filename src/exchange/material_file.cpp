@@ -34,8 +34,11 @@ std::optional<std::array<double, 2>> ReadInterval(const JsonNode& node) {
 
 ParameterRecord ReadRecord(const JsonObject& object) {
   ParameterRecord record;
-  if (const auto stddev = object.Find("stddev"))
-    record.stddev = stddev->IsNumber() ? std::vector<double>{stddev->Number()} : stddev->Numbers(size_t{kChannels});
+  if (const auto stddev = object.Find("stddev")) {
+    const auto items = stddev->IsArray() ? stddev->Items() : std::vector<JsonNode>{*stddev};
+    if (items.size() != 1 && items.size() != kChannels) stddev->Fail("expected one number, or one per channel");
+    for (const JsonNode& item : items) record.stddev.push_back(item.IsNumber() ? item.Number() : HUGE_VAL);
+  }
   if (const auto status = object.Find("status")) record.status = status->String();
   if (const auto node = object.Find("interval95")) {
     const auto items = node->Items();

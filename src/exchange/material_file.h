@@ -22,7 +22,7 @@ struct ParameterRecord {
   std::string status;      ///< empty: a bare value
   /// One, or one per channel; empty: the file gives none. Nothing where an end is not known.
   std::vector<std::optional<std::array<double, 2>>> interval95;
-  std::vector<double> stddev;  ///< one, or one per channel; empty: the file gives none
+  std::vector<double> stddev;  ///< one, or one per channel, infinite where not known; empty: none is given
 };
 
 struct MaterialRecord {
