@@ -192,6 +192,8 @@ CommandLine Parse(const std::vector<std::string>& arguments, std::ostream& error
       "  crownfit view M --capture CAPTURE      the crown in a window: turn it, light it, change the material\n"
       "  crownfit match M --capture C -o M2     effective parameters that make the viewer look like path tracing\n"
       "  crownfit synthesize RECIPE -o CAPTURE  path-traced photographs with a known answer\n"
+      "  crownfit predict MATERIAL              its colour and translucency at other thicknesses, over other stumps\n"
+      "  crownfit shades ...                    your own shade tabs, and the nearest to a material\n"
       "  crownfit slab SLAB.json                reflectance and transmittance of a flat layered sample\n"
       "  crownfit calibrate WHAT IMAGES         camera, noise, blur, colour, lights and poses from photographs\n"
       "  crownfit capture init ...              meshes, photographs and calibration gathered into a capture\n"
@@ -259,6 +261,8 @@ CommandLine Parse(const std::vector<std::string>& arguments, std::ostream& error
   AddCalibrate(app, line);
   AddCapture(app, line);
   AddExport(app, line);
+  AddPredict(app, line);
+  AddShades(app, line);
   BatchWords more;
   const CLI::App* batch = AddBatch(app, line, text, more);
 
@@ -298,6 +302,7 @@ CommandLine Parse(const std::vector<std::string>& arguments, std::ostream& error
   line.command = app.get_subcommands().front()->get_name();
   if (line.command == "calibrate")
     line.calibrate.task = app.get_subcommands().front()->get_subcommands().front()->get_name();
+  if (line.command == "shades") line.shades.task = app.get_subcommands().front()->get_subcommands().front()->get_name();
   line.fit.use_priors = !text.no_priors;
   if (slab->parsed() && slab->count("--model") == 0) line.fit.model = "layered";
   if (render->parsed() && render->count("--model") == 0) line.fit.model = "shader";

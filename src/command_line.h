@@ -10,6 +10,7 @@
 #include "batch/slurm.h"
 #include "calibrate_line.h"
 #include "export_material.h"
+#include "predict_line.h"
 #include "report/crown_fit.h"
 
 namespace crownfit {
@@ -40,6 +41,8 @@ struct CommandLine {
   std::string batch_task;             ///< "status", "collect", "cancel", or empty
   CalibrateLine calibrate;
   ExportOptions exported;
+  PredictLine predict;
+  ShadesLine shades;
   std::optional<int> exit_code;  ///< set when parsing already answered (--help, --version, a wrong option)
 };
 

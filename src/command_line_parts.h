@@ -14,5 +14,7 @@ void AddCommonOptions(CLI::App* app, CommandLine& line);
 void AddCalibrate(CLI::App& app, CommandLine& line);
 void AddCapture(CLI::App& app, CommandLine& line);
 void AddExport(CLI::App& app, CommandLine& line);
+void AddPredict(CLI::App& app, CommandLine& line);
+void AddShades(CLI::App& app, CommandLine& line);
 
 }  // namespace crownfit

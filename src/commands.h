@@ -18,5 +18,7 @@ int RunRender(const CommandLine& line);
 int RunCompare(const CommandLine& line);
 int RunView(const CommandLine& line);
 int RunMatch(const CommandLine& line);
+int RunPredict(const CommandLine& line);
+int RunShades(const CommandLine& line);
 
 }  // namespace crownfit

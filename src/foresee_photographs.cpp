@@ -6,6 +6,7 @@
 #include <numeric>
 
 #include "fit/image_residuals.h"
+#include "fit/profile.h"
 #include "fit_pixels.h"
 
 namespace crownfit {
@@ -23,11 +24,6 @@ FitPixels Thinned(const FitPixels& all) {
   const double share = static_cast<double>(which.size()) / static_cast<double>(std::max<size_t>(1, all.pixels.size()));
   for (glm::dvec3& s : thinned.stddev) s *= std::sqrt(share);
   return thinned;
-}
-
-bool IsWide(const FreeEntry& e, double stddev) {
-  constexpr double kFactor = 1.5, kOfPrior = 0.5;
-  return e.scale == Scale::kLog ? 2 * kZ95 * stddev > std::log(kFactor) : stddev > kOfPrior * e.prior_stddev;
 }
 
 /// What photographs tell where they agree with the fit; those of several add up.
@@ -57,7 +53,7 @@ class Foreseer {
     by_prior.maxCoeff(&result.weakest);
     const FreeEntry& weakest = problem_.free.entries[result.weakest];
     result.stddev = by_prior[result.weakest] * weakest.prior_stddev;
-    if (!IsWide(weakest, result.stddev)) return result;
+    if (!IsWeak(weakest, at_.x[result.weakest], result.stddev)) return result;
 
     Information here;
     if (!IsByWalks()) {

@@ -18,8 +18,7 @@ struct ForeseenPhotograph {
 struct Foresight {
   int weakest = -1;   ///< of the free entries: the one known least, measured by its prior's width
   double stddev = 0;  ///< of it now, in its own scale
-  /// What narrows it most, first; at most three. Empty when it is known within a factor 1.5 (95 % interval; of what
-  /// does not move in ln: a standard deviation of half the prior's).
+  /// What narrows it most, first; at most three. Empty when it is known within a factor 1.5 (IsWeak).
   std::vector<ForeseenPhotograph> best;
 
   /// Whether the first narrows it by a fifth at least.

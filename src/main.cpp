@@ -18,7 +18,8 @@ int main(int argc, char** argv) {
       {"synthesize", crownfit::RunSynthesize}, {"view", crownfit::RunView},
       {"match", crownfit::RunMatch},           {"calibrate", crownfit::RunCalibrate},
       {"capture", crownfit::RunCaptureInit},   {"export", crownfit::RunExport},
-      {"report", crownfit::RunReport},
+      {"report", crownfit::RunReport},         {"predict", crownfit::RunPredict},
+      {"shades", crownfit::RunShades},
   };
   try {
     const crownfit::CommandLine line = crownfit::ParseCommandLine(argc, argv);

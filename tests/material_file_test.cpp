@@ -48,8 +48,8 @@ TEST(MaterialFile, TellsIntervalsAndStatuses) {
   EXPECT_EQ(absorption.interval95[2], (std::array{0.04, 0.06}));
   ASSERT_EQ(absorption.stddev.size(), 3u);
   EXPECT_EQ(thickness.stddev[0], 0.1);
-  EXPECT_TRUE(absorption.stated);
-  EXPECT_FALSE(record.layers[1][static_cast<size_t>(Quantity::kThickness)].stated);
+  EXPECT_TRUE(absorption.is_stated);
+  EXPECT_FALSE(record.layers[1][static_cast<size_t>(Quantity::kThickness)].is_stated);
   EXPECT_FALSE(absorption.interval95[1]) << "an end that is not known";
   EXPECT_TRUE(record.layers[1][static_cast<size_t>(Quantity::kIor)].interval95.empty());
   EXPECT_EQ(WithLinearScales(TwoLayers(), record.linear_scales).photographs[0].exposure_scale, 1.25);

@@ -4,10 +4,25 @@
 
 namespace crownfit {
 
+namespace {
+
+JsonObject RootOf(const JsonFile& file) {
+  return file.RootOfFormat("crownfit-colour/1", {"linear_rgb_from_sensor_rgb", "white_sensor_rgb", "polynomial",
+                                                 "residual", "quality", "provenance"});
+}
+
+}  // namespace
+
+glm::dvec3 ReadSensorWhite(const std::filesystem::path& path) {
+  const JsonFile file(path);
+  const auto white = RootOf(file).Require("white_sensor_rgb").Items();
+  if (white.size() != 3) RootOf(file).Require("white_sensor_rgb").Fail("expected one value per channel");
+  return {white[0].Positive(), white[1].Positive(), white[2].Positive()};
+}
+
 ColourTransform ReadColourTransform(const std::filesystem::path& path) {
   const JsonFile file(path);
-  const JsonObject root = file.RootOfFormat("crownfit-colour/1", {"linear_rgb_from_sensor_rgb", "white_sensor_rgb",
-                                                                  "polynomial", "residual", "quality", "provenance"});
+  const JsonObject root = RootOf(file);
   const auto rows_of = [](const JsonNode& node, size_t columns) {
     const auto rows = node.Items();
     if (rows.size() != 3) node.Fail("expected 3 rows of " + std::to_string(columns) + " numbers");

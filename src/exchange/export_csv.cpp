@@ -22,7 +22,7 @@ class Table {
 
   void AddStated(const std::string& layer, const ParameterRow& row, const ChannelValues& values,
                  const ParameterRecord& record) {
-    if (!record.stated) return;
+    if (!record.is_stated) return;
     const int channels = row.per_channel ? kChannels : 1;
     for (int c = 0; c < channels; ++c) {
       const auto of = [&](const auto& list) {

@@ -150,7 +150,7 @@ ExportScene SceneOfMaterial(const Capture& capture, const MaterialRecord& record
           TrueScattering(from[Quantity::kReducedScattering][c], layer.asymmetry, layer.isotropic_fraction);
       layer.absorption_per_mm[c] = from[Quantity::kAbsorption][c];
     }
-    if (record.layers[l][static_cast<size_t>(Quantity::kThickness)].stated)
+    if (record.layers[l][static_cast<size_t>(Quantity::kThickness)].is_stated)
       layer.thickness_mm = from[Quantity::kThickness][0];
     scene.layers.push_back(layer);
   }

@@ -34,12 +34,11 @@ std::optional<std::array<double, 2>> ReadInterval(const JsonNode& node) {
 
 ParameterRecord ReadRecord(const JsonObject& object) {
   ParameterRecord record;
-  const auto known = [](const JsonNode& node) { return node.IsNumber() ? std::optional(node.Number()) : std::nullopt; };
-  if (const auto node = object.Find("stddev")) {
-    if (!node->IsArray()) record.stddev.push_back(known(*node));
-    if (node->IsArray())
-      for (const auto& item : node->Items()) record.stddev.push_back(known(item));
-    if (node->IsArray() && record.stddev.size() != kChannels) node->Fail("expected one number, or one per channel");
+  if (const auto stddev = object.Find("stddev")) {
+    const auto items = stddev->IsArray() ? stddev->Items() : std::vector<JsonNode>{*stddev};
+    if (items.size() != 1 && items.size() != kChannels) stddev->Fail("expected one number, or one per channel");
+    for (const JsonNode& item : items)
+      record.stddev.push_back(item.IsNumber() ? std::optional(item.Number()) : std::nullopt);
   }
   if (const auto status = object.Find("status")) record.status = status->String();
   if (const auto node = object.Find("interval95")) {
@@ -61,6 +60,7 @@ ChannelValues ReadValues(JsonNode node, ParameterRecord& record) {
     record = ReadRecord(object);
     node = object.Require("value");
   }
+  record.is_stated = true;
   ChannelValues values;
   if (node.IsNumber()) {
     values.fill(node.Number());
@@ -74,10 +74,7 @@ ChannelValues ReadValues(JsonNode node, ParameterRecord& record) {
 void ReadOwner(const JsonObject& object, Owner owner, Material::Layer& out, MaterialRecord::Owner& records) {
   for (size_t i = 0; i < kParameters.size(); ++i)
     if (kParameters[i].owner == owner)
-      if (const auto node = object.Find(kParameters[i].key)) {
-        out.values[i] = ReadValues(*node, records[i]);
-        records[i].stated = true;
-      }
+      if (const auto node = object.Find(kParameters[i].key)) out.values[i] = ReadValues(*node, records[i]);
 }
 
 /// The material with what the block "viewer" states in its place.
@@ -116,6 +113,7 @@ MaterialRecord ReadMaterialRecord(const std::filesystem::path& path, const Captu
   const JsonObject root = RootOf(file);
   MaterialRecord record;
   record.material = StatedMaterial(capture);
+  if (const auto status = root.Find("status")) record.is_usable = status->String() != "not_usable";
   const JsonNode layers = root.Require("layers");
   for (auto& layer : record.material.layers) {
     record.layers.emplace_back();
@@ -137,6 +135,18 @@ MaterialRecord ReadMaterialRecord(const std::filesystem::path& path, const Captu
   if (const auto scales = root.Find("linear_scales"))
     for (const auto& [name, node] : scales->Members()) record.linear_scales[name] = node.Positive();
   return record;
+}
+
+MaterialRecord ReadMaterialRecord(const std::filesystem::path& path) {
+  Capture capture;
+  for (const std::string& name : ReadMaterialOutline(path).layers) {
+    LayerSpec layer;
+    layer.name = name;
+    for (size_t i = 0; i < kParameters.size(); ++i) layer.parameters[i] = DefaultSpec(kParameters[i]);
+    capture.layers.push_back(layer);
+  }
+  for (size_t i = 0; i < kParameters.size(); ++i) capture.surface[i] = DefaultSpec(kParameters[i]);
+  return ReadMaterialRecord(path, capture);
 }
 
 Material ReadMaterialFile(const std::filesystem::path& file, const Capture& capture) {

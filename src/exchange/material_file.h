@@ -18,9 +18,10 @@ Material ReadMaterialFile(const std::filesystem::path& file, const Capture& capt
 
 /// What the file says about a parameter beside its value.
 struct ParameterRecord {
-  bool stated = false;                        ///< false: absent from the file, the capture's value holds
-  std::string status;                         ///< empty: a bare value
-  std::vector<std::optional<double>> stddev;  ///< one, or one per channel; empty: the file gives none
+  bool is_stated = false;  ///< false: the file does not speak of it
+  std::string status;      ///< empty: a bare value
+  std::vector<std::optional<double>>
+      stddev;  ///< one, or one per channel, nothing where not known; empty: none is given
   /// One, or one per channel; empty: the file gives none. Nothing where an end is not known.
   std::vector<std::optional<std::array<double, 2>>> interval95;
 };
@@ -31,11 +32,15 @@ struct MaterialRecord {
   std::vector<Owner> layers;
   Owner surface;
   std::map<std::string, double> linear_scales;  ///< such as "exposure_scale front", "intensity_scale left"
+  bool is_usable = true;                        ///< false: its fit says that it must not be used
   std::optional<Material> effective;  ///< by the block "viewer": what the real-time shader is to be given to look right
 };
 
 /// The same with everything a fit says of its values.
 MaterialRecord ReadMaterialRecord(const std::filesystem::path& file, const Capture& capture);
+
+/// The same without a capture beside it: all layers that the file has; what it does not state has the table's default.
+MaterialRecord ReadMaterialRecord(const std::filesystem::path& file);
 
 /// What the effective parameters are and how far they are from the physical ones; empty where they are none or the
 /// same.

@@ -1,7 +1,9 @@
 #pragma once
-// The `layered` model: flat layers, uniformly lit, by adding and doubling (van de Hulst 1980; Grant and Hunt 1969),
-// with an index step at every boundary. Exact but for the number of directions; no lateral transport. Eigen is named in
-// adding_doubling.cpp only.
+// The `layered` model: flat layers, uniformly lit, by adding (van de Hulst 1980) layers that are solved for any
+// thickness at once, with an index step at every boundary. Exact but for the number of directions; no lateral
+// transport. Eigen stands in stack.h and in the two .cpp files only.
+
+#include <vector>
 
 #include "optics/slab.h"
 
@@ -13,5 +15,29 @@ struct AddingDoublingOptions {
 
 /// Totals of a slab, without the first surface's mirror reflection. Any Slab has an answer; rings have none.
 SlabAnswer SolveByAddingDoubling(const Slab& slab, const AddingDoublingOptions& options = {});
+
+/// How a colour is measured, as CIE 15 names it: light from / detector at, degrees from the normal; d is diffuse light.
+enum class MeasuredAt {
+  k45_0,  ///< and, by reciprocity, 0/45
+  kD_8    ///< sphere, gloss excluded
+};
+
+/// A slab as an instrument sees it, over any Lambertian backing. Radiance factors: 1 is a white Lambertian surface.
+/// What the first surface mirrors is left out.
+struct ViewedSlab {
+  double reflectance = 0;        ///< over nothing
+  double transmittance = 0;      ///< share of the light that reaches the backing's plane the first time
+  double emergence = 0;          ///< radiance factor by which a unit of flux from the backing is seen
+  double reflectance_below = 0;  ///< for diffuse light from the backing
+  double Over(double backing_reflectance) const {
+    return reflectance +
+           transmittance * backing_reflectance * emergence / (1.0 - backing_reflectance * reflectance_below);
+  }
+};
+
+/// The slab seen, with other thicknesses (mm, one per layer) in place of its own: one answer for each. Its backing's
+/// reflectance is not used. `backing_contact`: the backing lies in the last layer's medium, else in `ior_below`.
+std::vector<ViewedSlab> ViewSlab(const Slab& slab, const std::vector<std::vector<double>>& thicknesses_mm,
+                                 MeasuredAt geometry, const AddingDoublingOptions& options = {16});
 
 }  // namespace crownfit

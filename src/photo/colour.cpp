@@ -6,14 +6,31 @@
 
 namespace crownfit {
 
+namespace {
+
+/// IEC 61966-2-1; columns for r, g, b.
+const glm::dmat3 kXyzFromLinearRgb({0.4124564, 0.2126729, 0.0193339}, {0.3575761, 0.7151522, 0.1191920},
+                                   {0.1804375, 0.0721750, 0.9503041});
+const glm::dvec3 kD65(0.95047, 1.0, 1.08883);
+
+/// The inverse of CIELAB's cube root with its linear start.
+double Cube(double t) { return t > 6.0 / 29.0 ? t * t * t : (116.0 * t - 16.0) * 27.0 / 24389.0; }
+
+}  // namespace
+
 glm::dvec3 LabFromLinearRgb(const glm::dvec3& rgb) {
-  // IEC 61966-2-1 primaries, each row divided by its sum so that white (1,1,1) is the reference white exactly.
-  const double x = 0.4124564 * rgb.x + 0.3575761 * rgb.y + 0.1804375 * rgb.z;
-  const double y = 0.2126729 * rgb.x + 0.7151522 * rgb.y + 0.0721750 * rgb.z;
-  const double z = 0.0193339 * rgb.x + 0.1191920 * rgb.y + 0.9503041 * rgb.z;
+  const glm::dvec3 xyz = kXyzFromLinearRgb * rgb / kD65;
   const auto f = [](double t) { return t > 216.0 / 24389.0 ? std::cbrt(t) : (24389.0 / 27.0 * t + 16.0) / 116.0; };
-  const double fx = f(x / 0.95047), fy = f(y), fz = f(z / 1.08883);
+  const double fx = f(xyz.x), fy = f(xyz.y), fz = f(xyz.z);
   return {116.0 * fy - 16.0, 500.0 * (fx - fy), 200.0 * (fy - fz)};
+}
+
+double LuminanceOf(const glm::dvec3& rgb) { return (kXyzFromLinearRgb * rgb).y; }
+
+glm::dvec3 LinearRgbFromLab(const glm::dvec3& lab) {
+  const double fy = (lab.x + 16.0) / 116.0;
+  return glm::inverse(kXyzFromLinearRgb) *
+         (kD65 * glm::dvec3(Cube(fy + lab.y / 500.0), Cube(fy), Cube(fy - lab.z / 200.0)));
 }
 
 double Ciede2000(const glm::dvec3& lab1, const glm::dvec3& lab2) {
@@ -50,9 +67,8 @@ double Ciede2000(const glm::dvec3& lab1, const glm::dvec3& lab2) {
 }
 
 glm::dvec3 LinearRgbFromLabD50(const glm::dvec3& lab) {
-  const auto f = [](double t) { return t > 6.0 / 29.0 ? t * t * t : (116.0 * t - 16.0) * 27.0 / 24389.0; };
   const double fy = (lab.x + 16.0) / 116.0;
-  const glm::dvec3 d50(0.96422 * f(fy + lab.y / 500.0), f(fy), 0.82521 * f(fy - lab.z / 200.0));
+  const glm::dvec3 d50(0.96422 * Cube(fy + lab.y / 500.0), Cube(fy), 0.82521 * Cube(fy - lab.z / 200.0));
   // Bradford's adaptation from D50 to D65 (Lam 1985; matrix of Lindbloom), then IEC 61966-2-1.
   const glm::dvec3 d65(0.9555766 * d50.x - 0.0230393 * d50.y + 0.0631636 * d50.z,
                        -0.0282895 * d50.x + 1.0099416 * d50.y + 0.0210077 * d50.z,

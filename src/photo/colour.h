@@ -10,6 +10,12 @@ namespace crownfit {
 /// CIELAB (D65) of linear sRGB; white is (1, 1, 1).
 glm::dvec3 LabFromLinearRgb(const glm::dvec3& rgb);
 
+/// CIE Y of linear sRGB; white is 1.
+double LuminanceOf(const glm::dvec3& rgb);
+
+/// The inverse of LabFromLinearRgb; may leave [0, 1].
+glm::dvec3 LinearRgbFromLab(const glm::dvec3& lab);
+
 /// CIEDE2000 (Sharma, Wu and Dalal 2005), kL = kC = kH = 1.
 double Ciede2000(const glm::dvec3& lab1, const glm::dvec3& lab2);
 

@@ -30,8 +30,7 @@ double ComparisonScale(const Image& photograph, const std::vector<uint8_t>& mask
   std::vector<double> luminance;
   for (size_t i = 0; i < mask.size(); ++i) {
     if (!mask[i]) continue;
-    const glm::dvec3 rgb = rgb_from_sensor(PixelOf(photograph, i));
-    luminance.push_back(0.2126729 * rgb.x + 0.7151522 * rgb.y + 0.0721750 * rgb.z);
+    luminance.push_back(LuminanceOf(rgb_from_sensor(PixelOf(photograph, i))));
   }
   const double p95 = Quantile(std::move(luminance), 0.95);
   return p95 > 0 ? 0.6 / p95 : 1.0;

@@ -113,7 +113,8 @@ void AddTradeOffs(const CrownFit& fit, std::vector<std::string>& sentences) {
   for (size_t i = 0; i < std::min(kMost, pairs.size()); ++i) sentences.push_back(pairs[i].second);
 }
 
-/// What docs/photographing.md asks for and this capture lacks, where something is left open that it would tell.
+/// What the fit foresees; and what docs/photographing.md asks for and this capture lacks, where something is left open
+/// that it would tell.
 std::vector<std::string> Advice(const CrownFit& fit) {
   std::set<Quantity> open;
   for (const FittedParameter& p : fit.uncertainty.parameters)
@@ -128,6 +129,7 @@ std::vector<std::string> Advice(const CrownFit& fit) {
     shows_surface |= p.polarisation != Polarisation::kCross;
   }
   std::vector<std::string> advice;
+  if (!fit.advice.empty()) advice.push_back(fit.advice + ".");
   if (is_open(Quantity::kAbsorption, Quantity::kReducedScattering) && backings.size() < 2)
     advice.push_back("The front on a black and on a white tile: tells absorption from scattering.");
   if (is_open(Quantity::kThickness, Quantity::kThicknessScale, Quantity::kReducedScattering) && !has_edge)

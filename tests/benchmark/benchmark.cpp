@@ -10,6 +10,7 @@
 #include "forward/predict.h"
 #include "geometry/mesh_file.h"
 #include "geometry/signed_distance.h"
+#include "optics/adding_doubling.h"
 #include "support/known_scene.h"
 #include "support/shapes.h"
 #include "walk/path_photograph.h"
@@ -77,6 +78,15 @@ void PredictOneChannel(benchmark::State& state) {
 }
 BENCHMARK(PredictOneChannel<double>)->Unit(benchmark::kMillisecond);
 BENCHMARK(PredictOneChannel<ceres::Jet<double, kShaderSlots>>)->Unit(benchmark::kMillisecond);
+
+/// One wavelength of a ceramic slab; the argument is the number of directions.
+void SlabByAddingDoubling(benchmark::State& state) {
+  Slab slab;
+  slab.layers = {{1.54, 0.8, 0.0, 15.0, 0.03, 1.0}};
+  const AddingDoublingOptions options{static_cast<int>(state.range(0))};
+  for (auto _ : state) benchmark::DoNotOptimize(SolveByAddingDoubling(slab, options).value.reflectance_collimated);
+}
+BENCHMARK(SlabByAddingDoubling)->Arg(12)->Arg(16)->Arg(24)->Unit(benchmark::kMicrosecond);
 
 void WalkTheToothSlab(benchmark::State& state) {
   // Peers' tooth case: 338 scatterings a photon; MCML 74,000 photons/s and core.

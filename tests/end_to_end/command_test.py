@@ -73,6 +73,24 @@ with tempfile.TemporaryDirectory() as folder:
     (folder / "slab.json").write_text(json.dumps(dict(slab, layer=1)))
     require("layer" in run("slab", folder / "slab.json", expect=2).stderr, "an unknown key of slab.json is not named")
 
+    # What a technician asks of a material, and the lab's own tabs.
+    truth = capture / "truth.json"
+    predicted = json.loads(run("predict", truth, "--thickness", "enamel=0.5,dentine=1.5", "--stump", "60,2,18", "-o", folder / "swatches.png", "--json").stdout)
+    groups = {g["name"]: g["figures"] for g in predicted["groups"]}
+    require(predicted["groups"][0]["thickness_mm"] == {"enamel": 0.5, "dentine": 1.5}, "predict does not take thicknesses by layer")
+    require(groups["at_0.50_mm"]["tp00"]["value"] > groups["at_2.00_mm"]["tp00"]["value"] > 0, "thicker is not less translucent")
+    require((folder / "swatches.png").stat().st_size > 2000, "predict draws no swatches")
+    for thickness, *other, word in (("pulp=1", "enamel"), ("dentine=1", "enamel"), ("enamel=0.5,dentine=1", "--stump", "teal", "L,a,b"), ("enamel=0.5,dentine=1", "--geometry", "60/0", "45/0")):
+        require(word in run("predict", truth, "--thickness", thickness, *other, expect=2).stderr, f"predict {thickness} {other}: no remedy")
+    (folder / "tabs.csv").write_text("name,L,a,b,stddev\nlight,80,-1,13,0.3\nmiddle,76,0,16.7,0.3\nmiddle2,75.8,0.1,16.9,0.3\n")
+    run("shades", "measured", folder / "tabs.csv", "-o", folder / "tabs.json")
+    near = json.loads(run("shades", "nearest", "76,0,16.8", "--tabs", folder / "tabs.json", "--json").stdout)
+    require(near["nearest"][0]["name"] == "middle" and not near["can_tell_first_from_second"], "tabs 0.2 apart are told apart")
+    far = json.loads(run("shades", "nearest", "80,-1,13", "--tabs", folder / "tabs.json", "--json").stdout)
+    require(far["nearest"][0]["name"] == "light" and far["can_tell_first_from_second"], "tabs far apart are not told apart")
+    patch = run("shades", "photographed", capture / "photos/front.exr", "--tab", "A=0,0,100000,20", "-o", folder / "p.json", expect=2)
+    require("--tab" in patch.stderr, "a patch outside the picture is not named")
+
     # A recipe made from the bundled capture: what is synthesised can be checked, read, and is the same for any number of threads.
     recipe = json.loads((capture / "capture.json").read_text())
     recipe["format"] = "crownfit-recipe/1"

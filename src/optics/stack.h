@@ -1,0 +1,73 @@
+#pragma once
+// Flat layers as matrices between directions: what adding-doubling adds up. Eigen stands in these headers and the files
+// that include them, in no others of this module.
+
+#include <Eigen/Core>
+#include <vector>
+
+#include "optics/quadrature.h"
+#include "optics/slab.h"
+
+namespace crownfit {
+
+/// Directions of one medium: cosines and quadrature weights. A direction that a boundary refracts has the same number
+/// on both sides; the densest medium has all of them, the others the first `size`.
+struct Directions {
+  Eigen::VectorXd cosine, weight;
+  double ior;
+  Eigen::Index size() const { return cosine.size(); }
+  /// Share of a hemisphere's flux of basic radiance (L / n^2) that each direction carries.
+  Eigen::VectorXd FluxWeights() const { return 2.0 * ior * ior * cosine.cwiseProduct(weight); }
+};
+
+/// Groups of directions by index, the rarest medium first: Radau cosines there (with normal incidence), and for every
+/// denser one the Gauss cosines that are totally reflected towards the next rarer.
+class AllDirections {
+ public:
+  /// `views`: cosines in the rarest medium that are looked along and carry next to no light of their own.
+  AllDirections(std::vector<double> indices, int nodes, const std::vector<double>& views = {});
+  Directions In(double ior) const;
+  Eigen::Index NormalIncidence() const { return normal_; }
+  Eigen::Index View(size_t i) const { return normal_ + 1 + static_cast<Eigen::Index>(i); }
+
+ private:
+  std::vector<double> indices_;
+  std::vector<Quadrature> groups_;
+  Eigen::Index normal_;
+};
+
+/// What layers do to basic radiance: light from above (`down`) and from below (`up`).
+struct Stack {
+  Eigen::MatrixXd reflect_down, transmit_down, reflect_up, transmit_up;
+};
+
+/// Fresnel boundary between media: it turns no direction into another.
+struct Interface {
+  Interface(const Directions& above, const Directions& below);
+  Eigen::VectorXd reflect_down, reflect_up;  ///< of the directions above, below
+  Eigen::VectorXd transmit;                  ///< of those that both media have
+};
+
+/// One homogeneous layer between boundaries of its own index, for any thickness: eigenvectors of its transfer equation
+/// in the directions given (Stamnes and Swanson 1981; symmetric form: Nakajima and Tanaka 1986). Phase function by
+/// Legendre moments, its forward peak cut off by delta-M (Wiscombe 1977).
+class LayerModes {
+ public:
+  LayerModes(const SlabLayer& layer, const Directions& directions, int moments);
+  Stack OfThickness(double thickness_mm) const;
+
+ private:
+  double extinction_per_mm_;
+  Eigen::VectorXd root_of_flux_;  ///< makes the matrices symmetric
+  Eigen::VectorXd decay_;         ///< per unit of optical depth
+  Eigen::MatrixXd modes_;
+};
+
+Stack Add(const Interface& a, const Stack& b);
+Stack Add(const Stack& a, const Interface& b);
+Stack Add(const Stack& a, const Stack& b);
+
+/// Lambertian surface below; what it does not return counts as transmitted.
+Stack Backing(const Directions& d, double reflectance);
+
+}  // namespace crownfit

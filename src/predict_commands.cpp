@@ -1,0 +1,111 @@
+#include <cmath>
+#include <cstdio>
+
+#include "base/json_file.h"
+#include "commands.h"
+#include "photo/image_io.h"
+#include "predict_question.h"
+#include "report/swatches.h"
+
+namespace crownfit {
+namespace {
+
+std::string TextOf(const FlatFigure& figure) {
+  char text[200];
+  // Nothing up to the thickest that was tried.
+  const auto number = [](double v, char* out, size_t size) {
+    if (std::isinf(v)) {
+      std::snprintf(out, size, ">%g", kThickest_mm);
+    } else {
+      std::snprintf(out, size, "%.4g", v);
+    }
+  };
+  char value[32], low[32], high[32];
+  number(figure.value, value, sizeof value);
+  if (!figure.stddev) {
+    std::snprintf(text, sizeof text, "%s %s", value, figure.unit.c_str());
+    return text;
+  }
+  number(*figure.low95, low, sizeof low);
+  number(*figure.high95, high, sizeof high);
+  std::snprintf(text, sizeof text, "%s %s  95 %% [%s, %s]", value, figure.unit.c_str(), low, high);
+  return text;
+}
+
+JsonValue JsonOf(const FlatFigure& figure) {
+  JsonValue::Object o{{"value", figure.value}, {"unit", figure.unit}};
+  if (figure.stddev) {
+    o.emplace_back("stddev", *figure.stddev);
+    o.emplace_back("interval95", std::vector<double>{*figure.low95, *figure.high95});
+  }
+  return o;
+}
+
+std::string JsonText(const FlatQuestion& q, const FlatPrediction& p, const std::vector<std::string>& assumptions) {
+  JsonValue::Object root{{"format", "crownfit-prediction/1"}, {"assumptions", assumptions}, {"groups", {}}};
+  JsonValue::Array groups;
+  for (const FlatGroup& g : p.groups) {
+    JsonValue::Object thickness, figures;
+    for (size_t l = 0; l < g.thickness_mm.size(); ++l)
+      thickness.emplace_back(q.material.material.layers[l].name, g.thickness_mm[l]);
+    for (const FlatFigure& f : g.figures) figures.emplace_back(f.name, JsonOf(f));
+    groups.push_back(JsonValue::Object{{"name", g.name}, {"thickness_mm", thickness}, {"figures", figures}});
+  }
+  root.back().second = groups;
+  return ToJsonText(root);
+}
+
+/// What is left to JSON, so that a page holds the rest.
+bool IsForMachines(const FlatFigure& figure) {
+  return figure.name.find(".linear_") != std::string::npos || figure.name.find(".srgb_") != std::string::npos;
+}
+
+Image FigureOf(const FlatQuestion& q, const FlatPrediction& p) {
+  std::vector<Swatch> swatches;
+  for (const FlatGroup& g : p.groups) {
+    const auto colour = [&](const std::string& over) {
+      return glm::dvec3(g[over + ".linear_R"].value, g[over + ".linear_G"].value, g[over + ".linear_B"].value);
+    };
+    double total = 0;
+    for (const double mm : g.thickness_mm) total += mm;
+    char title[40], tp[40], cr[40], shows[40];
+    std::snprintf(title, sizeof title, "%s%.2f mm", g.name == "design" ? "design " : "", total);
+    std::snprintf(tp, sizeof tp, "TP00 %.1f", g["tp00"].value);
+    std::snprintf(cr, sizeof cr, "CR %.2f", g["contrast_ratio"].value);
+    std::snprintf(shows, sizeof shows, "stump: dE00 %.1f", g["stump_shows"].value);
+    swatches.push_back({colour("over_black"), colour("over_white"), colour("over_stump"), {title, tp, cr, shows}});
+  }
+  return SwatchFigure(swatches, q.colour.LinearRgb(q.black), q.colour.LinearRgb(q.white), q.colour.LinearRgb(q.stump));
+}
+
+}  // namespace
+
+int RunPredict(const CommandLine& line) {
+  const FlatQuestion question = FlatQuestionOf(line, line.material);
+  Progress progress(line.progress);
+  const FlatPrediction prediction =
+      PredictFlat(question, [&](double share) { progress.Show("drawing materials", share); });
+  progress.Clear();
+  if (!line.output.empty()) WriteImageFile(line.output, FigureOf(question, prediction));
+  std::vector<std::string> assumptions = AssumptionsOf(line, question);
+  assumptions.push_back(prediction.lab_of_draws.empty()
+                            ? "the material states no standard deviations: no intervals"
+                            : "intervals by " + std::to_string(question.draws) +
+                                  " materials drawn from the standard deviations, each parameter by itself");
+  if (line.json) {
+    std::fputs(JsonText(question, prediction, assumptions).c_str(), stdout);
+    return 0;
+  }
+  for (const FlatGroup& group : prediction.groups) {
+    for (size_t l = 0; l < group.thickness_mm.size(); ++l)
+      std::printf("%s.thickness.%s %.4g mm\n", group.name.c_str(), question.material.material.layers[l].name.c_str(),
+                  group.thickness_mm[l]);
+    for (const FlatFigure& figure : group.figures)
+      if (!IsForMachines(figure))
+        std::printf("%s.%s %s\n", group.name.c_str(), figure.name.c_str(), TextOf(figure).c_str());
+  }
+  for (const std::string& a : assumptions) std::fprintf(stderr, "note: %s\n", a.c_str());
+  return 0;
+}
+
+}  // namespace crownfit

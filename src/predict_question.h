@@ -1,0 +1,18 @@
+#pragma once
+// From what the command line says to what PredictFlat answers.
+
+#include "command_line.h"
+#include "flat_prediction.h"
+
+namespace crownfit {
+
+/// Reads the material, cement, colour and tabs that the options name. Throws InputError.
+FlatQuestion FlatQuestionOf(const CommandLine& line, const std::filesystem::path& material);
+
+/// What was assumed, in words: a line each.
+std::vector<std::string> AssumptionsOf(const CommandLine& line, const FlatQuestion& question);
+
+/// The bands' own colours without a file.
+BandColour ReadBandColour(const std::optional<std::filesystem::path>& colour_file);
+
+}  // namespace crownfit
