@@ -36,7 +36,7 @@ class Foreseer {
   Foreseer(const FitProblem& problem, const CrownInput& input, const FitState& at, Progress& progress)
       : problem_(problem), input_(input), at_(at), progress_(progress) {
     cast_options_.threads = problem.options.threads;
-    cast_options_.strata = cast_options_.gather_strata = 4;
+    cast_options_.strata = cast_options_.gather_strata = 2;
     idea_.crown = at.cast.crown;
     idea_.thickness_mm = at.cast.thickness_mm;
     idea_.photographs.resize(input.capture.photographs.size() + 1);

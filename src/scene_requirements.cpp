@@ -55,7 +55,7 @@ class LeaveOut {
   LeaveOut(const FitProblem& problem, const CrownInput& input, const FitState& at)
       : problem_(problem), input_(input), at_(at), material_(MaterialAt(problem.free, at.x)), here_(at.cast) {
     cast_options_.threads = problem.options.threads;
-    cast_options_.strata = cast_options_.gather_strata = 4;  // the same directions with a part and without it
+    cast_options_.strata = cast_options_.gather_strata = 3;  // the same directions with a part and without it
     for (const FitPixels& p : at.pixels) {
       Cast(input.capture, p.photograph, here_);
       with_.push_back(Predict(input.capture, here_, p.photograph, material_, at.scales.light));

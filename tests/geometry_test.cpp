@@ -140,7 +140,7 @@ TEST(MeshRepair, AHoleIsClosedAndTheNeckOfAScanBecomesACut) {
     if (closed.cut(static_cast<int>(t))) {
       ASSERT_LT(FaceNormal(closed, static_cast<int>(t)).z, -0.999);
     }
-  EXPECT_NE(messages.at(0).find("neck"), std::string::npos);
+  EXPECT_NE(messages.back().find("neck"), std::string::npos);  // after the loose vertices
   const TriangleMesh fine = Refined(closed, 0.3);
   EXPECT_NEAR(CutArea(fine), CutArea(closed), 1e-9);
 

@@ -106,6 +106,8 @@ LayerModes::LayerModes(const SlabLayer& layer, const Directions& d, int moments)
   const Matrix lower = factors.matrixL();
   const Eigen::SelfAdjointEigenSolver<Matrix> eigen(lower.transpose() * symmetric(even) * lower);
   decay_ = eigen.eigenvalues().cwiseMax(0.0).cwiseSqrt();
+  // Exactly, where nothing is absorbed: a rounding of its square, 1e-16, would darken layers of an optical depth of 1e7.
+  if (layer.absorption_per_mm == 0) decay_[0] = 0.0;
   modes_ = factors.matrixU().solve(eigen.eigenvectors());
 }
 

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""uneven_junction_test.py CROWNFIT REFERENCE FOLDER: what a constant enamel thickness gets wrong on a real tooth.
+"""uneven_junction.py CROWNFIT REFERENCE FOLDER: what a constant enamel thickness gets wrong on a real tooth.
 
 Photographs of the micro-CT incisor are rendered by model `shader` with its measured junction, and fitted twice: with the
 measured dentine, and with dentine as an inward offset of constant, fitted thickness. Model and noise are the same in both, so what
