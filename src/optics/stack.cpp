@@ -106,8 +106,17 @@ LayerModes::LayerModes(const SlabLayer& layer, const Directions& d, int moments)
   const Matrix lower = factors.matrixL();
   const Eigen::SelfAdjointEigenSolver<Matrix> eigen(lower.transpose() * symmetric(even) * lower);
   decay_ = eigen.eigenvalues().cwiseMax(0.0).cwiseSqrt();
-  // Exactly, where nothing is absorbed: a rounding of its square, 1e-16, would darken layers of an optical depth of 1e7.
-  if (layer.absorption_per_mm == 0) decay_[0] = 0.0;
+  // Eigenvalues are exact to a share of the largest, which grazing directions make 1e4 and more; the smallest is what a
+  // thick layer transmits by. By its Rayleigh quotient in a form in which nothing cancels: what is absorbed, and
+  // differences between directions.
+  const double absorbed = layer.absorption_per_mm / extinction_per_mm_;  // 1 - albedo
+  const Vector y = (lower * eigen.eigenvectors().col(0)).cwiseQuotient(root_of_flux_);
+  double square = absorbed * y.cwiseAbs2().dot(d.weight);
+  for (Eigen::Index i = 0; i < n; ++i)
+    for (Eigen::Index j = 0; j < i; ++j)
+      square += albedo * even(i, j) * d.weight[i] * d.weight[j] * (y[i] - y[j]) * (y[i] - y[j]);
+  decay_[0] = std::sqrt(std::max(0.0, square));
+  absorbs_ = layer.absorption_per_mm > 0;
   modes_ = factors.matrixU().solve(eigen.eigenvectors());
 }
 
@@ -130,8 +139,14 @@ Stack LayerModes::OfThickness(double thickness_mm) const {
   };
   const Matrix a = inverse(like), b = inverse(unlike);
   const Vector back = root_of_flux_.cwiseInverse();
-  const Matrix reflect = back.asDiagonal() * (a + b - Identity(n)) * root_of_flux_.asDiagonal(),
-               transmit = back.asDiagonal() * (a - b) * root_of_flux_.asDiagonal();
+  Matrix reflect = back.asDiagonal() * (a + b - Identity(n)) * root_of_flux_.asDiagonal(),
+         transmit = back.asDiagonal() * (a - b) * root_of_flux_.asDiagonal();
+  if (!absorbs_) {  // what comes in leaves, but for roundings
+    const Vector flux = root_of_flux_.cwiseAbs2();
+    const Vector kept = flux.cwiseQuotient((reflect + transmit).transpose() * flux);
+    reflect *= kept.asDiagonal();
+    transmit *= kept.asDiagonal();
+  }
   return {reflect, transmit, reflect, transmit};
 }
 

@@ -58,6 +58,7 @@ class LayerModes {
 
  private:
   double extinction_per_mm_;
+  bool absorbs_ = true;
   Eigen::VectorXd root_of_flux_;  ///< makes the matrices symmetric
   Eigen::VectorXd decay_;         ///< per unit of optical depth
   Eigen::MatrixXd modes_;
