@@ -32,7 +32,7 @@ DataKnowledge KnowledgeByWalks(const FitProblem& problem, const FitState& at) {
     Evaluation e = ImageResiduals(problem.capture, at.cast, problem.free, pixels, {}, {0.0, problem.options.threads})
                        .Evaluate(at.x, true);
     e.residuals.setZero();
-    return KnowledgeByShader(at.cast, problem.free, e, pixels, /*with_model_errors=*/false);
+    return KnowledgeByShader(at.cast, problem.free, at.x, e, pixels, /*with_model_errors=*/false);
   };
   std::vector<FitPixels> walked;
   for (const FitPixels& p : at.pixels)
@@ -75,7 +75,7 @@ CaptureCheck CheckCapture(const Capture& stated, const FitOptions& options, Prog
   check.requirements = SceneRequirements(problem, check.input, at, progress);
   if (free.count() == 0 || !e.finite) return check;
 
-  const DataKnowledge by_shader = KnowledgeByShader(at.cast, free, e, at.pixels);
+  const DataKnowledge by_shader = KnowledgeByShader(at.cast, free, at.x, e, at.pixels);
   at.knowledge = KnowledgeByWalks(problem, at);
   for (int k = 0; k < free.count(); ++k) {
     const auto interval = [&](const DataKnowledge& knowledge) {

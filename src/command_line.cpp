@@ -35,6 +35,11 @@ std::vector<CLI::Option*> AddFitOptions(CLI::App* fit, CommandLine& line, FitTex
                       "NAME=VALUE or NAME=R,G,B: hold a parameter, such as dentine.absorption_per_mm=0.05.")
           ->take_all(),
       fit->add_option("--free", line.fit.overrides.free, "NAME: fit a parameter the capture holds fixed.")->take_all(),
+      fit->add_option(
+             "--prior", line.fit.prior,
+             "Material file (material.json of an earlier fit, or a class of materials) whose values and standard "
+             "deviations are\nthe priors; what they carry is called `prior` in the result.")
+          ->check(CLI::ExistingFile),
       fit->add_flag("--no-priors", text.no_priors, "Let the photographs alone decide."),
       fit->add_option("--seed", line.fit.seed, "Seed of random numbers (default 1); model shader uses none."),
       fit->add_flag("--twelve-taps", line.fit.twelve_taps,
@@ -210,7 +215,12 @@ CommandLine Parse(const std::vector<std::string>& arguments, std::ostream& error
   FitText text;
   auto* fit = app.add_subcommand(
       "fit", "Fits the material of a capture; writes report.html, material.json, run.json and figures/.");
-  fit->add_option("CAPTURE", text.captures, "Folder with capture.json, or that file.")->required();
+  fit->add_option(
+         "CAPTURE", text.captures,
+         "Folder with capture.json, or that file. Several: they show one material (discs of several\n"
+         "thicknesses, crowns from one blank) and are fitted together; layers of the same name share everything\n"
+         "but their thickness. RESULT/captures/ then holds a result for each.")
+      ->required();
   fit->add_option("-o,--output", line.output, "Folder for the result (made when missing).")->required();
   const std::vector<CLI::Option*> fit_options = AddFitOptions(fit, line, text);
   fit->add_flag("--json", line.json, "Print material.json on stdout in place of the summary.");
@@ -310,9 +320,7 @@ CommandLine Parse(const std::vector<std::string>& arguments, std::ostream& error
     errors << (brief ? "" : "crownfit: ") << message << "\n";
     line.exit_code = 2;
   };
-  if (!text.captures.empty()) line.capture = text.captures.front();
-  if (text.captures.size() > 1)
-    complain("several captures of one material can't be fitted together by this version; give one.");
+  line.captures.assign(text.captures.begin(), text.captures.end());
   const std::map<std::string, std::vector<std::string>> models{{"fit", {"auto", "shader", "path"}},
                                                                {"batch", {"auto", "shader", "path"}},
                                                                {"render", {"shader", "path"}},

@@ -16,8 +16,9 @@
 namespace crownfit {
 
 struct CommandLine {
-  std::string command;  ///< "fit", "check", ...
-  std::string text;     ///< the whole line, for run.json
+  std::string command;                          ///< "fit", "check", ...
+  std::string text;                             ///< the whole line, for run.json
+  std::vector<std::filesystem::path> captures;  ///< of fit
   std::filesystem::path capture, output, material, mask, image_a, image_b;
   std::string photograph;
   bool json = false;

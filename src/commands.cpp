@@ -10,8 +10,8 @@
 #include "base/json_file.h"
 #include "base/random.h"
 #include "exchange/material_file.h"
-#include "fit_crown.h"
 #include "fit_steps.h"
+#include "fit_together.h"
 #include "match_view.h"
 #include "mesh_capture.h"
 #include "optics/adding_doubling.h"
@@ -86,11 +86,16 @@ void CheckSlabCanBeSolved(const std::filesystem::path& file, const Slab& slab, c
 int RunFit(const CommandLine& line) {
   const auto begin = std::chrono::steady_clock::now();
   Progress progress(line.progress);
-  const Capture capture = ReadCapture(line.capture);
-  const CrownFit fit = FitCrown(capture, line.fit, progress);
+  std::vector<Capture> captures;
+  for (const auto& file : line.captures) captures.push_back(ReadCapture(file));
+  const std::vector<CrownFit> fits = FitTogether(captures, line.fit, progress);
+  const CrownFit fit = Joined(fits);
   progress.Clear();
   const std::chrono::duration<double> wall = std::chrono::steady_clock::now() - begin;
-  WriteResult(line.output, fit, {line.text, line.fit.threads, wall.count()});
+  const RunRecord run{line.text, line.fit.threads, wall.count()};
+  for (size_t i = 0; i < fit.together.size(); ++i)
+    WriteResult(line.output / "captures" / fit.together[i].name, fits[i], run);
+  WriteResult(line.output, fit, run);
   PrintMessages(fit.messages);
   if (line.json) {
     std::fputs(MaterialJson(fit).c_str(), stdout);

@@ -38,6 +38,7 @@ class WalkFit {
 
   struct Estimate {
     Eigen::VectorXd unknowns;
+    Eigen::VectorXd by_photographs;        ///< the material's entries, had nothing else been known
     Eigen::MatrixXd covariance, of_walks;  ///< of the material's entries
     double chi2 = 0, block_chi2 = 0;
     std::vector<std::vector<glm::dvec3>> values;
@@ -125,7 +126,7 @@ class WalkFit {
       best_at = unknowns_.Here();
       WalkedStep::Solution s;
       const Eigen::VectorXd whole =
-          unknowns_.Bounded(g.step, unknowns_.Prior(kReach, problem_.options.use_priors), WalkedStep::Noise::kLeft, s);
+          unknowns_.Bounded(g.step, unknowns_.Prior(kReach, WalkUnknowns::From::kAll), WalkedStep::Noise::kLeft, s);
       const Eigen::VectorXd step = unknowns_.Shortened(whole, kLongest);
       Record("search", paths, g, step, s);
       unknowns_.GoTo(best_at + step);
@@ -139,13 +140,14 @@ class WalkFit {
     stage_ = "walking, long run, step " + std::to_string(at_.steps.size() + 1);
     GatheredWalks g = gatherer_.Gather(Paths(), kSlopeShare * Paths(), stage_);
     WalkedStep::Solution s;
-    const Eigen::VectorXd whole = unknowns_.Bounded(g.step, unknowns_.Prior(kReach, problem_.options.use_priors),
-                                                    WalkedStep::Noise::kTakenOff, s);
+    const Eigen::VectorXd whole =
+        unknowns_.Bounded(g.step, unknowns_.Prior(kReach, WalkUnknowns::From::kAll), WalkedStep::Noise::kTakenOff, s);
     const Eigen::VectorXd step = unknowns_.Shortened(whole, kLongest);
     Record("run", Paths(), g, step, s);
-    const WalkedStep::Solution data = g.step.Solve(unknowns_.Prior(kNothingKnown, false));
+    const WalkedStep::Solution data = g.step.Solve(unknowns_.Prior(kNothingKnown, WalkUnknowns::From::kPhotographs));
     const int n = unknowns_.material();
     Estimate e{unknowns_.Here() + step,
+               at_.x + data.step.head(n),
                data.covariance.topLeftCorner(n, n),
                data.walk_covariance.topLeftCorner(n, n),
                g.chi2,
@@ -168,10 +170,12 @@ class WalkFit {
     Eigen::VectorXd mean = Eigen::VectorXd::Zero(unknowns_.count());
     Eigen::MatrixXd covariance = Eigen::MatrixXd::Zero(m, m), of_walks = covariance;
     DataKnowledge k;
+    k.by_photographs = Eigen::VectorXd::Zero(m);
     at_.walked.clear();
     for (const auto& values : runs[0].values) at_.walked.emplace_back(values.size(), glm::dvec3(0.0));
     for (const Estimate& e : runs) {
       mean += e.unknowns / n;
+      k.by_photographs += e.by_photographs / n;
       covariance += e.covariance / n;
       of_walks += e.of_walks / n;
       k.reduced_chi2 += e.chi2 / n;

@@ -7,6 +7,7 @@
 #include "fit_by_walks.h"
 #include "fit_pixels.h"
 #include "foresee_photographs.h"
+#include "material_priors.h"
 #include "optics/twelve_taps.h"
 
 namespace crownfit {
@@ -14,13 +15,14 @@ namespace {
 
 /// Casts and fits by turns, until thicknesses and calibration stay where they were cast.
 FitState FitByShader(const FitProblem& problem, CrownInput& input, Progress& progress) {
-  const auto& [capture, free, errors, options] = problem;
+  const auto& [capture, free, errors, options, others] = problem;
   CastOptions cast_options;
   cast_options.threads = options.threads;
   if (options.twelve_taps) cast_options.kernel = TwelveTapKernel();
   cast_options.shade_scenery = AnyBlurred(capture);  // a lens spreads its light over the object
   SolveOptions solve_options;
   solve_options.use_priors = options.use_priors;
+  if (options.model == "shader") solve_options.others = others;  // else they know the path model's values
 
   FitState at;
   at.x = StartVector(free);
@@ -44,7 +46,7 @@ FitState FitByShader(const FitProblem& problem, CrownInput& input, Progress& pro
     at.x = solved.x;
     const Evaluation at_solution = residuals.Evaluate(at.x, true);
     at.scales = at_solution.scales;
-    at.knowledge = KnowledgeByShader(at.cast, free, at_solution, at.pixels);
+    at.knowledge = KnowledgeByShader(at.cast, free, at.x, at_solution, at.pixels);
     again = MoveCalibration(at.scales, at.calibration) || solved.thickness_moved ||
             GeometryIsStale(free, cast_at, at.x, at.knowledge);
     at.iterations += solved.iterations;
@@ -79,14 +81,14 @@ void FitByTheModelThatSuffices(const FitProblem& problem, CrownInput& input, Fit
 /// Of every weak entry: by fits with the rest free where the model is cheap, else a parabola.
 std::vector<LikelihoodProfile> ProfilesOf(const FitProblem& problem, const FitState& at, const CrownFit& fit,
                                           Progress& progress) {
-  const auto& [capture, free, errors, options] = problem;
+  const auto& [capture, free, errors, options, others] = problem;
   const Eigen::MatrixXd& covariance = fit.uncertainty.covariance;
   std::vector<int> weak;
   for (int k = 0; k < free.count(); ++k)
     if (IsWeak(free.entries[k], at.x[k], std::sqrt(covariance(k, k)))) weak.push_back(k);
   std::vector<LikelihoodProfile> profiles;
   if (weak.empty()) return profiles;
-  if (fit.model != "shader" || !at.converged || options.profile_points == 0) {
+  if (fit.model != "shader" || !at.converged || options.profile_points == 0 || !others.names.empty()) {
     for (const int k : weak) profiles.push_back(QuadraticProfile(free, at.x, covariance, k));
     return profiles;
   }
@@ -102,7 +104,7 @@ std::vector<LikelihoodProfile> ProfilesOf(const FitProblem& problem, const FitSt
 
 }  // namespace
 
-CrownFit FitCrown(const Capture& stated, const FitOptions& options, Progress& progress) {
+CrownFit FitCrown(const Capture& stated, const FitOptions& options, Progress& progress, const KnownBeside& beside) {
   CrownFit fit;
   fit.options = options;
   fit.capture = stated;
@@ -111,15 +113,18 @@ CrownFit FitCrown(const Capture& stated, const FitOptions& options, Progress& pr
 
   CrownInput input = ReadInput(fit.capture, options.threads);
   fit.capture = input.capture;  // with bounds that its crown sets
-  const FreeParameters free = FreeParametersOf(fit.capture);
+  FreeParameters free = FreeParametersOf(fit.capture);
+  if (!options.prior.empty()) TakePriors(options.prior, fit.capture, free);
+  if (beside.start.size() > 0) StartFrom(beside.start, free);
   const std::vector<CalibrationError> errors = StatedErrors(fit.capture);
-  const FitProblem problem{fit.capture, free, errors, options};
+  const FitProblem problem{fit.capture, free, errors, options, beside.others};
   FitState at = FitByShader(problem, input, progress);
   fit.seen_by_shader = MaterialAt(free, at.x);
   FitByTheModelThatSuffices(problem, input, at, fit, progress);
 
   fit.material = MaterialAt(free, at.x);
-  fit.uncertainty = Quantify(fit.capture, free, at.x, at.knowledge, options.use_priors);
+  fit.knowledge = at.knowledge;
+  fit.uncertainty = Quantify(fit.capture, free, at.x, at.knowledge.With(beside.others), options.use_priors);
   fit.scales = at.scales;
   fit.iterations = at.iterations;
   fit.casts = at.casts;
@@ -140,8 +145,10 @@ CrownFit FitCrown(const Capture& stated, const FitOptions& options, Progress& pr
   fit.photographs = ComparePhotographs(input, at.cast, predict, at.scales, at.pixels, options.threads);
   fit.calibration = HowFarMoved(errors, at.calibration.amounts);
   fit.caveats = PhotographCaveats(fit.capture, input.photographs);
-  if (const Foresight more = ForeseePhotographs(problem, input, at, progress); more.IsWorthTaking())
+  if (const Foresight more = options.advises ? ForeseePhotographs(problem, input, at, progress) : Foresight{};
+      more.IsWorthTaking())
     fit.advice = AdviceIn(free, more);
+  for (auto& caveat : ModelCaveats(fit)) fit.caveats.push_back(std::move(caveat));
   Judge(fit);
   return fit;
 }

@@ -14,6 +14,7 @@ struct FitProblem {
   const FreeParameters& free;
   const std::vector<CalibrationError>& errors;
   const FitOptions& options;
+  EntryKnowledge others = {};  ///< of the free entries, in their order; empty: nothing
 };
 
 struct FitState {

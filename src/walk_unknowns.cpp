@@ -62,17 +62,21 @@ double WalkUnknowns::ExposureOf(const FitPixels& p) const {
   return p.exposure < 0 ? problem_.capture.photographs[p.photograph].exposure_scale : at_.scales.exposure[p.exposure];
 }
 
-WalkedStep::Prior WalkUnknowns::Prior(double reach, bool with_priors) const {
+WalkedStep::Prior WalkUnknowns::Prior(double reach, From from) const {
   constexpr double kFree = 1e-12;
-  WalkedStep::Prior prior{Eigen::VectorXd::Constant(count(), kFree), Eigen::VectorXd::Zero(count())};
+  WalkedStep::Prior prior{kFree * Eigen::MatrixXd::Identity(count(), count()), Eigen::VectorXd::Zero(count())};
   const auto want = [&](int k, double stddev, double from_here) {
-    prior.precision[k] += 1.0 / (stddev * stddev);
+    prior.precision(k, k) += 1.0 / (stddev * stddev);
     prior.pull[k] += from_here / (stddev * stddev);
   };
   for (int k = 0; k < material_; ++k) {
     const FreeEntry& e = problem_.free.entries[k];
     want(k, reach * (e.scale == Scale::kLog ? 1.0 : e.prior_stddev), 0.0);
-    if (with_priors) want(k, e.prior_stddev, e.prior_mean - at_.x[k]);
+    if (from == From::kAll && problem_.options.use_priors) want(k, e.prior_stddev, e.prior_mean - at_.x[k]);
+  }
+  if (const EntryKnowledge& others = problem_.others; from == From::kAll && !others.names.empty()) {
+    prior.precision.topLeftCorner(material_, material_) += others.precision;
+    prior.pull.head(material_) += others.weighted_mean - others.precision * at_.x;
   }
   for (int e = 0; e < exposures_; ++e)
     if (const double stddev = problem_.capture.photographs[first_photograph_[e]].exposure_stddev; stddev > 0)

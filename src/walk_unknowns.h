@@ -26,9 +26,10 @@ class WalkUnknowns {
   void GoTo(const Eigen::VectorXd& there);
   double ExposureOf(const FitPixels& p) const;
 
-  /// Stated errors of the nuisances and, where wanted, the material's priors. `reach`: how far a step may be trusted,
-  /// in ln or in prior standard deviations.
-  WalkedStep::Prior Prior(double reach, bool with_priors) const;
+  /// Stated errors of the nuisances; from all that is known, also the material's priors and what others know of it.
+  /// `reach`: how far a step may be trusted, in ln or in prior standard deviations.
+  enum class From { kPhotographs, kAll };
+  WalkedStep::Prior Prior(double reach, From from) const;
   /// The step that stays within the bounds: what would cross one stops there, and the others are solved without it.
   Eigen::VectorXd Bounded(const WalkedStep& step, const WalkedStep::Prior& prior, WalkedStep::Noise noise,
                           WalkedStep::Solution& solution) const;

@@ -14,34 +14,16 @@
 #include "fit_steps.h"
 #include "photo/image_io.h"
 #include "report/result_files.h"
+#include "support/rendered_truth.h"
 #include "support/synthetic_capture.h"
 #include "support/temporary_folder.h"
 
 namespace crownfit {
 namespace {
 
-/// Renders the photographs of a synthetic capture from its truth.json, without noise.
-void RenderTruth(const std::filesystem::path& folder) {
-  const Capture capture = ReadCapture(folder);
-  const Material truth = ReadMaterialFile(folder / "truth.json", capture);
-  const CrownInput input = ReadInput(capture, 0, false);
-  CastOptions options;
-  options.shade_scenery = true;
-  Progress silent(ProgressMode::kNone);
-  const CastState state = CastAll(input, {truth.layers[0][Quantity::kThickness][0], 1.0}, options, silent);
-  for (size_t i = 0; i < capture.photographs.size(); ++i) {
-    Image image(capture.photographs[i].camera.width, capture.photographs[i].camera.height, 3);
-    const auto values = PredictPixels(capture, state, i, truth, StatedLightScales(capture), 0);
-    for (size_t k = 0; k < values.size(); ++k)
-      for (int c = 0; c < 3; ++c)
-        image.at(state.photographs[i].pixels[k].x, state.photographs[i].pixels[k].y, c) =
-            static_cast<float>(values[k][c]);
-    WriteImageFile(capture.photographs[i].files.image, image);
-  }
-}
-
 CrownFit Fit(const Capture& capture, FitOptions options = {}, const std::string& model = "shader") {
   options.profile_points = 0;  // no test looks at them
+  options.advises = false;     // nor at that
   Progress silent(ProgressMode::kNone);
   options.model = model;
   return FitCrown(capture, options, silent);
@@ -78,7 +60,8 @@ class SelfConsistency : public testing::Test {
  protected:
   Capture Make(const SyntheticCapture& options) {
     WriteSyntheticCapture(folder.path, options);
-    RenderTruth(folder.path);
+    const Capture made = ReadCapture(folder.path);
+    RenderTruth(made, TruthOf(made));
     return ReadCapture(folder.path);
   }
   TemporaryFolder folder;

@@ -59,7 +59,7 @@ class Foreseen : public testing::Test {
     at.pixels = ChoosePixels(input, at.cast, 6000);
     const Evaluation e = ImageResiduals(capture, at.cast, free, at.pixels, {}, {3.0, 0}).Evaluate(at.x, true);
     at.scales = e.scales;
-    at.knowledge = KnowledgeByShader(at.cast, free, e, at.pixels);
+    at.knowledge = KnowledgeByShader(at.cast, free, at.x, e, at.pixels);
     return {std::move(input), std::move(at)};
   }
 

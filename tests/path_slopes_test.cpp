@@ -271,7 +271,7 @@ TEST(WalkedStep, FindsWhatChangedWithinItsErrors) {
     rows.AddTo(row, p, 1.0);
     step.Add({{off.x, off.y, off.z}, CovarianceOf(observed.pixels[p].covariance) + of_walks, of_walks}, row);
   }
-  const WalkedStep::Prior none{Eigen::Vector2d::Zero(), Eigen::Vector2d::Zero()};
+  const WalkedStep::Prior none{Eigen::Matrix2d::Zero(), Eigen::Vector2d::Zero()};
   const WalkedStep::Solution s = step.Solve(none);
   EXPECT_TRUE(s.seen);
   for (int i = 0; i < 2; ++i) {
@@ -285,7 +285,7 @@ TEST(WalkedStep, FindsWhatChangedWithinItsErrors) {
   EXPECT_EQ(held.step[0], 0.0);
   EXPECT_EQ(held.covariance(0, 0), 0.0);
   EXPECT_LT(held.covariance(1, 1), s.covariance(1, 1)) << "one unknown fewer";
-  const WalkedStep::Prior sure{Eigen::Vector2d(1e8, 0.0), Eigen::Vector2d::Zero()};
+  const WalkedStep::Prior sure{Eigen::Vector2d(1e8, 0.0).asDiagonal(), Eigen::Vector2d::Zero()};
   EXPECT_NEAR(step.Solve(sure).step[1], held.step[1], 1e-3) << "a sure prior holds as well";
 }
 
@@ -306,7 +306,7 @@ TEST(WalkedStep, NoiseThatPixelsShareDoesNotAverageOut) {
       const WalkedRows::Rows one = WalkedRows::Rows::Ones(kChannels, 1);
       step.Add(pixel, {one, std::vector<WalkedRows::Rows>(kGroups, one), WalkedRows::Rows(kChannels, 0)});
     }
-    const WalkedStep::Solution s = step.Solve({Eigen::VectorXd::Zero(1), Eigen::VectorXd::Zero(1)});
+    const WalkedStep::Solution s = step.Solve({Eigen::MatrixXd::Zero(1, 1), Eigen::VectorXd::Zero(1)});
     const double values = kChannels * kPixels, of_walks = is_shared ? 1.0 / kChannels : 1.0 / values;
     EXPECT_NEAR(std::sqrt(s.walk_covariance(0, 0)), std::sqrt(of_walks), 0.4 * std::sqrt(of_walks));
     EXPECT_NEAR(s.covariance(0, 0) - s.walk_covariance(0, 0), 1.0 / values, 1e-12) << "what cameras add";

@@ -15,6 +15,8 @@ class Progress {
   Progress(const Progress&) = delete;
   Progress& operator=(const Progress&) = delete;
 
+  /// Names what is worked on from here on, such as one of several captures; empty: no name.
+  void NameWork(const std::string& work) { work_ = work.empty() ? "" : work + ": "; }
   /// `share` in [0, 1]; `detail` is a few words such as "chi2 1.03".
   void Show(const std::string& stage, double share, const std::string& detail = "");
   /// Removes the bar, so that other output starts on a clean line.
@@ -23,6 +25,7 @@ class Progress {
  private:
   enum class Style { kSilent, kBar, kJson } style_;
   bool bar_is_shown_ = false;
+  std::string work_;
 };
 
 }  // namespace crownfit

@@ -169,23 +169,25 @@ void ContourFit::Step(const std::vector<Match>& matches, bool free_size, State& 
   Matrix7 scatter = kShared_px * state.sigma * state.sigma * normal;
   for (const Vector7& pull : pulls) scatter += pull * pull.transpose();
 
-  const Eigen::Matrix<double, 6, 6> of_motion = normal.topLeftCorner<6, 6>();
-  const Eigen::Matrix<double, 6, 6> inverse = of_motion.completeOrthogonalDecomposition().pseudoInverse();
+  // Of any size: one solver to compile in place of one for each.
+  const auto pseudo_inverse = [](const Eigen::MatrixXd& m) -> Eigen::MatrixXd {
+    return m.completeOrthogonalDecomposition().pseudoInverse();
+  };
+  const Eigen::MatrixXd of_motion = normal.topLeftCorner<6, 6>(), inverse = pseudo_inverse(of_motion);
   state.covariance = inverse * scatter.topLeftCorner<6, 6>() * inverse;
-  const Vector7 by_size = normal.completeOrthogonalDecomposition().pseudoInverse().col(6);
+  const Vector7 by_size = pseudo_inverse(normal).col(6);
   state.larger_stddev = std::sqrt(by_size.dot(scatter * by_size));
 
-  const auto solved = [](const auto& matrix, const auto& right) {
-    auto damped = matrix;
+  const auto solved = [](Eigen::MatrixXd damped, const Eigen::VectorXd& right) -> Eigen::VectorXd {
     damped.diagonal() *= 1 + 1e-6;
-    return damped.ldlt().solve(right).eval();
+    return damped.ldlt().solve(right);
   };
   if (free_size) {
     const Vector7 step = solved(normal, gradient);
     state.motion -= step.head<6>();
     state.larger -= step(6);
   } else {
-    state.motion -= solved(of_motion, Vector6(gradient.head<6>()));
+    state.motion -= solved(of_motion, gradient.head<6>());
   }
 }
 

@@ -132,6 +132,11 @@ Eigen::VectorXd StartVector(const FreeParameters& free) {
   return x;
 }
 
+void StartFrom(const Eigen::VectorXd& x, FreeParameters& free) {
+  for (int k = 0; k < free.count(); ++k)
+    free.entries[k].start = std::clamp(x[k], free.entries[k].low, free.entries[k].high);
+}
+
 Material MaterialAt(const FreeParameters& free, const Eigen::VectorXd& x) {
   Material material = free.start;
   for (int k = 0; k < free.count(); ++k) {

@@ -44,6 +44,9 @@ FreeParameters FreeParametersOf(const Capture& capture);
 
 Eigen::VectorXd StartVector(const FreeParameters& free);
 
+/// Makes fits start at x, as far as bounds allow; priors stay where they are.
+void StartFrom(const Eigen::VectorXd& x, FreeParameters& free);
+
 /// All values at x.
 Material MaterialAt(const FreeParameters& free, const Eigen::VectorXd& x);
 

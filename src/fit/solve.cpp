@@ -53,6 +53,34 @@ class PriorCost final : public ceres::CostFunction {
   const FreeParameters& free_;
 };
 
+/// What others know, as residuals whose squares are its chi2.
+class OthersCost final : public ceres::CostFunction {
+ public:
+  explicit OthersCost(const EntryKnowledge& others) {
+    const SeenDirections known(others.precision);
+    root_ = known.precision.cwiseSqrt().asDiagonal() * known.seen.transpose();
+    wanted_ = known.precision.cwiseSqrt().cwiseInverse().asDiagonal() * known.seen.transpose() * others.weighted_mean;
+    set_num_residuals(static_cast<int>(root_.rows()));
+    mutable_parameter_block_sizes()->push_back(static_cast<int>(root_.cols()));
+  }
+  Eigen::VectorXd Residuals(const Eigen::VectorXd& x) const { return root_ * x - wanted_; }
+  bool Evaluate(double const* const* parameters, double* residuals, double** jacobians) const override {
+    const auto n = root_.cols();
+    Eigen::Map<Eigen::VectorXd>(residuals, root_.rows()) =
+        Residuals(Eigen::Map<const Eigen::VectorXd>(parameters[0], n));
+    if (jacobians && jacobians[0])
+      Eigen::Map<Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>>(jacobians[0], root_.rows(),
+                                                                                         n) = root_;
+    return true;
+  }
+
+ private:
+  Eigen::MatrixXd root_;
+  Eigen::VectorXd wanted_;
+};
+
+bool IsKnown(const EntryKnowledge& others) { return others.precision.size() > 0 && !others.precision.isZero(); }
+
 /// Reports progress, and stops when a cast thickness is no longer near the fitted one.
 class Watch final : public ceres::IterationCallback {
  public:
@@ -89,6 +117,7 @@ double CostAt(const ImageResiduals& residuals, const FreeParameters& free, const
     const double r = (x[k] - free.entries[k].prior_mean) / free.entries[k].prior_stddev;
     cost += 0.5 * r * r;
   }
+  if (IsKnown(options.others)) cost += 0.5 * OthersCost(options.others).Residuals(x).squaredNorm();
   return cost;
 }
 
@@ -138,6 +167,7 @@ SolveResult Solve(const ImageResiduals& residuals, const FreeParameters& free, c
   ceres::Problem problem;
   problem.AddResidualBlock(new ImageCost(residuals, free.count()), nullptr, result.x.data());
   if (options.use_priors) problem.AddResidualBlock(new PriorCost(free), nullptr, result.x.data());
+  if (IsKnown(options.others)) problem.AddResidualBlock(new OthersCost(options.others), nullptr, result.x.data());
   for (int k = 0; k < free.count(); ++k) {
     problem.SetParameterLowerBound(result.x.data(), k, free.entries[k].low);
     problem.SetParameterUpperBound(result.x.data(), k, free.entries[k].high);

@@ -107,6 +107,23 @@ Eigen::MatrixXd DataKnowledge::Precision() const {
   return eigen.eigenvectors() * inverse.asDiagonal() * eigen.eigenvectors().transpose();
 }
 
+EntryKnowledge DataKnowledge::Of(const std::vector<FreeEntry>& entries) const {
+  EntryKnowledge known = NothingOf(NamesOf(entries));
+  known.precision = Precision();
+  known.weighted_mean = known.precision * by_photographs;
+  return known;
+}
+
+DataKnowledge DataKnowledge::With(const EntryKnowledge& others) const {
+  DataKnowledge all = *this;
+  if (others.names.empty()) return all;
+  const SeenDirections seen(Precision() + others.precision);
+  all.covariance = seen.Inverse();
+  all.unseen = seen.unseen;
+  all.condition = seen.condition;
+  return all;
+}
+
 Eigen::MatrixXd ModelScatter(const CastState& state, const Evaluation& e, const std::vector<FitPixels>& pixels) {
   Eigen::MatrixXd scatter = Eigen::MatrixXd::Zero(e.jacobian.cols(), e.jacobian.cols());
   ForEachPatch(state, pixels, [&](const std::vector<std::pair<int, double>>& rows) {
@@ -128,12 +145,13 @@ Eigen::MatrixXd ModelScatter(const CastState& state, const Evaluation& e, const 
   return scatter;
 }
 
-DataKnowledge KnowledgeByShader(const CastState& state, const FreeParameters& free, const Evaluation& e,
-                                const std::vector<FitPixels>& pixels, bool with_model_errors) {
+DataKnowledge KnowledgeByShader(const CastState& state, const FreeParameters& free, const Eigen::VectorXd& x,
+                                const Evaluation& e, const std::vector<FitPixels>& pixels, bool with_model_errors) {
   const int n = free.count();
   DataKnowledge k;
   k.covariance = Eigen::MatrixXd::Zero(n, n);
   k.unseen = Eigen::MatrixXd::Identity(n, n);
+  k.by_photographs = x;
   if (!e.finite) return k;  // nothing was learned
   const double freedom = std::max(1.0, static_cast<double>(e.residuals.size()) - n);
   k.reduced_chi2 = e.residuals.squaredNorm() / freedom;
@@ -154,6 +172,7 @@ DataKnowledge KnowledgeByShader(const CastState& state, const FreeParameters& fr
   k.covariance = k.inflation * inverse;
   if (with_model_errors) k.covariance += inverse * ModelScatter(state, e, pixels) * inverse;
   k.unseen = v.rightCols(n - seen);
+  k.by_photographs = x - inverse * (jacobian.transpose() * e.robust);
   return k;
 }
 
@@ -168,6 +187,8 @@ Uncertainty Quantify(const Capture& capture, const FreeParameters& free, const E
   result.condition = data.condition;
   result.of_walks.assign(data.of_walks.begin(), data.of_walks.end());
   Eigen::MatrixXd posterior(n, n);
+  Eigen::VectorXd prior_variance(n);
+  for (int k = 0; k < n; ++k) prior_variance[k] = free.entries[k].prior_stddev * free.entries[k].prior_stddev;
   if (n > 0) {
     // With the priors: what the photographs say, plus theirs.
     Eigen::MatrixXd precision = data.Precision();
@@ -179,7 +200,7 @@ Uncertainty Quantify(const Capture& capture, const FreeParameters& free, const E
       const double stddev = std::sqrt(std::max(0.0, eigen.eigenvalues()[i]));
       if (stddev > kWeak) result.weak_directions.push_back(Describe(free, eigen.eigenvectors().col(i), stddev));
     }
-    for (int k = 0; k < n; ++k) precision(k, k) += 1.0 / (free.entries[k].prior_stddev * free.entries[k].prior_stddev);
+    precision.diagonal() += prior_variance.cwiseInverse();
     posterior = precision.ldlt().solve(Eigen::MatrixXd::Identity(n, n));
   }
   result.covariance = posterior;
@@ -204,7 +225,7 @@ Uncertainty Quantify(const Capture& capture, const FreeParameters& free, const E
           ValueGradient(free, x, layer, row.quantity, static_cast<int>(c)) / (log ? p.value[c] : 1.0);
       const double data_sd = std::sqrt(std::max(0.0, data.Variance(g)));
       const double posterior_sd = std::sqrt((g * posterior * g.transpose())(0, 0));
-      const double prior_sd = spec.prior_log_stddev.value_or(row.prior_stddev);
+      const double prior_sd = std::sqrt((g.transpose().cwiseAbs2().cwiseProduct(prior_variance)).sum());
       const bool entry_prior = use_priors && data_sd > 0.5 * prior_sd;
       const double factor_width = log ? 2 * kZ95 : 2 * kZ95 / std::max(1e-9, std::abs(p.value[c]));
       const bool data_wide = !(factor_width * data_sd <= std::log(kUnidentifiedFactor));

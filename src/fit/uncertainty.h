@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "fit/entry_knowledge.h"
 #include "fit/image_residuals.h"
 
 namespace crownfit {
@@ -36,20 +37,25 @@ struct Uncertainty {
 
 /// What the photographs alone say about the free entries around a solution.
 struct DataKnowledge {
-  Eigen::MatrixXd covariance;  ///< within what is seen
-  Eigen::MatrixXd unseen;      ///< columns: unit directions of which nothing is known
-  Eigen::VectorXd of_walks;    ///< share of every entry's variance that the fit's own walks make; empty: none walked
+  Eigen::MatrixXd covariance;      ///< within what is seen
+  Eigen::MatrixXd unseen;          ///< columns: unit directions of which nothing is known
+  Eigen::VectorXd by_photographs;  ///< where the entries would be, had nothing else been known
+  Eigen::VectorXd of_walks;  ///< share of every entry's variance that the fit's own walks make; empty: none walked
   double condition = 0, reduced_chi2 = 0, block_chi2 = 0, inflation = 1;
   /// Of a linear combination; infinite when it leans on an unseen direction.
   double Variance(const Eigen::RowVectorXd& g) const;
   /// The covariance's inverse; 0 along unseen directions.
   Eigen::MatrixXd Precision() const;
+  EntryKnowledge Of(const std::vector<FreeEntry>& entries) const;
+  /// With what others know of the same entries, in their order; empty: nothing.
+  DataKnowledge With(const EntryKnowledge& others) const;
 };
 
 /// Of model `shader`, whose own errors many pixels share (unless left out: as if it were exact). `e`: evaluation with
 /// derivatives at the solution.
-DataKnowledge KnowledgeByShader(const CastState& state, const FreeParameters& free, const Evaluation& e,
-                                const std::vector<FitPixels>& pixels, bool with_model_errors = true);
+DataKnowledge KnowledgeByShader(const CastState& state, const FreeParameters& free, const Eigen::VectorXd& x,
+                                const Evaluation& e, const std::vector<FitPixels>& pixels,
+                                bool with_model_errors = true);
 
 /// J' C J of the errors that model `shader` has in common over patches and photographs, which are independent of each
 /// other; J, C: whitened.

@@ -120,8 +120,9 @@ WalkedStep::Solution WalkedStep::Solve(const Prior& prior, const std::vector<int
   const double taken_off = noise == Noise::kTakenOff ? 1.0 : 0.0;
   Solution s;
   // In units of what the pixels say about each unknown alone; what noise leaves of a direction is at least nothing.
-  const Eigen::VectorXd unit =
-      (normal_.diagonal() + prior.precision).unaryExpr([](double v) { return v > 0 ? 1.0 / std::sqrt(v) : 1.0; });
+  const Eigen::VectorXd unit = (normal_.diagonal() + prior.precision.diagonal()).unaryExpr([](double v) {
+    return v > 0 ? 1.0 / std::sqrt(v) : 1.0;
+  });
   const auto inverse_of = [&](const Eigen::MatrixXd& normal, bool* seen) {
     Eigen::MatrixXd scaled = unit.asDiagonal() * normal * unit.asDiagonal();
     for (const int k : held) {
@@ -132,9 +133,12 @@ WalkedStep::Solution WalkedStep::Solve(const Prior& prior, const std::vector<int
     if (seen) *seen = eigen.eigenvalues().minCoeff() > 0 || !held.empty();
     const Eigen::MatrixXd positive =
         eigen.eigenvectors() * eigen.eigenvalues().cwiseMax(0.0).asDiagonal() * eigen.eigenvectors().transpose();
-    Eigen::MatrixXd with_prior = positive;
-    with_prior.diagonal() += unit.cwiseAbs2().cwiseProduct(prior.precision);
-    for (const int k : held) with_prior(k, k) = 1.0;
+    Eigen::MatrixXd with_prior = positive + unit.asDiagonal() * prior.precision * unit.asDiagonal();
+    for (const int k : held) {
+      with_prior.row(k).setZero();
+      with_prior.col(k).setZero();
+      with_prior(k, k) = 1.0;
+    }
     Eigen::MatrixXd inverse = with_prior.ldlt().solve(Eigen::MatrixXd::Identity(unknowns_, unknowns_));
     for (const int k : held) {
       inverse.row(k).setZero();
@@ -165,8 +169,7 @@ WalkedStep::Solution WalkedStep::Solve(const Prior& prior, const std::vector<int
     of_walks += apart * apart.transpose() / (n * (n - 1.0));
   }
   s.walk_covariance = inverse * of_walks * inverse + s.slope_covariance;
-  Eigen::MatrixXd known = normal_ - of_walks_;
-  known.diagonal() += prior.precision;
+  const Eigen::MatrixXd known = normal_ - of_walks_ + prior.precision;
   s.covariance = inverse * known * inverse + s.walk_covariance;
   s.noise_gain = ((normal_ - taken_off * noise_) * s.covariance).trace();
   return s;

@@ -68,10 +68,11 @@ class WalkedStep {
   void Add(const Pixel& pixel, WalkedRows rows);
   void Add(const WalkedStep& other);
 
-  /// What is known of the unknowns beside the photographs, or holds them near where they are: 1 / variance, and
-  /// (where it wants them - where they are) / variance.
+  /// What is known of the unknowns beside the photographs, or holds them near where they are: the inverse of a
+  /// covariance, and that times (where it wants them - where they are).
   struct Prior {
-    Eigen::VectorXd precision, pull;
+    Eigen::MatrixXd precision;
+    Eigen::VectorXd pull;
   };
   struct Solution {
     Eigen::VectorXd step;

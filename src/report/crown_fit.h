@@ -16,11 +16,13 @@ struct FitOptions {
   std::string model = "auto";  ///< shader, path, or auto: shader where it suffices
   FitOverrides overrides;
   bool use_priors = true;
+  std::filesystem::path prior;  ///< material file that priors come from; empty: the parameters' own
   uint64_t seed = 1;
   int threads = 0;
   size_t max_pixels_per_photograph = 6000;  ///< the fit takes every n-th pixel of larger ones; figures show them all
   size_t paths_per_photograph = 1250000;    ///< model path: walks of each of its last runs
   bool twelve_taps = false;                 ///< blur by the thesis's 13 taps in place of 49
+  bool advises = true;                      ///< foresees which photograph would tell more, where something is weak
   int profile_points = 2;                   ///< to either side, of likelihood profiles by fits; 0: parabolas
 };
 
@@ -60,6 +62,14 @@ struct MovedCalibration {
   double chi2 = 0;  ///< sum of squares in standard deviations
 };
 
+/// One of several captures fitted together.
+struct TogetherWith {
+  std::string name;                      ///< unique among them: of its folder
+  std::vector<FittedParameter> its_own;  ///< what captures do not share: thicknesses, the surface
+  double block_chi2 = 0;
+  bool usable = false;
+};
+
 struct CrownFit {
   Capture capture;  ///< with the overrides applied
   FitOptions options;
@@ -67,14 +77,16 @@ struct CrownFit {
   Material material;
   Material seen_by_shader;  ///< with which model `shader` comes nearest: what the viewer shows
   Uncertainty uncertainty;
+  DataKnowledge knowledge;  ///< what its own photographs say of the free entries
   LinearScales scales;
   std::vector<PhotographResult> photographs;
   std::vector<MovedCalibration> calibration;  ///< as far as the capture states its errors
   std::vector<double> mean_thickness_mm;      ///< per layer, of the fitted geometry
   bool converged = false, usable = false, ends_at_neck = false;
   int iterations = 0, casts = 0;
-  std::vector<FreeEntry> entries;  ///< what was free, in the order of `best`, of `steps` and of the covariance
-  Eigen::VectorXd best;            ///< in the entries' own scales
+  std::vector<TogetherWith> together;  ///< the captures that share the material; empty: this one alone
+  std::vector<FreeEntry> entries;      ///< what was free, in the order of `best`, of `steps` and of the covariance
+  Eigen::VectorXd best;                ///< in the entries' own scales
   std::vector<LikelihoodProfile> profiles;
   std::vector<ShaderIteration> iterations_by_shader;
   std::vector<WalkedFitStep> steps;  ///< model path
@@ -90,7 +102,10 @@ struct CrownFit {
 /// What the photographs' files and their calibration make doubtful, in words.
 std::vector<std::string> PhotographCaveats(const Capture& capture, const std::vector<Photograph>& photographs);
 
-/// Fills usable, reasons and verdict from the rest (the contract's rules), and adds to the caveats.
+/// What the model leaves out, and what the fit had to move, in words.
+std::vector<std::string> ModelCaveats(const CrownFit& fit);
+
+/// Fills usable, reasons and verdict from the rest (the contract's rules).
 void Judge(CrownFit& fit);
 
 /// So far from the cut at an open scan's neck its surroundings count for less.

@@ -74,6 +74,12 @@ JsonValue ZonesJson(const PhotographResult& p) {
   return zones;
 }
 
+std::string TitleOf(const CrownFit& fit) {
+  std::string title;
+  for (const TogetherWith& t : fit.together) title += (title.empty() ? "" : " + ") + t.name;
+  return title.empty() ? std::filesystem::weakly_canonical(fit.capture.folder).filename().string() : title;
+}
+
 Image Cropped(const Image& image, const PixelBox& box) {
   Image part(box.x1 - box.x0, box.y1 - box.y0, image.channels);
   for (int y = 0; y < part.height; ++y)
@@ -137,19 +143,18 @@ void WriteReportFiles(const std::filesystem::path& folder, const CrownFit& fit) 
   for (const DifferenceStep& step : kDifferenceSteps)
     legend.push_back(JsonValue::Object{{"label", step.label}, {"rgb", List(glm::dvec3(step.colour))}});
   const PlainVerdict verdict = PlainVerdictOf(fit);
-  WriteTextFile(
-      folder / "report.json",
-      ToJsonText(JsonValue::Object{{"format", "crownfit-report/1"},
-                                   {"title", std::filesystem::weakly_canonical(fit.capture.folder).filename().string()},
-                                   {"headline", verdict.headline},
-                                   {"sentences", verdict.sentences},
-                                   {"photographs_that_would_help", verdict.photographs_that_would_help},
-                                   {"photographs", photographs},
-                                   {"difference_legend", legend},
-                                   {"entries", EntriesJson(fit)},
-                                   {"correlation", CorrelationJson(fit.uncertainty.covariance)},
-                                   {"profiles", ProfilesJson(fit)},
-                                   {"convergence", ConvergenceJson(fit)}}));
+  WriteTextFile(folder / "report.json",
+                ToJsonText(JsonValue::Object{{"format", "crownfit-report/1"},
+                                             {"title", TitleOf(fit)},
+                                             {"headline", verdict.headline},
+                                             {"sentences", verdict.sentences},
+                                             {"photographs_that_would_help", verdict.photographs_that_would_help},
+                                             {"photographs", photographs},
+                                             {"difference_legend", legend},
+                                             {"entries", EntriesJson(fit)},
+                                             {"correlation", CorrelationJson(fit.uncertainty.covariance)},
+                                             {"profiles", ProfilesJson(fit)},
+                                             {"convergence", ConvergenceJson(fit)}}));
 }
 
 }  // namespace crownfit

@@ -120,9 +120,23 @@ JsonValue ProvenanceJson(const CrownFit& fit) {
                          {"fix", fixed},
                          {"free", freed},
                          {"priors", fit.options.use_priors},
+                         {"prior_sha256", fit.options.prior.empty() ? "" : Sha256OfFile(fit.options.prior)},
                          {"paths_per_photograph", static_cast<double>(fit.options.paths_per_photograph)},
                          {"twelve_taps", fit.options.twelve_taps},
                          {"max_pixels_per_photograph", static_cast<double>(fit.options.max_pixels_per_photograph)}}}};
+}
+
+JsonValue TogetherJson(const CrownFit& fit) {
+  JsonValue::Array captures;
+  for (const TogetherWith& t : fit.together) {
+    JsonValue::Object own;
+    for (const FittedParameter& p : t.its_own) own.emplace_back(p.name, ParameterJson(p));
+    captures.push_back(JsonValue::Object{{"name", t.name},
+                                         {"status", t.usable ? "usable" : "not_usable"},
+                                         {"block_chi2", t.block_chi2},
+                                         {"its_own", own}});
+  }
+  return captures;
 }
 
 JsonValue StepsJson(const CrownFit& fit) {
@@ -176,7 +190,7 @@ std::string MaterialJson(const CrownFit& fit) {
   for (const MovedCalibration& m : fit.calibration)
     moved.emplace_back(m.what, JsonValue::Object{{"moved_stddevs", std::sqrt(m.chi2 / m.freedom)}});
   const Uncertainty& u = fit.uncertainty;
-  return ToJsonText(JsonValue::Object{
+  JsonValue::Object result{
       {"format", "crownfit-material/1"},
       {"model", fit.model},
       {"status", fit.usable ? "usable" : "not_usable"},
@@ -198,7 +212,9 @@ std::string MaterialJson(const CrownFit& fit) {
                                             {"monte_carlo_share_of_variance", u.of_walks}}},
       {"linear_scales", scales},
       {"calibration", moved},
-      {"provenance", ProvenanceJson(fit)}});
+      {"provenance", ProvenanceJson(fit)}};
+  if (!fit.together.empty()) result.emplace_back("captures", TogetherJson(fit));
+  return ToJsonText(result);
 }
 
 void WriteResult(const std::filesystem::path& folder, const CrownFit& fit, const RunRecord& run) {
@@ -246,6 +262,10 @@ std::string Summary(const CrownFit& fit) {
           i == 0 ? Word(p.status) : "");
     }
   }
+  for (const TogetherWith& t : fit.together)
+    for (const auto& p : t.its_own)
+      add("%-38s %-7s %10.4g  [%.4g, %.4g] %s\n", (t.name + ": " + p.name).c_str(), "all", p.value[0], p.low95[0],
+          p.high95[0], Word(p.status));
   add("\n%-24s %8s %8s %12s %12s %8s\n", "photograph", "median", "95 %", "not seen", "acceptable", "chi2");
   for (const auto& p : fit.photographs)
     add("%-24s %8.2f %8.2f %10.0f %% %10.0f %% %8.2f%s\n", p.name.c_str(), p.difference.median, p.difference.p95,

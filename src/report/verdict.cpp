@@ -23,42 +23,44 @@ std::string Names(const Uncertainty& u, Status status) {
   return names;
 }
 
-void AddCaveats(CrownFit& fit) {
+}  // namespace
+
+std::vector<std::string> ModelCaveats(const CrownFit& fit) {
   const Capture& capture = fit.capture;
+  std::vector<std::string> caveats;
   for (const MovedCalibration& moved : fit.calibration)
     if (const double far = std::sqrt(moved.chi2 / moved.freedom); far > kFarMoved)
-      fit.caveats.push_back("The photographs disagree with " + moved.what + ": the fit moved it by " + Number(far) +
-                            " times its stated error. Calibrate it again; a lamp or the crown may have been moved.");
+      caveats.push_back("The photographs disagree with " + moved.what + ": the fit moved it by " + Number(far) +
+                        " times its stated error. Calibrate it again; a lamp or the crown may have been moved.");
   for (const PhotographResult& p : fit.photographs)
     if (!p.is_holdout && !p.exposure_is_fitted && std::abs(p.level - 1) > kLevelDrift)
-      fit.caveats.push_back(
-          "'" + p.name + "' is " + Number(100 * std::abs(p.level - 1)) + " % " + (p.level > 1 ? "brighter" : "darker") +
-          " than the fit of all photographs predicts: did flash or exposure drift? State how well its "
-          "exposure_scale is known (\"stddev\"), or free it.");
+      caveats.push_back("'" + p.name + "' is " + Number(100 * std::abs(p.level - 1)) + " % " +
+                        (p.level > 1 ? "brighter" : "darker") +
+                        " than the fit of all photographs predicts: did flash or exposure drift? State how well its "
+                        "exposure_scale is known (\"stddev\"), or free it.");
   if (fit.ends_at_neck)
-    fit.caveats.push_back("The scan is open at the neck: what lies beyond is assumed, and pixels within " +
-                          Number(kNeckReachMm) + " mm of it count for less (up to 30 % error at the cut).");
+    caveats.push_back("The scan is open at the neck: what lies beyond is assumed, and pixels within " +
+                      Number(kNeckReachMm) + " mm of it count for less (up to 30 % error at the cut).");
   if (fit.model == "path") {
     for (const FittedParameter& p : fit.uncertainty.parameters) {
       const bool has_no_slopes = p.quantity == Quantity::kWetness || p.quantity == Quantity::kNeckReturn ||
                                  p.quantity == Quantity::kIsotropicFraction ||
                                  (p.quantity == Quantity::kThickness && p.layer + 1 == capture.layers.size());
       if (has_no_slopes && !p.stddev.empty())
-        fit.caveats.push_back("'" + p.name +
-                              "' stays where model `shader` left it: walks give no derivative by it, and "
-                              "what it leaves open is not in the other intervals. Fix it if you know it.");
+        caveats.push_back("'" + p.name +
+                          "' stays where model `shader` left it: walks give no derivative by it, and "
+                          "what it leaves open is not in the other intervals. Fix it if you know it.");
     }
-    return;
+    return caveats;
   }
-  fit.caveats.push_back(
+  caveats.push_back(
       "Model `shader` takes the layers below every point as flat. The intervals carry its mean error on path-traced "
       "objects (4 % of a photograph's level, 3 % of a patch); behind clear enamel without dentine and in light from "
       "behind it is off by more.");
   for (size_t l = 2; l < capture.layers.size(); ++l)
-    fit.caveats.push_back("Layer '" + capture.layers[l].name + "' is not seen by model `shader`.");
+    caveats.push_back("Layer '" + capture.layers[l].name + "' is not seen by model `shader`.");
+  return caveats;
 }
-
-}  // namespace
 
 std::vector<std::string> PhotographCaveats(const Capture& capture, const std::vector<Photograph>& photographs) {
   std::vector<std::string> caveats;
@@ -130,7 +132,6 @@ void Judge(CrownFit& fit) {
   fit.usable = fit.reasons.empty();
   if (const std::string at_bound = Names(u, Status::kAtBound); !at_bound.empty())
     fit.reasons.push_back("at a bound: " + at_bound);
-  AddCaveats(fit);
   if (!fit.usable) {
     // The circumstances that explain a refusal belong to its reasons.
     for (const auto& caveat : fit.caveats)

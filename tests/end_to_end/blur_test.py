@@ -30,7 +30,7 @@ with tempfile.TemporaryDirectory() as folder:
     run("render", capture, "--material", capture / "truth.json", "-o", Path(folder) / "seen", "--noise", 0.005, "--seed", 3)
     for photo in stated["photographs"]:
         shutil.copy(Path(folder) / "seen" / f"{photo['name']}.exr", capture / photo["file"])
-    told = json.loads(run("fit", capture, "-o", Path(folder) / "told", "--model", "shader", "--max-pixels", 1500, "--json").stdout)
+    told = json.loads(run("fit", capture, "-o", Path(folder) / "told", "--model", "shader", "--max-pixels", 600, "--profiles", 0, "--json").stdout)
     assert told["status"] == "usable" and told["image_error"]["fit"]["reduced_chi2"] < 1.5, told["image_error"]["fit"]
     truth = json.loads((capture / "truth.json").read_text())
     for fitted, true in zip(told["layers"], truth["layers"]):
@@ -40,6 +40,6 @@ with tempfile.TemporaryDirectory() as folder:
     for photo in stated["photographs"]:
         photo.pop("blur")
     (capture / "capture.json").write_text(json.dumps(stated))
-    untold = json.loads(run("fit", capture, "-o", Path(folder) / "untold", "--model", "shader", "--max-pixels", 1500, "--json", expect=1).stdout)
+    untold = json.loads(run("fit", capture, "-o", Path(folder) / "untold", "--model", "shader", "--max-pixels", 600, "--profiles", 0, "--json", expect=1).stdout)
     assert untold["status"] == "not_usable" and untold["image_error"]["fit"]["reduced_chi2"] > 5, untold["image_error"]["fit"]
     print("told of the lens: chi2", told["image_error"]["fit"]["reduced_chi2"], "not told:", untold["image_error"]["fit"]["reduced_chi2"])

@@ -1,9 +1,9 @@
 #!/usr/bin/env python3
 """run_peers.py CROWNFIT [STUDY ...]: crownfit against other programs, in one table. STUDY: any of truths, mitsuba, gradient,
-slabs, colour, formats, blender (default: all). Run by ./dev bench peers.
+slabs, colour, formats, blender, fits (default: all). Run by ./dev bench peers.
 
-The peers are installed from PyPI and npm in build/peers beside the build (about 1.5 GB; truths 3 min, mitsuba 8, blender 5, the
-others under a minute each, one core). A peer that can't be had is a row "missing" and counts as not run, never as passed.
+The peers are installed from PyPI and npm in build/peers beside the build (about 1.5 GB; truths 3 min, mitsuba 8, blender 5, fits
+25, the others under a minute each, one core). A peer that can't be had is a row "missing" and counts as not run, never as passed.
 Exit codes: 0 all that ran agrees; 1 something does not; 77 some peer is missing and the rest agrees.
 """
 import argparse
@@ -18,7 +18,7 @@ PLACE = HERE.parent.parent / "build/peers"
 PACKAGES = {"venv": ["mitsuba", "numpy", "scipy", "iadpython", "colour-science", "materialx"], "blender": ["bpy"]}
 STUDIES = {"truths": ("venv", "mitsuba_truths.py"), "mitsuba": ("venv", "compare_mitsuba.py"), "gradient": ("venv", "compare_gradient.py"),
            "slabs": ("venv", "compare_slabs.py"), "colour": ("venv", "compare_colour.py"), "formats": ("venv", "validate_formats.py"),
-           "blender": ("venv", "compare_blender.py")}
+           "blender": ("venv", "compare_blender.py"), "fits": ("venv", "fit_mitsuba.py")}
 
 
 def run(command, **more):

@@ -1,0 +1,57 @@
+#pragma once
+// What is known of free entries beside the photographs at hand: from other captures of the same material.
+
+#include <Eigen/Core>
+#include <string>
+#include <vector>
+
+#include "fit/free_parameters.h"
+
+namespace crownfit {
+
+/// The directions that a precision (symmetric, no negative eigenvalue but by rounding) knows something of, and others.
+struct SeenDirections {
+  explicit SeenDirections(const Eigen::MatrixXd& precision);
+  /// 0 along unseen directions.
+  Eigen::MatrixXd Inverse() const { return seen * precision.cwiseInverse().asDiagonal() * seen.transpose(); }
+  Eigen::MatrixXd seen, unseen;  ///< columns of length 1
+  Eigen::VectorXd precision;     ///< of the seen ones
+  double condition = 0;          ///< largest over smallest standard deviation of the seen ones
+};
+
+/// A Gaussian over entries in their own scales, in its information form, so that knowledge from independent sources
+/// adds up, and directions of which nothing is known have precision 0.
+struct EntryKnowledge {
+  std::vector<std::string> names;  ///< as FreeEntry::name
+  Eigen::MatrixXd precision;
+  Eigen::VectorXd weighted_mean;  ///< precision times mean
+};
+
+std::vector<std::string> NamesOf(const std::vector<FreeEntry>& entries);
+
+/// Nothing known of these.
+EntryKnowledge NothingOf(const std::vector<std::string>& names);
+
+/// The same about `names` alone, of those it knows: the others are integrated out.
+EntryKnowledge Marginal(const EntryKnowledge& knowledge, const std::vector<std::string>& names);
+
+/// Adds what `more` knows of `knowledge`'s names, and nothing of others.
+void Add(EntryKnowledge& knowledge, const EntryKnowledge& more);
+
+/// Where the knowledge stands; along directions that nothing is known of, as near to `otherwise` as possible.
+Eigen::VectorXd MeanOf(const EntryKnowledge& knowledge, const Eigen::VectorXd& otherwise);
+
+/// How far two independent sources are apart in what both know something of.
+struct Disagreement {
+  double chi2 = 0;
+  int freedom = 0;
+  std::string name;            ///< the entry that most of it is about
+  double here = 0, there = 0;  ///< where they put that entry
+};
+/// `a` and `b` know of the same entries.
+Disagreement Compared(const EntryKnowledge& a, const EntryKnowledge& b);
+
+/// What chi2 exceeds in one of ten thousand cases.
+double UnlikelyChi2(int freedom);
+
+}  // namespace crownfit

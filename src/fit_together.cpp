@@ -1,0 +1,236 @@
+#include "fit_together.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <map>
+
+#include "base/error.h"
+#include "base/files.h"
+
+namespace crownfit {
+namespace {
+
+bool IsShared(size_t layer, Quantity q) {
+  return layer != kSurfaceOwner && q != Quantity::kThickness && q != Quantity::kThicknessScale &&
+         q != Quantity::kNeckReturn;
+}
+
+std::vector<std::string> SharedNames(const std::vector<FreeEntry>& entries) {
+  std::vector<std::string> names;
+  for (const FreeEntry& e : entries)
+    if (IsShared(e.layer, e.quantity)) names.push_back(e.name);
+  return names;
+}
+
+std::string NameOf(const Capture& capture) { return std::filesystem::weakly_canonical(capture.folder).filename(); }
+
+/// Folders' names, numbered where two are the same.
+std::vector<std::string> NamesOf(const std::vector<Capture>& captures) {
+  std::vector<std::string> names;
+  for (const Capture& c : captures) {
+    std::string name = NameOf(c);
+    for (int i = 2; std::count(names.begin(), names.end(), name); ++i) name = NameOf(c) + "_" + std::to_string(i);
+    names.push_back(name);
+  }
+  return names;
+}
+
+/// Layers of the same name must be stated alike: what is free in one is free in all, what is fixed is fixed to the
+/// same.
+void CheckSameMaterial(const Capture& first, const Capture& other) {
+  const auto refuse = [&](const std::string& key, const std::string& what) {
+    throw InputError(other.file, key, what + " " + first.file.string(),
+                     "Captures fitted together state the material that they share alike.");
+  };
+  if (first.channel_names != other.channel_names || first.wavelengths_nm != other.wavelengths_nm)
+    refuse("channels", "the channels are others than in");
+  for (const LayerSpec& a : first.layers)
+    for (const LayerSpec& b : other.layers)
+      for (size_t i = 0; a.name == b.name && i < kParameters.size(); ++i) {
+        const ParameterRow& row = kParameters[i];
+        if (row.owner != Owner::kLayer || !IsShared(0, row.quantity)) continue;
+        const ParameterSpec &p = a.parameters[i], &q = b.parameters[i];
+        const std::string key = "layers." + b.name + "." + row.key;
+        if (p.fixed != q.fixed) refuse(key, std::string("is ") + (q.fixed ? "fixed" : "free") + ", and not so in");
+        if (p.fixed && p.value != q.value) refuse(key, "is fixed to another value than in");
+        if (p.sharing != q.sharing) refuse(key, "is shared between channels in another way than in");
+      }
+}
+
+/// It would count twice.
+void CheckNoPhotographTwice(const std::vector<Capture>& captures) {
+  std::map<std::string, std::string> seen;
+  for (const Capture& capture : captures)
+    for (const PhotographSpec& p : capture.photographs) {
+      const auto [at, is_new] = seen.emplace(Sha256OfFile(p.files.image), p.files.image.string());
+      if (!is_new && !p.is_holdout)
+        throw InputError(p.files.image, "", "is the same picture as " + at->second,
+                         "What two captures show must be photographed twice, or it counts twice.");
+    }
+}
+
+class Together {
+ public:
+  Together(const std::vector<Capture>& captures, const FitOptions& options, Progress& progress)
+      : captures_(captures), names_(NamesOf(captures)), options_(options), progress_(progress) {
+    options_.advises = false;  // a photograph that one lacks another may have
+  }
+
+  std::vector<CrownFit> Run() {
+    for (size_t i = 0; i < captures_.size(); ++i) fits_.push_back(Fit(i, {}));
+    if (std::any_of(fits_.begin(), fits_.end(), [](const CrownFit& f) { return f.model == "path"; }))
+      options_.model = "path";
+    else
+      options_.model = "shader";
+    constexpr int kMostRounds = 4;
+    bool settled = false;
+    for (int round = 0; round < kMostRounds && !settled; ++round) {
+      settled = true;
+      for (size_t i = 0; i < fits_.size(); ++i) {
+        const Eigen::VectorXd start = Start(i);
+        const Eigen::VectorXd before = fits_[i].best;
+        fits_[i] = Fit(i, {KnownByOthers(i), start});
+        settled &= HasSettled(i, round == 0 ? start : before);
+      }
+    }
+    Compare();
+    for (size_t i = 0; i < fits_.size(); ++i) Settle(i, settled);
+    return std::move(fits_);
+  }
+
+ private:
+  CrownFit Fit(size_t i, const KnownBeside& beside) {
+    progress_.NameWork(names_[i]);
+    CrownFit fit = FitCrown(captures_[i], options_, progress_, beside);
+    progress_.NameWork("");
+    return fit;
+  }
+
+  EntryKnowledge Known(size_t i) const { return fits_[i].knowledge.Of(fits_[i].entries); }
+
+  EntryKnowledge KnownByOthers(size_t i) const {
+    EntryKnowledge known = NothingOf(crownfit::NamesOf(fits_[i].entries));
+    for (size_t j = 0; j < fits_.size(); ++j)
+      if (j != i) Add(known, Marginal(Known(j), SharedNames(fits_[j].entries)));
+    return known;
+  }
+
+  /// Where all photographs together put a capture's entries.
+  Eigen::VectorXd Start(size_t i) const {
+    EntryKnowledge all = KnownByOthers(i);
+    Add(all, Known(i));
+    if (options_.use_priors)
+      for (size_t k = 0; k < fits_[i].entries.size(); ++k) {
+        const FreeEntry& e = fits_[i].entries[k];
+        const auto at = static_cast<Eigen::Index>(k);
+        all.precision(at, at) += 1.0 / (e.prior_stddev * e.prior_stddev);
+        all.weighted_mean[at] += e.prior_mean / (e.prior_stddev * e.prior_stddev);
+      }
+    Eigen::VectorXd x = MeanOf(all, fits_[i].best);
+    for (size_t k = 0; k < fits_[i].entries.size(); ++k)
+      x[static_cast<Eigen::Index>(k)] =
+          std::clamp(x[static_cast<Eigen::Index>(k)], fits_[i].entries[k].low, fits_[i].entries[k].high);
+    return x;
+  }
+
+  bool HasSettled(size_t i, const Eigen::VectorXd& before) const {
+    constexpr double kSettled = 1.0 / 3.0;  // of a standard deviation
+    const Eigen::VectorXd stddev = fits_[i].uncertainty.covariance.diagonal().cwiseSqrt();
+    return ((fits_[i].best - before).cwiseAbs().array() <= kSettled * stddev.array()).all();
+  }
+
+  /// Holds what every capture's photographs alone say of what it shares against what those of the others say, both as
+  /// seen from where they agreed: alone a capture may have ended at a bound, where photographs say little.
+  void Compare() {
+    for (size_t i = 0; i < fits_.size(); ++i) {
+      const std::vector<std::string> names = SharedNames(fits_[i].entries);
+      const Disagreement apart = Compared(Marginal(Known(i), names), Marginal(KnownByOthers(i), names));
+      if (apart.chi2 < UnlikelyChi2(apart.freedom)) continue;
+      const FreeEntry& e = *std::find_if(fits_[i].entries.begin(), fits_[i].entries.end(),
+                                         [&](const FreeEntry& entry) { return entry.name == apart.name; });
+      const auto value = [&](double v) { return e.scale == Scale::kLog ? std::exp(v) : v; };
+      char text[500];
+      std::snprintf(text, sizeof text,
+                    "'%s' disagrees with the other captures by %.1f standard deviations, most about %s: %.3g alone, "
+                    "%.3g by the others. Is it the same material, and its calibration right? The intervals do not "
+                    "hold such a difference.",
+                    names_[i].c_str(), std::sqrt(apart.chi2 / apart.freedom), apart.name.c_str(), value(apart.here),
+                    value(apart.there));
+      contradictions_.push_back(text);
+    }
+  }
+
+  /// Puts the capture where all together put it, which its own last fit differs from by the noise of its walks.
+  void Settle(size_t i, bool settled) {
+    CrownFit& fit = fits_[i];
+    const Eigen::VectorXd x = Start(i);
+    FreeParameters free = FreeParametersOf(fit.capture);
+    free.entries = fit.entries;  // with priors from elsewhere
+    fit.best = x;
+    fit.material = MaterialAt(free, x);
+    fit.uncertainty = Quantify(fit.capture, free, x, fit.knowledge.With(KnownByOthers(i)), options_.use_priors);
+    fit.converged &= settled;
+    fit.caveats.insert(fit.caveats.begin(), contradictions_.begin(), contradictions_.end());
+    Judge(fit);
+  }
+
+  const std::vector<Capture>& captures_;
+  std::vector<std::string> names_;
+  FitOptions options_;
+  Progress& progress_;
+  std::vector<CrownFit> fits_;
+  std::vector<std::string> contradictions_;
+};
+
+std::vector<FittedParameter> OwnParameters(const CrownFit& fit) {
+  std::vector<FittedParameter> own;
+  for (const FittedParameter& p : fit.uncertainty.parameters)
+    if (p.status != Status::kFixed && !IsShared(p.layer, p.quantity)) own.push_back(p);
+  return own;
+}
+
+}  // namespace
+
+std::vector<CrownFit> FitTogether(const std::vector<Capture>& captures, const FitOptions& options, Progress& progress) {
+  if (captures.size() == 1) return {FitCrown(captures[0], options, progress)};
+  for (size_t i = 0; i < captures.size(); ++i)
+    for (size_t j = 0; j < i; ++j) CheckSameMaterial(captures[j], captures[i]);
+  CheckNoPhotographTwice(captures);
+  return Together(captures, options, progress).Run();
+}
+
+CrownFit Joined(const std::vector<CrownFit>& fits) {
+  if (fits.size() == 1) return fits[0];
+  CrownFit all = fits[0];
+  all.photographs.clear();
+  all.caveats.clear();
+  all.messages.clear();
+  all.walked_paths = 0, all.fitted_pixels = 0, all.iterations = 0, all.casts = 0;
+  std::vector<Capture> captures;
+  for (const CrownFit& f : fits) captures.push_back(f.capture);
+  const std::vector<std::string> names = NamesOf(captures);
+  for (size_t i = 0; i < fits.size(); ++i) {
+    const CrownFit& f = fits[i];
+    all.together.push_back({names[i], OwnParameters(f), f.uncertainty.block_chi2, f.usable});
+    for (PhotographResult p : f.photographs) {
+      p.name = names[i] + "_" + p.name;
+      all.photographs.push_back(std::move(p));
+    }
+    for (const std::string& caveat : f.caveats)
+      if (!std::count(all.caveats.begin(), all.caveats.end(), caveat)) all.caveats.push_back(caveat);
+    all.messages.insert(all.messages.end(), f.messages.begin(), f.messages.end());
+    all.converged &= f.converged;
+    all.uncertainty.reduced_chi2 = std::max(all.uncertainty.reduced_chi2, f.uncertainty.reduced_chi2);
+    all.uncertainty.block_chi2 = std::max(all.uncertainty.block_chi2, f.uncertainty.block_chi2);
+    all.walked_paths += f.walked_paths;
+    all.fitted_pixels += f.fitted_pixels;
+    all.iterations += f.iterations;
+    all.casts += f.casts;
+    if (all.advice.empty()) all.advice = f.advice;
+  }
+  Judge(all);
+  return all;
+}
+
+}  // namespace crownfit
