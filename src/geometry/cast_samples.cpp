@@ -68,10 +68,10 @@ class Caster {
     if (photo_.backing) {
       meshes.push_back(&tile_);
       reflectance_.push_back(capture.backings[*photo_.backing].reflectance);
-      tile_view_.emplace(crown, capture.backings[*photo_.backing], options.threads);
     }
     meshes_ = meshes;
     caster_ = RayCaster(meshes);
+    if (photo_.backing) TabulateTile(capture.backings[*photo_.backing], crown);
   }
 
   /// Light that arrives at a place, light by light. `visibility`: the share of each that nothing blocks.
@@ -134,11 +134,23 @@ class Caster {
     for (size_t i = 0; i < sky.size(); ++i) {
       const auto hit = caster_.Nearest(lifted, sky[i].direction);
       if (!hit || hit->mesh == 0) continue;
-      if (photo_.backing && hit->mesh + 1 == static_cast<int>(meshes_.size()))
-        backing.reflectance += tile_view_->At(lifted + hit->distance_mm * sky[i].direction) /
-                               static_cast<double>(sky.size()) * reflectance_[hit->mesh];
+      std::vector<glm::dvec3> radiance;
+      const bool is_tile = photo_.backing && hit->mesh + 1 == static_cast<int>(meshes_.size());
+      if (is_tile && glm::dot(tile_normal_, sky[i].direction) < 0) {
+        const TileGrid::Around around = tile_grid_->At(lifted + hit->distance_mm * sky[i].direction);
+        double seen = 0;
+        radiance.assign(lights_.size(), glm::dvec3(0.0));
+        for (size_t k = 0; k < around.place.size(); ++k) {
+          const size_t place = around.place[k];
+          seen += around.weight[k] * object_seen_[place];
+          for (size_t l = 0; l < lights_.size(); ++l)
+            radiance[l] += around.weight[k] * tile_radiance_[place * lights_.size() + l];
+        }
+        backing.reflectance += seen / static_cast<double>(sky.size()) * reflectance_[hit->mesh];
+      } else {
+        radiance = SceneryRadiance(*hit, sky[i].direction, std::max(1, options_.strata / 2));
+      }
       const double cosine = glm::dot(sky[i].direction, normal);
-      const auto radiance = SceneryRadiance(*hit, sky[i].direction, std::max(1, options_.strata / 2));
       for (size_t l = 0; l < lights_.size(); ++l) {
         if (radiance[l] == glm::dvec3(0.0)) continue;
         sums[l][BandOf(cosine)].Add({sky[i].direction, hit->distance_mm, radiance[l] * sky[i].weight}, cosine);
@@ -152,15 +164,8 @@ class Caster {
   /// Radiance of a Lambertian thing seen along `direction`, one entry per light: rho E / pi, direct light only.
   std::vector<glm::dvec3> SceneryRadiance(const Hit& hit, const glm::dvec3& direction, int lamp_strata) const {
     glm::dvec3 normal = FaceNormal(*meshes_[hit.mesh], hit.point.triangle);
-    if (glm::dot(normal, direction) > 0) normal = -normal;  // sheets and tiles are seen from both sides
-    std::vector<LightShare> shares;
-    Gather(Position(*meshes_[hit.mesh], hit.point), normal, lamp_strata, shares);
-    std::vector<glm::dvec3> radiance(lights_.size(), glm::dvec3(0.0));
-    for (const LightShare& share : shares)
-      for (size_t l = 0; l < lights_.size(); ++l)
-        if (lights_[l].index == share.light)
-          radiance[l] += reflectance_[hit.mesh] * share.irradiance / std::numbers::pi;
-    return radiance;
+    if (glm::dot(normal, direction) > 0) normal = -normal;  // sheets are seen from both sides
+    return Radiance(hit.mesh, Position(*meshes_[hit.mesh], hit.point), normal, lamp_strata);
   }
 
   /// Scenery and tile, in triangles small enough that their vertices show the shadows.
@@ -197,6 +202,29 @@ class Caster {
   size_t lights() const { return lights_.size(); }
 
  private:
+  std::vector<glm::dvec3> Radiance(int mesh, const glm::dvec3& place, const glm::dvec3& normal, int lamp_strata) const {
+    std::vector<LightShare> shares;
+    Gather(place, normal, lamp_strata, shares);
+    std::vector<glm::dvec3> radiance(lights_.size(), glm::dvec3(0.0));
+    for (const LightShare& share : shares)
+      for (size_t l = 0; l < lights_.size(); ++l)
+        if (lights_[l].index == share.light) radiance[l] += reflectance_[mesh] * share.irradiance / std::numbers::pi;
+    return radiance;
+  }
+
+  /// The tile's radiance varies little over a cell, and thousands of places on the crown look at it.
+  void TabulateTile(const BackingSpec& spec, const Crown& crown) {
+    tile_grid_.emplace(spec);
+    tile_normal_ = FaceNormal(tile_, 0);
+    object_seen_ = ObjectSeenFrom(*tile_grid_, tile_normal_, crown, options_.threads);
+    tile_radiance_.resize(TileGrid::count() * lights_.size());
+    ParallelFor(TileGrid::count(), options_.threads, [&](size_t i) {
+      const auto at =
+          Radiance(static_cast<int>(meshes_.size()) - 1, tile_grid_->Place(i), tile_normal_, options_.strata);
+      std::copy(at.begin(), at.end(), tile_radiance_.begin() + static_cast<std::ptrdiff_t>(i * lights_.size()));
+    });
+  }
+
   /// pi x radiance of a matte thing at exposure 1, in the lights as the capture states them: direct light only.
   glm::dvec3 Shown(size_t mesh, const glm::dvec3& place, const glm::dvec3& normal, int lamp_strata) const {
     std::vector<LightShare> shares;
@@ -241,7 +269,10 @@ class Caster {
   const PhotographSpec& photo_;
   const CastOptions& options_;
   TriangleMesh tile_;
-  std::optional<TileView> tile_view_;
+  std::optional<TileGrid> tile_grid_;
+  glm::dvec3 tile_normal_;                 ///< towards the object
+  std::vector<double> object_seen_;        ///< per place of the tile's grid
+  std::vector<glm::dvec3> tile_radiance_;  ///< per place and light
   glm::dvec3 camera_;
   std::vector<PhotographLight> lights_;
   std::vector<const TriangleMesh*> meshes_;

@@ -1,6 +1,7 @@
 #pragma once
-// What a backing tile sees of the object.
+// A backing tile, tabulated: what it sees of the object, and how bright it is.
 
+#include <array>
 #include <vector>
 
 #include "calibration/capture.h"
@@ -8,17 +9,27 @@
 
 namespace crownfit {
 
-/// The share of the cosine-weighted hemisphere that the object fills, seen from places on the tile: how much of the
-/// light that a uniformly glowing object sends to the tile arrives per area. Tabulated on a grid.
-class TileView {
+/// Places on a square tile, between which tables of numbers are interpolated.
+class TileGrid {
  public:
-  TileView(const Crown& crown, const BackingSpec& tile, int threads);
-  double At(const glm::dvec3& place) const;
+  explicit TileGrid(const BackingSpec& tile);
+  static constexpr size_t count() { return static_cast<size_t>(kCells + 1) * (kCells + 1); }
+  glm::dvec3 Place(size_t number) const;
+
+  /// The places around a point of the tile and their bilinear weights.
+  struct Around {
+    std::array<size_t, 4> place;
+    std::array<double, 4> weight;
+  };
+  Around At(const glm::dvec3& point) const;
 
  private:
   static constexpr int kCells = 40;
   glm::dvec3 corner_, along_u_, along_v_;  ///< steps of one cell
-  std::vector<double> share_;              ///< at the cells' corners
 };
+
+/// Per place, the share of the cosine-weighted hemisphere that the object fills: how much of the light that a uniformly
+/// glowing object sends to the tile arrives per area. `normal`: towards the object.
+std::vector<double> ObjectSeenFrom(const TileGrid& grid, const glm::dvec3& normal, const Crown& crown, int threads);
 
 }  // namespace crownfit
