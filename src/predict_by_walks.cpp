@@ -83,22 +83,48 @@ Predictor PredictorByWalks(const FitProblem& problem, const CrownInput& input, c
     std::vector<size_t> pixel_at(walked.size(), shader.size());  // of the cast; none: their number
     for (size_t k = 0; k < shader.size(); ++k)
       pixel_at[static_cast<size_t>(cast.pixels[k].y) * camera.width + cast.pixels[k].x] = k;
+    /// Calls visit(place, squared distance in pixels) for walked pixels around one.
+    const auto around = [&](const PixelCast& pixel, int reach, const auto& visit) {
+      for (int y = std::max(0, pixel.y - reach); y <= std::min(camera.height - 1, pixel.y + reach); ++y)
+        for (int x = std::max(0, pixel.x - reach); x <= std::min(camera.width - 1, pixel.x + reach); ++x) {
+          const size_t place = static_cast<size_t>(y) * camera.width + x;
+          const int dx = x - pixel.x, dy = y - pixel.y;
+          if (walked[place]) visit(place, dx * dx + dy * dy);
+        }
+    };
     std::vector<glm::dvec3> seen = shader;
     ParallelFor(seen.size(), problem.options.threads, [&](size_t k) {
       const PixelCast& pixel = cast.pixels[k];
       glm::dvec3 of_walks(0.0), of_shader(0.0);
-      for (int y = std::max(0, pixel.y - kReach); y <= std::min(camera.height - 1, pixel.y + kReach); ++y)
-        for (int x = std::max(0, pixel.x - kReach); x <= std::min(camera.width - 1, pixel.x + kReach); ++x) {
-          const size_t place = static_cast<size_t>(y) * camera.width + x;
-          if (!walked[place]) continue;
-          const int dx = x - pixel.x, dy = y - pixel.y;
-          const double weight = std::exp(-0.5 * (dx * dx + dy * dy) / kReach);
-          of_walks += weight * *walked[place];
-          of_shader += weight * shader[pixel_at[place]];
-        }
+      around(pixel, kReach, [&](size_t place, int distance2) {
+        const double weight = std::exp(-0.5 * distance2 / kReach);
+        of_walks += weight * *walked[place];
+        of_shader += weight * shader[pixel_at[place]];
+      });
       for (int c = 0; c < kChannels; ++c)
         if (of_shader[c] > 0) seen[k][c] *= of_walks[c] / of_shader[c];
     });
+    // Shader's detail may be wrong: of a lamp that a nearly smooth surface mirrors its few samples make dots. Walks
+    // stand as they are where they are further from it than their noise, which most places show.
+    constexpr int kPatchReach = 1;
+    constexpr double kWrong = 4.0;  // times the usual square
+    std::vector<double> off(seen.size(), 0.0);
+    for (size_t k = 0; k < seen.size(); ++k) {
+      int count = 0;
+      around(cast.pixels[k], kPatchReach, [&](size_t place, int) {
+        const double there = seen[pixel_at[place]].y;
+        off[k] += there > 0 ? std::pow(walked[place]->y / there - 1.0, 2) : 0.0;
+        ++count;
+      });
+      if (count > 0) off[k] /= count;
+    }
+    std::vector<double> sorted = off;
+    std::nth_element(sorted.begin(), sorted.begin() + static_cast<std::ptrdiff_t>(sorted.size() / 2), sorted.end());
+    const double usual = sorted[sorted.size() / 2];
+    for (size_t k = 0; k < seen.size(); ++k) {
+      const auto& here = walked[static_cast<size_t>(cast.pixels[k].y) * camera.width + cast.pixels[k].x];
+      if (here && off[k] > kWrong * usual) seen[k] = *here;
+    }
     return seen;
   };
 }

@@ -11,6 +11,7 @@ Run by run_peers.py. Two cores, about 25 minutes.
 import argparse
 import json
 import subprocess
+import sys
 import tempfile
 from pathlib import Path
 from statistics import median
@@ -46,6 +47,7 @@ def write_crown(folder, c):
     for stated in capture["object"]["layers"]:
         for key, off in (("reduced_scattering_per_mm", START), ("absorption_per_mm", 1 / START)):
             stated[key] = {"initial": [off * v for v in stated[key]["fixed"]]}
+    capture["object"]["surface"]["roughness"] = {"fixed": 0.01}  # the least that `shader` takes; Mitsuba's is a mirror
     (folder / "capture.json").write_text(json.dumps(capture, indent=1) + "\n")
     return [p["name"] for p in photographs]
 
@@ -102,7 +104,9 @@ def main():
         folder, result = work / name, work / f"{name}_result"
         photographs = write_crown(folder, c)
         photograph_by_mitsuba(options, folder, photographs)
-        subprocess.run([options.crownfit, "fit", str(folder), "-o", str(result), "--progress", "none"], capture_output=True)
+        done = subprocess.run([options.crownfit, "fit", str(folder), "-o", str(result), "--progress", "none"], capture_output=True, text=True)
+        if done.returncode > 1:
+            sys.exit(done.stderr)
         material, truth = (json.loads((f / n).read_text()) for f, n in ((result, "material.json"), (folder, "truth.json")))
         inside = 0
         for of_layer, true in zip(material["layers"], truth["layers"]):
