@@ -57,7 +57,7 @@ void Confine(const Confinement& limits) {
     code = kSaidWhatIsWrong;
   } catch (const std::bad_alloc&) {
     code = kNoMemory;
-  } catch (...) {
+  } catch (...) {  // a library's own: the parent must be told by an exit code, as nothing else leaves the child
     code = kOtherException;
   }
   _exit(code);  // neither destructors nor the parent's unwritten output

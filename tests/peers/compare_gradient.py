@@ -1,8 +1,8 @@
 #!/usr/bin/env python3
 """compare_gradient.py CROWNFIT: the derivative of a picture's light by ln absorption, by `crownfit render --derivatives` and by Mitsuba's
 prbvolpath (path replay backpropagation: Vicini, Speierer and Jakob 2021) on what `crownfit export` wrote, both over seeds, and by
-central differences of crownfit's pictures at +- 10 %. crownfit's derivatives are pooled over the object by a polynomial
-(docs/path_model.md), for which 1 % is allowed beside 4 standard errors. Time: variance x seconds of one thread, Mitsuba's over
+central differences of crownfit's pictures at +- 10 %, within 4 standard errors. crownfit's derivatives are pooled over the
+object by a polynomial (docs/path_model.md), whose bias shows here. Time: variance x seconds of one thread, Mitsuba's over
 crownfit's, for this one derivative; crownfit's seconds also give those by scattering, g, index and roughness.
 Needs LLVM (Debian: libllvm19; 14 and 15 stop with "cannot select" on AVX-512)."""
 import glob
@@ -24,7 +24,7 @@ import numpy as np  # noqa: E402
 from make_peer_captures import CAPTURES  # noqa: E402
 from table import missing, row  # noqa: E402
 
-SEEDS, PATHS, ALLOWED, STEP = 6, 128, 0.01, 0.1
+SEEDS, PATHS, STEP = 6, 128, 0.1
 CAPTURE, SHOT, LAYER, SCATTERING, ABSORPTION = "ceramic_disc", "dome", "ceramic", 2.0 / (1 - 0.8), 0.05
 
 
@@ -84,7 +84,7 @@ def main():
     (a, sa), (b, sb) = ((x[:, 0].mean(), x[:, 0].std(ddof=1) / SEEDS**0.5) for x in (ours, theirs))
     c, sc = differences.mean(), differences.std(ddof=1) / SEEDS**0.5
     row("Mitsuba 3, prbvolpath", f"{CAPTURE} {SHOT}: d picture / d ln absorption", "path --derivatives", f"crownfit {a:.5f} +- {sa:.5f}, Mitsuba "
-        f"{b:.5f} +- {sb:.5f}, crownfit's differences {c:.5f} +- {sc:.5f}", abs(a - b) <= ALLOWED * abs(b) + 4 * np.hypot(sa, sb), "1 % + 4 standard errors")
+        f"{b:.5f} +- {sb:.5f}, crownfit's differences {c:.5f} +- {sc:.5f}", abs(a - b) <= 4 * np.hypot(sa, sb), "4 standard errors")
     work = (sb**2 * theirs[:, 1].mean()) / (sa**2 * ours[:, 1].mean())
     row("Mitsuba 3, prbvolpath", "the same: time at equal noise", "path --derivatives",
         f"{work:.2g} times crownfit's ({theirs[:, 1].mean():.1f} and {ours[:, 1].mean():.1f} s a run; noise of {SEEDS} runs: a factor 2 either way)", None)
