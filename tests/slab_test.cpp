@@ -4,9 +4,11 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <glm/glm.hpp>
 
 #include "optics/adding_doubling.h"
 #include "optics/quadrature.h"
+#include "walk/slab_lanes.h"
 #include "walk/slab_walk.h"
 
 namespace crownfit {
@@ -162,7 +164,11 @@ TEST(SlabWalk, AgreesWithAddingDoublingWithinItsStatedErrors) {
   mixed.layers[0].isotropic_fraction = 0.4;
   Slab matched = Of({Tissue(.03, 6, .96, 1.63, .5), Tissue(.2, 28, .93, 1.63, 1)});
   matched.ior_below = 1.63;
-  const Slab slabs[] = {Of({Layer(1, .9, 2, .75)}), Of({Layer(1.62, .99, 8, 0)}), on_white, in_contact, mixed, matched};
+  // Light left of e^-5 and less, which the roulette decides on; a clear layer between others; back scattering.
+  const Slab dark = Of({Tissue(5, 10, .9, 1.5, 1)}),
+             with_clear = Of({Tissue(.1, 6, .9, 1.6, .5), Tissue(.2, 0, 0, 1.4, .5), Tissue(.1, 20, -.4, 1.5, .5)});
+  const Slab slabs[] = {
+      Of({Layer(1, .9, 2, .75)}), Of({Layer(1.62, .99, 8, 0)}), on_white, in_contact, mixed, matched, dark, with_clear};
   for (size_t i = 0; i < std::size(slabs); ++i) {
     const SlabTotals want = SolveByAddingDoubling(slabs[i]).value;
     const SlabAnswer got = SolveByWalks(slabs[i], {60000, i + 1, 0}, [](double) {});
@@ -213,6 +219,69 @@ TEST(SlabWalk, StatedErrorsAreThoseOfThirtySeedsAndRingsAddUp) {
   std::printf("scatter over stated error: %.3f\n", ratio);
   EXPECT_GT(ratio, 0.8);
   EXPECT_LT(ratio, 1.25);
+}
+
+TEST(SlabWalk, SameAnswerForAnyNumberOfLanes) {
+  Slab slab = Of({Tissue(.1, 8, .9, 1.5, .5), Tissue(.2, 20, .8, 1.6, 1)});
+  slab.layers[0].isotropic_fraction = 0.3;
+  slab.backing_reflectance = 0.6;
+  slab.radii_mm = {0, 0.5, 1, 3};
+  const auto answer = [&](int lanes) {
+    SlabAnswer a = SolveByWalks(slab, {.photons = 3000, .threads = 1, .lanes = lanes}, [](double) {});
+    return SlabAnswerJson(a);
+  };
+  const std::string one = answer(1);
+  for (const int lanes : {3, 64, SlabLanes::kMax}) EXPECT_EQ(answer(lanes), one) << lanes;
+}
+
+/// Lanes that all fly in one direction again and again, and scatter.
+TEST(SlabLanes, FlightsAreExponentialAndTurnsThoseOfHenyeyAndGreenstein) {
+  constexpr int kFlights = 4000;
+  constexpr double kDeepest_mm = 1e6, kFreePath_mm = 0.5;
+  const glm::dvec3 directions[] = {{0, 0, -1}, {0.6, 0, 0.8}, glm::normalize(glm::dvec3(-3, 2, -1))};
+  for (const auto& [g, isotropic] : {std::pair(0.9, 0.0), {0.0, 0.0}, {-0.5, 0.0}, {0.8, 0.4}})
+    for (const glm::dvec3& d : directions) {
+      SlabLanes lanes{};
+      glm::dvec3 mean(0.0);
+      double flight = 0, flight2 = 0, forward2 = 0;
+      glm::dmat3 second(0.0);
+      for (int i = 0; i < SlabLanes::kMax; ++i) {
+        const RandomStream random(Key(7, i));
+        lanes.Enter(i, {kDeepest_mm, -kDeepest_mm, kFreePath_mm, 0.0, g, isotropic, 1.0, 1.0});
+        lanes.random[i] = random.state();
+        lanes.random_step[i] = random.step();
+      }
+      for (int k = 0; k < kFlights; ++k) {
+        for (int i = 0; i < SlabLanes::kMax; ++i) {
+          lanes.x[i] = lanes.y[i] = lanes.z[i] = 0.0;
+          lanes.dx[i] = d.x, lanes.dy[i] = d.y, lanes.dz[i] = d.z;
+        }
+        lanes.Fly(SlabLanes::kMax);
+        for (int i = 0; i < SlabLanes::kMax; ++i) {
+          ASSERT_EQ(lanes.fate[i], SlabLanes::kCollided);
+          const glm::dvec3 w(lanes.dx[i], lanes.dy[i], lanes.dz[i]), to(lanes.x[i], lanes.y[i], lanes.z[i]);
+          ASSERT_NEAR(glm::length(w), 1.0, 1e-14);
+          ASSERT_NEAR(glm::length(to - glm::dot(to, d) * d), 0.0, 1e-14);
+          mean += w;
+          second += glm::outerProduct(w, w);
+          forward2 += glm::dot(w, d) * glm::dot(w, d);
+          flight += glm::length(to);
+          flight2 += glm::dot(to, to);
+        }
+      }
+      constexpr double n = static_cast<double>(kFlights) * SlabLanes::kMax;
+      const double tolerance = 4.5 / std::sqrt(n), first = (1 - isotropic) * g,  // Legendre moments: g and g^2
+          forward = (1.0 + 2.0 * (1 - isotropic) * g * g) / 3.0, aside = 0.5 * (1.0 - forward);
+      EXPECT_NEAR(flight / n, kFreePath_mm, tolerance * kFreePath_mm);
+      EXPECT_NEAR(flight2 / n, 2.0 * kFreePath_mm * kFreePath_mm,
+                  tolerance * std::sqrt(20.0) * kFreePath_mm * kFreePath_mm);
+      EXPECT_NEAR(forward2 / n, forward, tolerance * 0.5);  // no value in [0, 1] scatters by more than 0.5
+      const glm::dmat3 want = aside * glm::dmat3(1.0) + (forward - aside) * glm::outerProduct(d, d);
+      for (int a = 0; a < 3; ++a) {
+        EXPECT_NEAR(mean[a] / n, first * d[a], tolerance);
+        for (int b = 0; b < 3; ++b) EXPECT_NEAR(second[a][b] / n, want[a][b], tolerance) << a << b;
+      }
+    }
 }
 
 TEST(SlabWalk, SameAnswerForAnyNumberOfThreads) {

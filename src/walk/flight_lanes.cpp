@@ -1,67 +1,11 @@
 #include "walk/flight_lanes.h"
 
-#include <bit>
 #include <cmath>
 
+#include "walk/lane_math.h"
 #include "walk/vector_clones.h"
 
 namespace crownfit {
-namespace {
-
-/// The next number of a lane's stream, and its stream's next state: RandomStream's arithmetic.
-[[gnu::always_inline]] inline double NextUniform(uint64_t& state, uint64_t step) {
-  uint64_t x = state += step;
-  x = (x ^ (x >> 30)) * 0xbf58476d1ce4e5b9ull;
-  x = (x ^ (x >> 27)) * 0x94d049bb133111ebull;
-  x = (x ^ (x >> 31)) >> 11;
-  // To double without an instruction that older vectors lack: both halves as mantissas. Exact below 2^53.
-  const double low = std::bit_cast<double>((x & 0xffffffffull) | 0x4330000000000000ull);  // 2^52 + low
-  const double high = std::bit_cast<double>((x >> 32) | 0x4530000000000000ull);           // 2^84 + 2^32 high
-  return ((high - 0x1.00000001p84) + low) * 0x1.0p-53;
-}
-
-/// ln(x) for normal x in (0, 1]: the reduction and polynomial of fdlibm (Sun 1993), below 1 ulp.
-[[gnu::always_inline]] inline double Log(double x) {
-  const uint64_t bits = std::bit_cast<uint64_t>(x), sqrt_half = 0x3fe6a09e667f3bcdull;
-  const uint64_t exponent = (bits - sqrt_half + (1023ull << 52)) >> 52;  // of x / sqrt(1/2), biased
-  const double m = std::bit_cast<double>(bits - ((exponent - 1023ull) << 52));
-  const double k = std::bit_cast<double>(exponent | 0x4330000000000000ull) - (0x1.0p52 + 1023.0);
-  const double f = m - 1.0, s = f / (2.0 + f), z = s * s, w = z * z;
-  const double even = w * (3.999999999940941908e-01 + w * (2.222219843214978396e-01 + w * 1.531383769920937332e-01));
-  const double odd =
-      z * (6.666666666666735130e-01 +
-           w * (2.857142874366239149e-01 + w * (1.818357216161805012e-01 + w * 1.479819860511658591e-01)));
-  const double half_square = 0.5 * f * f;
-  return k * 6.93147180369123816490e-01 -
-         ((half_square - (s * (half_square + even + odd) + k * 1.90821492927058770002e-10)) - f);
-}
-
-/// Cosine and sine of 2 pi u for u in [0, 1): quarter turns, and fdlibm's polynomials on [-pi/4, pi/4].
-struct Turn {
-  double cosine, sine;
-};
-[[gnu::always_inline]] inline Turn TurnBy(double u) {
-  const double quarters = 4.0 * u, whole = (quarters + 0x1.8p52) - 0x1.8p52;  // rounded
-  const double r = (quarters - whole) * 1.57079632679489661923, z = r * r;
-  const double sine = r + r * z *
-                              (-1.66666666666666324348e-01 +
-                               z * (8.33333333332248946124e-03 +
-                                    z * (-1.98412698298579493134e-04 +
-                                         z * (2.75573137070700676789e-06 +
-                                              z * (-2.50507602534068634195e-08 + z * 1.58969099521155010221e-10)))));
-  const double cosine = 1.0 - 0.5 * z +
-                        z * z *
-                            (4.16666666666666019037e-02 +
-                             z * (-1.38888888888741095749e-03 +
-                                  z * (2.48015872894767294178e-05 +
-                                       z * (-2.75573143513906633035e-07 +
-                                            z * (2.08757232129817482790e-09 + z * -1.13596475577881948265e-11)))));
-  const bool is_odd = whole == 1.0 || whole == 3.0;
-  const double c = is_odd ? sine : cosine, s = is_odd ? cosine : sine;
-  return {whole == 1.0 || whole == 2.0 ? -c : c, whole == 2.0 || whole == 3.0 ? -s : s};
-}
-
-}  // namespace
 
 CROWNFIT_FOR_EVERY_VECTOR
 void FlightLanes::Fly(const FacetGrid& facets, int count) {

@@ -51,12 +51,9 @@ double Media::LargestShare(const WalkState& state) const {
 }
 
 bool SurvivesBoundary(WalkState& state, RandomStream& random) {
-  constexpr int kAllLive = 4096;
-  constexpr double kSurvival = 0.998;
-  if (++state.boundaries <= kAllLive) return true;
-  if (random.Next() >= kSurvival) return false;
-  state.boost /= kSurvival;
-  return true;
+  const double boost = BoostAtBoundary(++state.boundaries, random);
+  state.boost *= boost;
+  return boost > 0;
 }
 
 bool SurvivesRoulette(const Media& media, WalkState& state, RandomStream& random) {

@@ -80,9 +80,15 @@ inline constexpr int kRouletteEvery = 32;  // collisions of one walk, so that th
 /// False when the walk, little of whose light is left, ends here.
 bool SurvivesRoulette(const Media& media, WalkState& state, RandomStream& random);
 
-/// To be asked at every boundary met from inside: false when the walk ends here. Total reflection keeps light in clear
-/// layers with plane sides for ever; beyond what any other walk meets, some few in a thousand go on no further, and the
-/// others stand for them.
+/// To be asked at every boundary met from inside: what the walk's light is multiplied by, 0 when it ends here. Total
+/// reflection keeps light in clear layers with plane sides for ever; beyond what any other walk meets, some few in a
+/// thousand go on no further, and the others stand for them. `boundaries`: met so far, this one included.
+inline double BoostAtBoundary(int boundaries, RandomStream& random) {
+  constexpr int kAllLive = 4096;
+  constexpr double kSurvival = 0.998;
+  if (boundaries <= kAllLive) return 1.0;
+  return random.Next() < kSurvival ? 1.0 / kSurvival : 0.0;
+}
 bool SurvivesBoundary(WalkState& state, RandomStream& random);
 
 /// Walks from inside a layer until the medium is the outside or satisfies `is_end`; false when absorbed or lost.

@@ -1,41 +1,199 @@
 #include "walk/slab_walk.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <numbers>
+#include <optional>
+#include <span>
 
 #include "base/parallel.h"
 #include "optics/shading_terms.h"
 #include "walk/boundary.h"
 #include "walk/random_walk.h"
+#include "walk/slab_lanes.h"
 
 namespace crownfit {
 namespace {
 
-/// Infinite flat layers below z = 0, in the walk's terms: layer i is medium i + 1, boundary i lies above it. What is
-/// below the last layer has the number layers + 1.
-class SlabScene {
- public:
-  explicit SlabScene(const Slab& slab) : depth_{0.0} {
-    for (const auto& layer : slab.layers) depth_.push_back(depth_.back() + layer.thickness_mm);
-  }
-  std::optional<Boundary> Next(const glm::dvec3& origin, const glm::dvec3& direction, int medium, double max_mm) const {
-    if (direction.z == 0) return std::nullopt;
-    const int boundary = direction.z < 0 ? medium : medium - 1;
-    const double distance = std::max(0.0, (-depth_[boundary] - origin.z) / direction.z);
-    if (!(distance <= max_mm)) return std::nullopt;
-    glm::dvec3 position = origin + distance * direction;
-    position.z = -depth_[boundary];
-    return Boundary{distance, position, {0, 0, 1}, boundary + 1, boundary};
-  }
-  bool Holds(const glm::dvec3&) const { return true; }
-  int below() const { return static_cast<int>(depth_.size()); }
-
- private:
-  std::vector<double> depth_;
+/// Where a photon left, and with how much of its light; a backing takes some at every visit.
+struct PhotonEnd {
+  double reflected = 0, reflected_r2 = 0;      ///< weight, square of the distance from where it entered, mm^2
+  double transmitted = 0, transmitted_r2 = 0;  ///< of the last visit
 };
 
-/// Sums over photons of what each returned; every photon ends in one place.
+/// Everything that stays the same for all photons.
+struct Bench {
+  const Slab& slab;
+  std::vector<FlatLayer> layers;
+
+  explicit Bench(const Slab& s) : slab(s) {
+    double top = 0;
+    for (size_t i = 0; i < s.layers.size(); ++i) {
+      const SlabLayer& l = s.layers[i];
+      const bool is_last = i + 1 == s.layers.size();
+      const double above = i == 0 ? s.ior_above : s.layers[i - 1].ior,
+                   below = !is_last            ? s.layers[i + 1].ior
+                           : s.backing_contact ? l.ior  // light reaches the backing as if there were no boundary
+                                               : s.ior_below;
+      layers.push_back({top, top - l.thickness_mm,
+                        l.scattering_per_mm > 0 ? 1.0 / l.scattering_per_mm : FlatLayer::kNoCollision,
+                        l.absorption_per_mm, l.g, l.isotropic_fraction, above / l.ior, below / l.ior});
+      top -= l.thickness_mm;
+    }
+  }
+};
+
+/// A photon just inside the first layer.
+struct Entered {
+  glm::dvec3 direction;
+  RandomStream random;
+};
+
+/// Nothing where the first surface mirrors the photon.
+std::optional<Entered> Enter(const Slab& slab, double specular, bool is_diffuse, uint64_t key) {
+  RandomStream random(key);
+  glm::dvec3 direction(0, 0, -1);
+  double entered = 1.0 - specular;
+  if (is_diffuse) {
+    const double n = slab.layers[0].ior / slab.ior_above;
+    direction = -SampleLambert({0, 0, 1}, random);
+    const double cosine = -direction.z;
+    entered = 1.0 - Terms<double>::FresnelReflectance(cosine, n);
+    const double inside = Terms<double>::RefractedCosine(cosine, n);
+    direction = glm::normalize(glm::dvec3(direction.x / n, direction.y / n, -inside));
+  }
+  if (random.Next() >= entered) return std::nullopt;
+  return Entered{direction, random};
+}
+
+/// Walks photons in lanes until the last has left.
+class Pool {
+ public:
+  Pool(const Bench& bench, int lanes, std::span<PhotonEnd> ends,
+       const std::function<std::optional<Entered>(size_t)>& start)
+      : bench_(bench), ends_(ends), start_(start) {
+    while (active_ < lanes && Refill(active_)) ++active_;
+  }
+
+  void Trace() {
+    while (active_ > 0) {
+      lanes_.Fly(active_);
+      size_t count = 0;
+      for (int i = 0; i < active_; ++i) {
+        flown_out_[count] = i;
+        count += lanes_.fate[i] != SlabLanes::kCollided;
+      }
+      lanes_.Cross({flown_out_.data(), count});
+      for (size_t k = count; k-- > 0;) {  // from behind: lanes move up from there
+        const int i = flown_out_[k];
+        if (!GoesOn(i) && !Refill(i)) MoveLane(--active_, i);
+      }
+    }
+  }
+
+ private:
+  /// Starts the next photon that enters; false when there is none.
+  bool Refill(int i) {
+    while (next_ < ends_.size()) {
+      photon_[i] = next_;
+      const auto entered = start_(next_++);
+      if (!entered) continue;
+      lanes_.x[i] = lanes_.y[i] = lanes_.z[i] = lanes_.depth[i] = 0.0;
+      random_[i] = entered->random;
+      lanes_.random_step[i] = entered->random.step();
+      boundaries_[i] = 0;
+      Send(i, entered->direction, entered->random);
+      EnterLayer(i, 0);
+      return true;
+    }
+    return false;
+  }
+
+  /// After Cross, of a lane that did not collide: whether its photon is still in a layer.
+  bool GoesOn(int i) {
+    if (lanes_.fate[i] != SlabLanes::kMeetsBoundary) return false;
+    if (lanes_.has_passed[i] != 0) {
+      const bool goes_up = lanes_.dz[i] > 0.0;
+      if (goes_up && layer_[i] == 0) return LeaveUpwards(i);
+      if (goes_up || layer_[i] + 1 < bench_.layers.size())
+        EnterLayer(i, goes_up ? layer_[i] - 1 : layer_[i] + 1);
+      else if (!ReturnFromBacking(i))
+        return false;
+    }
+    RandomStream random = StreamOf(i);
+    const double boost = BoostAtBoundary(++boundaries_[i], random);
+    if (boost == 1.0 || boost == 0.0) return boost > 0.0;
+    lanes_.random[i] = random.state();
+    lanes_.depth[i] -= std::log(boost);
+    return true;
+  }
+
+  bool LeaveUpwards(int i) {
+    PhotonEnd& end = ends_[photon_[i]];
+    end.reflected = std::exp(-lanes_.depth[i]);
+    end.reflected_r2 = lanes_.x[i] * lanes_.x[i] + lanes_.y[i] * lanes_.y[i];
+    return false;
+  }
+
+  /// The backing takes 1 - rho (expected value, added up over all visits) and sends rho back.
+  bool ReturnFromBacking(int i) {
+    const Slab& slab = bench_.slab;
+    const double rho = slab.backing_reflectance;
+    PhotonEnd& end = ends_[photon_[i]];
+    end.transmitted_r2 = lanes_.x[i] * lanes_.x[i] + lanes_.y[i] * lanes_.y[i];
+    RandomStream random = StreamOf(i);
+    for (;;) {
+      end.transmitted += (1.0 - rho) * std::exp(-lanes_.depth[i]);
+      if (rho == 0) return false;
+      lanes_.depth[i] -= std::log(rho);
+      if (lanes_.depth[i] > SlabLanes::kDeep) {
+        if (random.Next() * SlabLanes::kLiveOfDeep >= 1.0) return false;
+        lanes_.depth[i] -= std::log(SlabLanes::kLiveOfDeep);
+      }
+      glm::dvec3 direction = SampleLambert({0, 0, 1}, random);
+      // Up through an air gap of no width: what the lower face mirrors meets the backing again.
+      if (!slab.backing_contact)
+        direction = ScatterAtSmoothBoundary(direction, {0, 0, 1}, slab.layers.back().ior / slab.ior_below, random);
+      Send(i, direction, random);
+      if (direction.z > 0) return true;
+    }
+  }
+
+  /// The photon's stream, where its lane stands.
+  RandomStream StreamOf(int i) const {
+    RandomStream random = random_[i];
+    random.set_state(lanes_.random[i]);
+    return random;
+  }
+  void Send(int i, const glm::dvec3& direction, const RandomStream& random) {
+    lanes_.dx[i] = direction.x, lanes_.dy[i] = direction.y, lanes_.dz[i] = direction.z;
+    lanes_.random[i] = random.state();
+  }
+  void EnterLayer(int i, size_t layer) {
+    layer_[i] = layer;
+    lanes_.Enter(i, bench_.layers[layer]);
+  }
+  void MoveLane(int from, int to) {
+    lanes_.Copy(from, to);
+    photon_[to] = photon_[from];
+    random_[to] = random_[from];
+    layer_[to] = layer_[from];
+    boundaries_[to] = boundaries_[from];
+  }
+
+  const Bench& bench_;
+  std::span<PhotonEnd> ends_;
+  const std::function<std::optional<Entered>(size_t)>& start_;
+  SlabLanes lanes_{};
+  std::vector<RandomStream> random_{SlabLanes::kMax, RandomStream(0)};
+  std::array<size_t, SlabLanes::kMax> photon_{}, layer_{};
+  std::array<int, SlabLanes::kMax> boundaries_{}, flown_out_{};
+  int active_ = 0;
+  size_t next_ = 0;
+};
+
+/// Sums over photons of what each returned.
 struct Tally {
   double reflected = 0, reflected2 = 0, transmitted = 0, transmitted2 = 0;
   std::vector<double> rings_r, rings_r2, rings_t, rings_t2;
@@ -46,93 +204,22 @@ struct Tally {
       rings_r[i] += o.rings_r[i], rings_r2[i] += o.rings_r2[i], rings_t[i] += o.rings_t[i],
           rings_t2[i] += o.rings_t2[i];
   }
-};
-
-/// Everything that stays the same for all photons.
-struct Bench {
-  const Slab& slab;
-  SlabScene scene;
-  Media media;
-};
-
-Media MediaOfSlab(const Slab& slab) {
-  std::vector<Medium> media(1);
-  media[0].ior = slab.ior_above;
-  for (const auto& l : slab.layers)
-    media.push_back(
-        {l.ior, l.g, l.isotropic_fraction, glm::dvec3(l.scattering_per_mm), glm::dvec3(l.absorption_per_mm)});
-  media.emplace_back().ior = slab.ior_below;
-  return Media(std::move(media));
-}
-
-/// One photon from just above the sample, refracted in at `direction` (travelling down). Adds to the tally.
-void TracePhoton(const Bench& bench, glm::dvec3 direction, RandomStream& random, WalkCounters& counters, Tally& tally) {
-  const Slab& slab = bench.slab;
-  const int below = bench.scene.below();
-  const double rho = slab.backing_reflectance;
-  WalkState state;
-  state.Begin(bench.media.size());
-  state.direction = direction;
-  state.medium = 1;
-  double returned = 1.0;  // weight after reflections by the backing
-  double absorbed_by_backing = 0, backing_square_radius = 0;
-  const auto ring_of = [&](double square_radius) {
-    const auto& edges = slab.radii_mm;
-    if (tally.rings_r.empty()) return -1;
-    const double r = std::sqrt(square_radius);
-    const auto it = std::upper_bound(edges.begin(), edges.end(), r);
-    return it == edges.begin() || it == edges.end() ? -1 : static_cast<int>(it - edges.begin()) - 1;
-  };
-  const auto cross = [&](const Boundary& b) {
-    const int behind = b.behind(state.medium);
-    if (behind == below && slab.backing_contact) {
-      state.medium = below;
-      return;
-    }
-    state.direction = ScatterAtSmoothBoundary(state.direction, b.normal,
-                                              bench.media[behind].ior / bench.media[state.medium].ior, random);
-    state.medium = b.towards(state.direction);
-  };
-  for (;;) {
-    const bool left = Walk(bench.scene, bench.media, 0, state, random, counters, cross,
-                           [&](int medium) { return medium == kOutside || medium == below; });
-    if (!left) break;
-    const double weight = returned * bench.media.Weight(state).x;
-    const double square_radius = state.position.x * state.position.x + state.position.y * state.position.y;
-    if (state.medium == kOutside) {
-      tally.reflected += weight;
-      tally.reflected2 += weight * weight;
-      if (const int ring = ring_of(square_radius); ring >= 0) {
-        tally.rings_r[ring] += weight;
-        tally.rings_r2[ring] += weight * weight;
-      }
-      break;
-    }
-    // Below: the backing takes 1 - rho (expected value, added up over all returns) and sends rho back.
-    absorbed_by_backing += (1.0 - rho) * weight;
-    backing_square_radius = square_radius;
-    if (rho == 0) break;
-    returned *= rho;
-    state.direction = SampleLambert({0, 0, 1}, random);
-    state.medium = below - 1;
-    if (!slab.backing_contact) {
-      // Up through an air gap of no width: what the lower face mirrors meets the backing again.
-      const double n = slab.layers.back().ior / slab.ior_below;
-      state.direction = ScatterAtSmoothBoundary(state.direction, {0, 0, 1}, n, random);
-      state.medium = state.direction.z > 0 ? below - 1 : below;
-    }
-    if (returned < 1e-3) {
-      if (random.Next() >= 0.25) break;
-      returned *= 4.0;
-    }
+  /// `edges`: of the rings. Rings below are of light that met no reflecting backing.
+  void Add(const PhotonEnd& end, const std::vector<double>& edges, bool has_rings_below) {
+    reflected += end.reflected, reflected2 += end.reflected * end.reflected;
+    transmitted += end.transmitted, transmitted2 += end.transmitted * end.transmitted;
+    const auto add = [&](double weight, double square_radius, std::vector<double>& sums, std::vector<double>& squares) {
+      if (!(weight > 0) || sums.empty()) return;
+      const auto it = std::upper_bound(edges.begin(), edges.end(), std::sqrt(square_radius));
+      if (it == edges.begin() || it == edges.end()) return;
+      const size_t ring = it - edges.begin() - 1;
+      sums[ring] += weight;
+      squares[ring] += weight * weight;
+    };
+    add(end.reflected, end.reflected_r2, rings_r, rings_r2);
+    if (has_rings_below) add(end.transmitted, end.transmitted_r2, rings_t, rings_t2);
   }
-  tally.transmitted += absorbed_by_backing;
-  tally.transmitted2 += absorbed_by_backing * absorbed_by_backing;
-  if (const int ring = rho == 0 && absorbed_by_backing > 0 ? ring_of(backing_square_radius) : -1; ring >= 0) {
-    tally.rings_t[ring] += absorbed_by_backing;
-    tally.rings_t2[ring] += absorbed_by_backing * absorbed_by_backing;
-  }
-}
+};
 
 double StandardError(double sum, double square, double n) {
   return n > 1 ? std::sqrt(std::max(0.0, square / n - (sum / n) * (sum / n)) / (n - 1)) : 0.0;
@@ -141,40 +228,36 @@ double StandardError(double sum, double square, double n) {
 }  // namespace
 
 SlabAnswer SolveByWalks(const Slab& slab, const SlabWalkOptions& options, const std::function<void(double)>& progress) {
-  const Bench bench{slab, SlabScene(slab), MediaOfSlab(slab)};
+  const Bench bench(slab);
   SlabAnswer answer;
   answer.model = "path";
   answer.photons = static_cast<double>(options.photons);
   SetSpecular(slab, answer);
-  const double n = slab.layers[0].ior / slab.ior_above;
   const size_t rings = slab.radii_mm.empty() ? 0 : slab.radii_mm.size() - 1;
-  constexpr uint64_t kBatch = 2000;
-  const uint64_t batches = (options.photons + kBatch - 1) / kBatch, diffuse_photons = (options.photons + 3) / 4;
+  constexpr uint64_t kBatch = 4000, kPerDiffuse = 4;
+  const uint64_t batches = (options.photons + kBatch - 1) / kBatch,
+                 diffuse_photons = (options.photons + kPerDiffuse - 1) / kPerDiffuse;
   std::vector<Tally> collimated(batches, Tally(rings)), diffuse(batches, Tally(0));
-  const auto run = [&](uint64_t batch, bool is_diffuse, Tally& tally) {
-    WalkCounters counters;
-    const uint64_t end = std::min(is_diffuse ? diffuse_photons : options.photons, (batch + 1) * kBatch);
-    for (uint64_t i = batch * kBatch; i < end; ++i) {
-      RandomStream random(Key(options.seed, 0x736c6162ull, is_diffuse, i));
-      glm::dvec3 direction(0, 0, -1);
-      double entered = 1.0 - answer.specular;
-      if (is_diffuse) {
-        direction = -SampleLambert({0, 0, 1}, random);
-        const double cosine = -direction.z;
-        entered = 1.0 - Terms<double>::FresnelReflectance(cosine, n);
-        const double inside = Terms<double>::RefractedCosine(cosine, n);
-        direction = glm::normalize(glm::dvec3(direction.x / n, direction.y / n, -inside));
-      }
-      if (random.Next() >= entered) continue;  // mirrored by the first surface
-      TracePhoton(bench, direction, random, counters, tally);
-    }
+  const auto run = [&](uint64_t batch) {
+    const auto range = [&](uint64_t size, uint64_t all) {
+      return std::pair(batch * size, std::min(all, (batch + 1) * size));
+    };
+    const auto [first, last] = range(kBatch, options.photons);
+    const auto [first_diffuse, last_diffuse] = range(kBatch / kPerDiffuse, diffuse_photons);
+    const size_t count = last - first;
+    std::vector<PhotonEnd> ends(count + (last_diffuse - first_diffuse));
+    const std::function start = [&](size_t k) {
+      const bool is_diffuse = k >= count;
+      const uint64_t photon = is_diffuse ? first_diffuse + (k - count) : first + k;
+      return Enter(slab, answer.specular, is_diffuse, Key(options.seed, 0x736c6162ull, is_diffuse, photon));
+    };
+    Pool(bench, std::clamp(options.lanes, 1, SlabLanes::kMax), ends, start).Trace();
+    for (size_t k = 0; k < ends.size(); ++k)
+      (k < count ? collimated : diffuse)[batch].Add(ends[k], slab.radii_mm, slab.backing_reflectance == 0);
   };
   constexpr uint64_t kAtOnce = 64;
   for (uint64_t begin = 0; begin < batches; begin += kAtOnce) {
-    ParallelFor(std::min(kAtOnce, batches - begin), options.threads, [&](size_t i) {
-      run(begin + i, false, collimated[begin + i]);
-      run(begin + i, true, diffuse[begin + i]);
-    });
+    ParallelFor(std::min(kAtOnce, batches - begin), options.threads, [&](size_t i) { run(begin + i); });
     progress(static_cast<double>(begin) / static_cast<double>(batches));
   }
   Tally c(rings), d(0);

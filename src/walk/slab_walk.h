@@ -11,6 +11,7 @@ namespace crownfit {
 struct SlabWalkOptions {
   uint64_t photons = 1000000, seed = 1;
   int threads = 0;
+  int lanes = 128;  ///< photons side by side, at most; changes nothing but the time
 };
 
 /// Totals with standard errors, and ring means where the slab names radii. `photons` come at normal

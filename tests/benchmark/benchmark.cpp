@@ -92,7 +92,7 @@ void WalkTheToothSlab(benchmark::State& state) {
   // Peers' tooth case: 338 scatterings a photon; MCML 74,000 photons/s and core.
   Slab slab;
   slab.layers = {{1.63, 0.96, 0.0, 6.0, 0.03, 1.0}, {1.54, 0.93, 0.0, 28.0, 0.2, 2.0}};
-  constexpr uint64_t kPhotons = 4000;
+  constexpr uint64_t kPhotons = 40000;
   for (auto _ : state)
     benchmark::DoNotOptimize(SolveByWalks(slab, {kPhotons, 1, 1}, [](double) {}).value.reflectance_collimated);
   state.counters["photons/s"] =
