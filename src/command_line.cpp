@@ -203,7 +203,8 @@ CommandLine Parse(const std::vector<std::string>& arguments, std::ostream& error
       "  crownfit calibrate WHAT IMAGES         camera, noise, blur, colour, lights and poses from photographs\n"
       "  crownfit capture init ...              meshes, photographs and calibration gathered into a capture\n"
       "  crownfit export M --to FORMAT -o DIR   for Mitsuba, pbrt, Blender, glTF, MaterialX, or as a table\n"
-      "  crownfit compare A B                   CIEDE2000 between two pictures\n\n"
+      "  crownfit compare A B                   CIEDE2000 between two pictures\n"
+      "  crownfit benchmark tradeoff C -o DIR   speed against accuracy of every model, on your capture\n\n"
       "CAPTURE is a folder that holds capture.json, or that file. docs/file_formats.md describes it.\n"
       "Exit codes: 0 done; 1 finished, but the result must not be used (reasons are printed); 2 wrong input;\n"
       "3 interrupted; 4 internal error."};
@@ -263,6 +264,8 @@ CommandLine Parse(const std::vector<std::string>& arguments, std::ostream& error
   render->add_flag("--half", line.half_float, "16-bit EXR.");
   render->add_flag("--twelve-taps", line.fit.twelve_taps, "Blur by the thesis's 1 + 12 taps in place of 49.");
   render->add_flag("--fine", line.fine, "Four times the light samples.");
+  render->add_option("--scale", line.scale, "Pictures of so many times the camera's width and height (default 1).")
+      ->check(CLI::Range(0.01, 1.0));
   render->add_option("--seed", line.fit.seed, "Seed of the noise (default 1).");
   AddCommonOptions(render, line);
 
@@ -273,6 +276,7 @@ CommandLine Parse(const std::vector<std::string>& arguments, std::ostream& error
   AddExport(app, line);
   AddPredict(app, line);
   AddShades(app, line);
+  AddBenchmark(app, line);
   BatchWords more;
   const CLI::App* batch = AddBatch(app, line, text, more);
 

@@ -12,6 +12,7 @@
 #include "export_material.h"
 #include "predict_line.h"
 #include "report/crown_fit.h"
+#include "trade_off.h"
 
 namespace crownfit {
 
@@ -23,6 +24,7 @@ struct CommandLine {
   std::string photograph;
   bool json = false;
   bool half_float = false, fine = false;
+  double scale = 1;          ///< render: of the pictures' width and height
   bool derivatives = false;  ///< render --model path
   std::optional<std::filesystem::path> screenshot;
   std::string size;                           ///< view: WxH
@@ -44,6 +46,7 @@ struct CommandLine {
   ExportOptions exported;
   PredictLine predict;
   ShadesLine shades;
+  TradeOffOptions trade_off;
   std::optional<int> exit_code;  ///< set when parsing already answered (--help, --version, a wrong option)
 };
 

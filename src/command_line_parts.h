@@ -11,6 +11,7 @@ struct CommandLine;
 
 /// --threads and --progress.
 void AddCommonOptions(CLI::App* app, CommandLine& line);
+void AddBenchmark(CLI::App& app, CommandLine& line);
 void AddCalibrate(CLI::App& app, CommandLine& line);
 void AddCapture(CLI::App& app, CommandLine& line);
 void AddExport(CLI::App& app, CommandLine& line);

@@ -112,8 +112,8 @@ int RunRender(const CommandLine& line) {
   const Capture capture = ReadCapture(line.capture);
   const Material material = line.material.empty() ? StatedMaterial(capture) : ReadMaterialFile(line.material, capture);
   RenderOptions options{
-      line.fit.model,  {}, line.paths, line.fit.twelve_taps, line.fine, line.fit.seed, line.fit.threads,
-      line.derivatives};
+      line.fit.model,   {},        line.paths, line.fit.twelve_taps, line.fine, line.fit.seed, line.fit.threads,
+      line.derivatives, line.scale};
   options.photograph = NamedPhotograph(capture, line.photograph);
   const auto messages = RenderPhotographs(capture, material, options, progress, [&](const RenderedPhotograph& r) {
     const PhotographSpec& photo = capture.photographs[r.photograph];

@@ -6,6 +6,7 @@
 namespace crownfit {
 
 int RunBatchCommand(const CommandLine& line);
+int RunBenchmark(const CommandLine& line);
 int RunCalibrate(const CommandLine& line);
 int RunCaptureInit(const CommandLine& line);
 int RunExport(const CommandLine& line);

@@ -19,7 +19,7 @@ int main(int argc, char** argv) {
       {"match", crownfit::RunMatch},           {"calibrate", crownfit::RunCalibrate},
       {"capture", crownfit::RunCaptureInit},   {"export", crownfit::RunExport},
       {"report", crownfit::RunReport},         {"predict", crownfit::RunPredict},
-      {"shades", crownfit::RunShades},
+      {"shades", crownfit::RunShades},         {"benchmark", crownfit::RunBenchmark},
   };
   try {
     const crownfit::CommandLine line = crownfit::ParseCommandLine(argc, argv);

@@ -1,5 +1,8 @@
 #include "render_photographs.h"
 
+#include <algorithm>
+#include <cmath>
+
 #include "fit_steps.h"
 #include "optics/twelve_taps.h"
 #include "path_derivatives.h"
@@ -111,12 +114,31 @@ std::vector<std::string> RenderByPath(const CrownInput& input, const Material& m
   return {LossesInWords(counters)};
 }
 
+/// As cameras with larger pixels see it.
+Capture AtScale(Capture capture, double scale) {
+  for (PhotographSpec& photo : capture.photographs) {
+    Camera& camera = photo.camera;
+    const int width = std::max(1, static_cast<int>(std::lround(scale * camera.width))),
+              height = std::max(1, static_cast<int>(std::lround(scale * camera.height)));
+    const double across = static_cast<double>(width) / camera.width, down = static_cast<double>(height) / camera.height;
+    camera.fx *= across;
+    camera.cx *= across;
+    camera.fy *= down;
+    camera.cy *= down;
+    camera.width = width;
+    camera.height = height;
+    if (photo.blur)
+      for (auto& gaussian : photo.blur->psf) gaussian.sigma_px *= scale;
+  }
+  return capture;
+}
+
 }  // namespace
 
 std::vector<std::string> RenderPhotographs(const Capture& capture, const Material& material,
                                            const RenderOptions& options, Progress& progress, const Done& done) {
   progress.Show("reading", 0.0);
-  const CrownInput input = ReadInput(capture, options.threads, /*with_images=*/false);
+  const CrownInput input = ReadInput(AtScale(capture, options.scale), options.threads, /*with_images=*/false);
   return options.model == "path" ? RenderByPath(input, material, options, progress, done)
                                  : RenderByShader(input, material, options, progress, done);
 }

@@ -21,6 +21,7 @@ struct RenderOptions {
   uint64_t seed = 1;
   int threads = 0;
   bool derivatives = false;  ///< model path
+  double scale = 1;          ///< of the pictures' width and height
 };
 
 /// What the camera would record, the photograph's exposure_scale included.

@@ -1,10 +1,12 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <set>
 
 #include "base/html.h"
 #include "geometry/long_axis.h"
 #include "report/plain_words.h"
+#include "report/scatter_plot.h"
 #include "report/zones.h"
 #include "support/shapes.h"
 
@@ -158,6 +160,24 @@ TEST(Profiles, AWeakParameterIsOneWhoseIntervalIsWiderThanAFactorOfOneAndAHalf) 
   entry.scale = Scale::kLinear;
   EXPECT_FALSE(IsWeak(entry, 1.5, 0.01));
   EXPECT_TRUE(IsWeak(entry, 0.1, 0.1)) << "an interval that reaches below 0";
+}
+
+TEST(ScatterPlot, ThePointsOfTheFrontAreThoseThatNoOtherBeatsInBoth) {
+  std::vector<ScatterPoint> points{{1, 10, "a"}, {2, 5, "b"}, {2, 6, "c"}, {3, 5, "d"}, {9, 1, "e"}, {9, 1, "f"}};
+  MarkFront(points);
+  std::string front;
+  for (const ScatterPoint& p : points) front += p.is_on_front ? p.label : "";
+  EXPECT_EQ(front, "abef") << "of two that are the same both stay";
+}
+
+TEST(ScatterPlot, LabelsAreNotMarkupAndLieBesideEachOther) {
+  ScatterPlot plot{"<title>", "x", "y", {"one"}, {}, {{0.5, "floor"}}};
+  for (int i = 0; i < 5; ++i) plot.points.push_back({1.0 + 0.01 * i, 2.0, "label <" + std::to_string(i) + ">"});
+  const std::string svg = ScatterPlotSvg(plot);
+  EXPECT_EQ(svg.find("<title>"), svg.npos);
+  std::set<std::string> places;
+  for (size_t at = 0; (at = svg.find("<text", at)) != svg.npos; ++at)
+    EXPECT_TRUE(places.insert(svg.substr(at, svg.find('>', at) - at)).second) << "one text over another";
 }
 
 TEST(Page, TextIsNotMarkup) { EXPECT_EQ(Html("<a href=\"x\">&"), "&lt;a href=&quot;x&quot;&gt;&amp;"); }

@@ -25,6 +25,10 @@ constexpr double kLook_s = 0.05;  // between looks at time and memory
 
 double Now_s() { return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count(); }
 
+double Seconds(const timeval& time) {
+  return static_cast<double>(time.tv_sec) + 1e-6 * static_cast<double>(time.tv_usec);
+}
+
 double Resident_MiB(int pid) {
   char name[64];
   std::snprintf(name, sizeof name, "/proc/%d/statm", pid);
@@ -97,6 +101,7 @@ std::optional<std::pair<size_t, ProcessEnd>> ProcessPool::Wait(double seconds) {
       close(at->second.handle);
       ProcessEnd end = at->second.end;
       end.wall_s = Now_s() - at->second.begin_s;
+      end.cpu_s = Seconds(used.ru_utime) + Seconds(used.ru_stime);
       end.peak_MiB = std::max(end.peak_MiB, static_cast<double>(used.ru_maxrss) / 1024);
       if (WIFEXITED(status)) end.exit_code = WEXITSTATUS(status);
       if (WIFSIGNALED(status)) end.signal = WTERMSIG(status);

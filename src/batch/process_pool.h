@@ -18,7 +18,7 @@ struct ProcessEnd {
   int exit_code = -1;  ///< -1: killed by a signal
   int signal = 0;
   bool was_too_slow = false, was_too_large = false;
-  double wall_s = 0, peak_MiB = 0;
+  double wall_s = 0, cpu_s = 0, peak_MiB = 0;  ///< cpu_s: of all its threads
 };
 
 class ProcessPool {

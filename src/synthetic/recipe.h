@@ -9,7 +9,8 @@
 
 namespace crownfit {
 
-struct CalibrationError {
+/// How wrong a synthetic capture's calibration files are.
+struct SynthesisErrors {
   double exposure = 0;               ///< relative
   double pose_deg = 0, pose_mm = 0;  ///< per axis, about and along the camera's axes
   double light_mm = 0;               ///< per axis
@@ -24,7 +25,7 @@ struct Recipe {
   uint64_t seed = 1;
   double initial_factor = 2.0;
   std::vector<std::string> free;  ///< "layer.key", "surface.key"
-  CalibrationError error;
+  SynthesisErrors error;
 };
 
 /// Throws InputError; a parameter that is not fixed is one.
