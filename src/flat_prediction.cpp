@@ -178,14 +178,17 @@ std::vector<FlatGroup> Evaluate(const FlatQuestion& q, const Material& material,
 }
 
 bool IsUncertain(const MaterialRecord& record) {
+  if (record.joint) return !record.joint->entries.empty();
   for (const auto& layer : record.layers)
     for (const ParameterRecord& p : layer)
       if (!p.stddev.empty()) return true;
   return false;
 }
 
-/// Values drawn from the stated standard deviations, in ln where the fit moves in ln; not wider than the bounds.
+/// Values drawn from what the fit knows of all of them; in a file that does not say so each from its standard deviation
+/// by itself, in ln where the fit moves in ln, not wider than the bounds.
 Material Drawn(const MaterialRecord& record, uint64_t key) {
+  if (record.joint) return Drawn(*record.joint, record.material, key);
   Material material = record.material;
   for (size_t l = 0; l < material.layers.size(); ++l)
     for (size_t i = 0; i < kParameters.size(); ++i) {

@@ -11,6 +11,7 @@
 #include "base/json_file.h"
 #include "photo/image_io.h"
 #include "report/figures.h"
+#include "report/joint_json.h"
 #include "report/report_files.h"
 
 namespace crownfit {
@@ -210,6 +211,7 @@ std::string MaterialJson(const CrownFit& fit) {
                                             {"block_chi2", u.block_chi2},
                                             {"variance_inflation", u.inflation},
                                             {"monte_carlo_share_of_variance", u.of_walks}}},
+      {"joint", JointJson(fit)},
       {"linear_scales", scales},
       {"calibration", moved},
       {"provenance", ProvenanceJson(fit)}};

@@ -179,8 +179,8 @@ function showParameters() {
 }
 
 function showCorrelation() {
-  const {entries, correlation} = report;
-  if (entries.length < 2) return;
+  const {names, correlation} = material.joint;
+  if (names.length < 2) return;
   const cell = r => {
     const box = figureCell(r == null ? '' : r.toFixed(2));
     // Over half of the paper, so that the text stays readable on it, light or dark.
@@ -188,12 +188,12 @@ function showCorrelation() {
     return box;
   };
   const body = make('table', {className: 'correlation'},
-      make('thead', {}, row([make('td'), ...entries.map((_, i) => make('th', {scope: 'col'}, String(i + 1)))])),
-      make('tbody', {}, entries.map((entry, i) => row([make('th', {scope: 'row'}, `${i + 1}  ${plainName(entry.name)}`),
+      make('thead', {}, row([make('td'), ...names.map((_, i) => make('th', {scope: 'col'}, String(i + 1)))])),
+      make('tbody', {}, names.map((name, i) => row([make('th', {scope: 'row'}, `${i + 1}  ${plainName(name)}`),
                                                        ...correlation[i].map(cell)]))));
   section('correlation', 'Correlation of what was fitted',
-      make('p', {className: 'soft'}, 'Near ±1: the photographs tell a combination of the two, not each. Red: one can make up for the other when both ' +
-          'grow; blue: when one grows and the other shrinks. Photographs and priors together, in the scales the fit moves in.'),
+      make('p', {className: 'soft'}, 'Near ±1: a combination of the two is known, not each. Red: one can make up for the other when both ' +
+          'grow; blue: when one grows and the other shrinks. What was seen and priors together, in the scales the fit moves in.'),
       make('div', {className: 'wide'}, body),
       material.identifiability.weak_directions.length
           ? make('details', {}, make('summary', {}, 'Weak directions'), list(material.identifiability.weak_directions)) : null);
