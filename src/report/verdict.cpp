@@ -23,6 +23,13 @@ std::string Names(const Uncertainty& u, Status status) {
   return names;
 }
 
+/// What speaks in this fit.
+std::string SourceOf(const CrownFit& fit) {
+  return fit.photographs.empty() ? "measurements"
+         : fit.readings.empty()  ? "photographs"
+                                 : "photographs and measurements";
+}
+
 }  // namespace
 
 std::vector<std::string> ModelCaveats(const CrownFit& fit) {
@@ -51,6 +58,12 @@ std::vector<std::string> ModelCaveats(const CrownFit& fit) {
                           "' stays where model `shader` left it: walks give no derivative by it, and "
                           "what it leaves open is not in the other intervals. Fix it if you know it.");
     }
+    return caveats;
+  }
+  if (fit.model == "layered") {
+    caveats.push_back(
+        "Model `layered` takes the samples as flat, smooth and wide. Index, g and whatever else is fixed count as "
+        "exact; in thin or clear samples g matters most.");
     return caveats;
   }
   caveats.push_back(
@@ -118,7 +131,7 @@ void Judge(CrownFit& fit) {
   if (!fit.converged) fit.reasons.push_back("the optimiser did not converge");
   if (u.reduced_chi2 > kChi2Limit)
     fit.reasons.push_back("reduced chi2 is " + Number(u.reduced_chi2) + ", above the limit " + Number(kChi2Limit) +
-                          ": the model does not explain these photographs within their noise");
+                          ": the model does not explain these " + SourceOf(fit) + " within their errors");
   if (fit.model == "path" && u.block_chi2 > kChi2Limit)
     fit.reasons.push_back("what is left in patches of neighbouring pixels is " + Number(u.block_chi2) +
                           " times its noise (limit " + Number(kChi2Limit) +
@@ -142,9 +155,10 @@ void Judge(CrownFit& fit) {
     const std::string names = Names(u, status);
     return names.empty() ? "" : words + names + ". ";
   };
-  fit.verdict =
-      part(Status::kFitted, "The photographs identify ") + part(Status::kPrior, "Held by its prior, not measured: ") +
-      part(Status::kNotIdentified, "Not identified by these photographs: ") + part(Status::kAtBound, "At a bound: ");
+  fit.verdict = part(Status::kFitted, "The " + SourceOf(fit) + " identify ") +
+                part(Status::kPrior, "Held by its prior, not measured: ") +
+                part(Status::kNotIdentified, "Not identified by these " + SourceOf(fit) + ": ") +
+                part(Status::kAtBound, "At a bound: ");
   if (fit.verdict.empty()) fit.verdict = "Nothing was free to fit. ";
   fit.verdict.pop_back();
   if (!fit.usable)
