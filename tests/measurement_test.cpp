@@ -118,8 +118,8 @@ TEST(FlatReading, SlidesOfTheSamplesIndexChangeNothing) {
 }
 
 TEST(MeasurementFit, ReflectanceAndTransmittanceOfAnotherProgramGiveTheCoefficientsBack) {
-  // Adding-doubling of S. Prahl's `ad` at 64 angles: n 1.54, g 0.8, in air, totals. The first, seventh and eighth are
-  // among those for which his inverse program finds no solution: absorption next to nothing.
+  // Adding-doubling of S. Prahl's `ad` at 64 angles: n 1.54, g 0.8, in air, totals. For the first and the
+  // seventh his inverse program finds no solution: absorption next to nothing.
   const struct {
     double mm;
     glm::dvec3 scattering, absorption, r, t;
@@ -149,7 +149,7 @@ TEST(MeasurementFit, IntervalsHoldTheTruthAsOftenAsTheySay) {
   capture.measurements = {TotalsOf(0.5, 0.005), TotalsOf(1.5, 0.005)};
   for (auto& m : capture.measurements) m.thickness_stddev_mm = 0.02;
   int held = 0, count = 0;
-  for (uint64_t seed = 1; seed <= 20; ++seed) {
+  for (uint64_t seed = 1; seed <= 12; ++seed) {
     TakeReadings(capture, truth, seed);
     const CrownFit fit = Fit(capture);
     ASSERT_TRUE(fit.converged);
@@ -158,8 +158,8 @@ TEST(MeasurementFit, IntervalsHoldTheTruthAsOftenAsTheySay) {
         held += p.low95[c] <= truth.layers[0][p.quantity][c] && truth.layers[0][p.quantity][c] <= p.high95[c];
   }
   std::printf("%d of %d intervals hold the truth\n", held, count);
-  // Channels of a sample share its thickness, so that there are about half as many independent ones: 4 sigma of 60.
-  EXPECT_GT(held, 0.95 * count - 4 * std::sqrt(0.05 * 0.95 / 60) * count);
+  // Channels of a sample share its thickness, so that there are about half as many independent ones: 4 sigma of 36.
+  EXPECT_GT(held, 0.95 * count - 4 * std::sqrt(0.05 * 0.95 / 36) * count);
   EXPECT_LT(held, count) << "or they are too wide";
 }
 
