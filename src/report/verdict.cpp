@@ -70,6 +70,11 @@ std::vector<std::string> ModelCaveats(const CrownFit& fit) {
       "Model `shader` takes the layers below every point as flat. The intervals carry its mean error on path-traced "
       "objects (4 % of a photograph's level, 3 % of a patch); behind clear enamel without dentine and in light from "
       "behind it is off by more.");
+  if (!fit.readings.empty())
+    caveats.push_back(
+        "Beside model `shader` measurements hardly count: thousands of pixels outweigh them. Fit the measurements "
+        "alone "
+        "and give that result as --prior.");
   for (size_t l = 2; l < capture.layers.size(); ++l)
     caveats.push_back("Layer '" + capture.layers[l].name + "' is not seen by model `shader`.");
   return caveats;
