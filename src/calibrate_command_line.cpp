@@ -186,8 +186,12 @@ void AddCalibrate(CLI::App& app, CommandLine& line) {
 }
 
 void AddCapture(CLI::App& app, CommandLine& line) {
-  auto* capture = app.add_subcommand("capture", "Makes captures: see crownfit capture init --help.");
+  auto* capture = app.add_subcommand(
+      "capture",
+      "Makes captures, of photographs or of an instrument's readings: see crownfit capture init --help and\n"
+      "crownfit capture measured --help.");
   capture->require_subcommand(1);
+  AddCaptureMeasured(*capture, line);
   auto* init = capture->add_subcommand(
       "init",
       "Gathers meshes, photographs and calibration products into a folder with capture.json, and checks it. "

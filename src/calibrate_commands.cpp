@@ -277,6 +277,7 @@ int RunCalibrate(const CommandLine& line) {
 }
 
 int RunCaptureInit(const CommandLine& line) {
+  if (!line.measured.file.empty()) return RunCaptureMeasured(line);
   CaptureParts parts = line.calibrate.parts;
   for (const auto& text : line.calibrate.init_meshes) parts.meshes.push_back(NamedFile(text, "--mesh"));
   for (const auto& text : line.calibrate.init_photographs) parts.photographs.push_back(NamedFile(text, "--photo"));

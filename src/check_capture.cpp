@@ -5,6 +5,7 @@
 #include <thread>
 
 #include "fit/image_residuals.h"
+#include "fit_measurements.h"
 #include "fit_pixels.h"
 #include "walk/path_photograph.h"
 
@@ -54,9 +55,25 @@ void EstimateTimes(const FitState& at, const FitOptions& options, double evaluat
   check.path_s = check.shader_s + kRuns * walked * kSecondsPerPath / cores;
 }
 
+/// By the readings' own errors alone, as model `layered` has none of its own.
+CaptureCheck CheckMeasurements(const Capture& capture, const FitOptions& options) {
+  CaptureCheck check;
+  check.input.capture = capture;
+  const FreeParameters free = FreeParametersOf(capture);
+  if (free.count() == 0) return check;
+  const DataKnowledge knowledge = ForeseeMeasurements(capture, free, options.threads);
+  for (int k = 0; k < free.count(); ++k)
+    check.foreseen.push_back(
+        {free.entries[k].name, "",
+         IntervalInWords(free.entries[k], std::sqrt(knowledge.Variance(Eigen::RowVectorXd::Unit(free.count(), k))))});
+  check.weak_directions = Quantify(capture, free, StartVector(free), knowledge, options.use_priors).weak_directions;
+  return check;
+}
+
 }  // namespace
 
 CaptureCheck CheckCapture(const Capture& stated, const FitOptions& options, Progress& progress) {
+  if (stated.photographs.empty()) return CheckMeasurements(stated, options);
   CheckShaderSupports(stated);
   progress.Show("reading", 0.0);
   CaptureCheck check;

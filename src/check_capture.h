@@ -11,12 +11,12 @@ namespace crownfit {
 
 /// What the photographs would tell of one free entry, in the words of its 95 % interval.
 struct ForeseenEntry {
-  std::string name, by_shader, by_path;
+  std::string name, by_shader, by_path;  ///< of measurements alone: in `by_path`, by model `layered`
 };
 
 struct CaptureCheck {
   CrownInput input;
-  std::shared_ptr<const Crown> crown;
+  std::shared_ptr<const Crown> crown;  ///< nothing where measurements alone are given
   std::vector<std::string> caveats;
   std::vector<ForeseenEntry> foreseen;
   std::vector<std::string> weak_directions;  ///< in a fit by model path

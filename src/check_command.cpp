@@ -10,12 +10,16 @@ namespace crownfit {
 namespace {
 
 std::string AsJson(const Capture& capture, const CaptureCheck& check) {
-  JsonValue::Array photographs, free_names, foreseen, requirements;
+  JsonValue::Array photographs, measurements, free_names, foreseen, requirements;
+  for (const auto& m : capture.measurements)
+    measurements.push_back(JsonValue::Object{{"name", m.name}, {"use", m.is_holdout ? "holdout" : "fit"}});
   for (const auto& p : capture.photographs)
     photographs.push_back(JsonValue::Object{{"name", p.name}, {"use", p.is_holdout ? "holdout" : "fit"}});
   for (const auto& e : check.foreseen) {
     free_names.push_back(e.name);
-    foreseen.push_back(JsonValue::Object{{"name", e.name}, {"shader", e.by_shader}, {"path", e.by_path}});
+    foreseen.push_back(capture.photographs.empty()
+                           ? JsonValue::Object{{"name", e.name}, {"layered", e.by_path}}
+                           : JsonValue::Object{{"name", e.name}, {"shader", e.by_shader}, {"path", e.by_path}});
   }
   for (const auto& r : check.requirements)
     requirements.push_back(JsonValue::Object{{"without", r.what},
@@ -27,6 +31,7 @@ std::string AsJson(const Capture& capture, const CaptureCheck& check) {
   return ToJsonText(
       JsonValue::Object{{"valid", true},
                         {"photographs", photographs},
+                        {"measurements", measurements},
                         {"free", free_names},
                         {"caveats", check.caveats},
                         {"foreseen", foreseen},
@@ -38,7 +43,7 @@ std::string AsJson(const Capture& capture, const CaptureCheck& check) {
 
 void PrintScene(const Capture& capture, const CaptureCheck& check) {
   std::printf("%s: valid\n", capture.file.c_str());
-  for (size_t i = 0; i < capture.layers.size(); ++i)
+  for (size_t i = 0; check.crown && i < capture.layers.size(); ++i)
     std::printf("  layer %-16s %8zu triangles, mean thickness %.2f mm\n", capture.layers[i].name.c_str(),
                 check.crown->surfaces[i].triangles.size(), check.crown->thickness_mm[i]);
   for (size_t i = 0; i < capture.photographs.size(); ++i) {
@@ -47,24 +52,32 @@ void PrintScene(const Capture& capture, const CaptureCheck& check) {
                 p.camera.width, p.camera.height, p.is_holdout ? "held out" : "fit", p.files.mask ? ", mask" : "",
                 p.exposure_is_free ? ", exposure free" : "", check.input.photographs[i].saturated_pixels);
   }
+  for (const FlatMeasurement& m : capture.measurements) {
+    std::string what;
+    for (const auto& [name, is_there] : {std::pair{"reflectance", m.reflectance.has_value()},
+                                         {"transmittance", m.transmittance.has_value()},
+                                         {"lab", m.lab.has_value()}})
+      if (is_there) what += std::string(what.empty() ? "" : ", ") + name;
+    std::printf("  measurement %-16s %s%s\n", m.name.c_str(), what.c_str(), m.is_holdout ? ", held out" : "");
+  }
 }
 
 void PrintForeseen(const CaptureCheck& check) {
   std::printf(
-      "\n%zu numbers are free. What these photographs would tell of them (95 %% intervals), foreseen at the start "
-      "values:\n",
-      check.foreseen.size());
+      "\n%zu numbers are free. What these %s would tell of them (95 %% intervals), foreseen at the start values:\n",
+      check.foreseen.size(), check.crown ? "photographs" : "measurements");
   if (check.foreseen.empty()) {
     std::printf("  none: a fit would only compare. State {\"initial\": v} for what is to be fitted.\n");
     return;
   }
-  std::printf("  %-52s %-30s %s\n", "", "model shader, with its errors", "model path");
+  if (check.crown) std::printf("  %-52s %-30s %s\n", "", "model shader, with its errors", "model path");
   for (const auto& e : check.foreseen)
-    std::printf("  %-52s %-30s %s\n", e.name.c_str(), e.by_shader.c_str(), e.by_path.c_str());
-  std::printf(
-      "  about %.0f s by shader, %.0f s by path; `crownfit fit` begins with shader and goes on to path unless "
-      "it suffices\n",
-      check.shader_s, check.path_s);
+    std::printf("  %-52s %-*s %s\n", e.name.c_str(), check.crown ? 30 : 0, e.by_shader.c_str(), e.by_path.c_str());
+  if (check.crown)
+    std::printf(
+        "  about %.0f s by shader, %.0f s by path; `crownfit fit` begins with shader and goes on to path unless "
+        "it suffices\n",
+        check.shader_s, check.path_s);
   for (const auto& direction : check.weak_directions) std::printf("  weak: %s\n", direction.c_str());
   if (!check.advice.empty()) std::printf("  %s\n", check.advice.c_str());
 }
@@ -85,6 +98,7 @@ int RunCheck(const CommandLine& line) {
   const Capture capture = ReadCapture(line.capture);
   const CaptureCheck check = CheckCapture(capture, line.fit, progress);
   if (!line.output.empty()) {
+    RequirePhotographs(capture);
     std::vector<std::string> names;
     for (const auto& layer : capture.layers) names.push_back(layer.name);
     WriteImageFile(line.output, SectionFigure(check.crown->surfaces, names, line.fit.threads));

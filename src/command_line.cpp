@@ -30,7 +30,8 @@ std::vector<CLI::Option*> AddFitOptions(CLI::App* fit, CommandLine& line, FitTex
           "--model", line.fit.model,
           "shader: seconds, for looks. path: goes on from there to the optimum of random walks, minutes. auto "
           "(default\n"
-          "of fit): path, unless the photographs can't tell shader from the truth. Default of batch: shader."),
+          "of fit): path, unless the photographs can't tell shader from the truth. Default of batch: shader.\n"
+          "layered: of captures that hold measurements of flat samples alone; their default."),
       fit->add_option("--fix", text.fixes,
                       "NAME=VALUE or NAME=R,G,B: hold a parameter, such as dentine.absorption_per_mm=0.05.")
           ->take_all(),
@@ -325,8 +326,8 @@ CommandLine Parse(const std::vector<std::string>& arguments, std::ostream& error
     line.exit_code = 2;
   };
   line.captures.assign(text.captures.begin(), text.captures.end());
-  const std::map<std::string, std::vector<std::string>> models{{"fit", {"auto", "shader", "path"}},
-                                                               {"batch", {"auto", "shader", "path"}},
+  const std::map<std::string, std::vector<std::string>> models{{"fit", {"auto", "shader", "path", "layered"}},
+                                                               {"batch", {"auto", "shader", "path", "layered"}},
                                                                {"render", {"shader", "path"}},
                                                                {"slab", {"layered", "path"}}};
   if (const auto known = models.find(line.command); known != models.end()) {

@@ -10,6 +10,7 @@
 #include "batch/slurm.h"
 #include "calibrate_line.h"
 #include "export_material.h"
+#include "init_measurements.h"
 #include "predict_line.h"
 #include "report/crown_fit.h"
 #include "trade_off.h"
@@ -43,6 +44,7 @@ struct CommandLine {
   std::optional<SlurmOptions> slurm;  ///< batch: submit instead of fitting here
   std::string batch_task;             ///< "status", "collect", "cancel", or empty
   CalibrateLine calibrate;
+  MeasuredParts measured;  ///< capture measured
   ExportOptions exported;
   PredictLine predict;
   ShadesLine shades;

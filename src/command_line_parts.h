@@ -14,6 +14,8 @@ void AddCommonOptions(CLI::App* app, CommandLine& line);
 void AddBenchmark(CLI::App& app, CommandLine& line);
 void AddCalibrate(CLI::App& app, CommandLine& line);
 void AddCapture(CLI::App& app, CommandLine& line);
+/// A task of the command `capture`.
+void AddCaptureMeasured(CLI::App& capture, CommandLine& line);
 void AddExport(CLI::App& app, CommandLine& line);
 void AddPredict(CLI::App& app, CommandLine& line);
 void AddShades(CLI::App& app, CommandLine& line);

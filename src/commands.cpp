@@ -101,8 +101,8 @@ int RunFit(const CommandLine& line) {
     std::fputs(MaterialJson(fit).c_str(), stdout);
   } else {
     std::fputs(Summary(fit).c_str(), stdout);
-    std::printf("\nWritten: %s (report.html, material.json, run.json, figures/) in %.1f s\n", line.output.c_str(),
-                wall.count());
+    std::printf("\nWritten: %s (report.html, material.json, run.json%s) in %.1f s\n", line.output.c_str(),
+                fit.photographs.empty() ? "" : ", figures/", wall.count());
   }
   return fit.usable ? 0 : 1;
 }

@@ -9,6 +9,7 @@ int RunBatchCommand(const CommandLine& line);
 int RunBenchmark(const CommandLine& line);
 int RunCalibrate(const CommandLine& line);
 int RunCaptureInit(const CommandLine& line);
+int RunCaptureMeasured(const CommandLine& line);
 int RunExport(const CommandLine& line);
 int RunFit(const CommandLine& line);
 int RunReport(const CommandLine& line);

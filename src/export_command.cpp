@@ -16,7 +16,8 @@ void AddExport(CLI::App& app, CommandLine& line) {
       "  blender         a Python script: subsurface in one medium, or every layer a volume; with --capture the scene\n"
       "  gltf            crown.glb for viewers; with --capture the crown's surface\n"
       "  materialx       OpenPBR subsurface, of all layers as one and of every layer\n"
-      "  csv             every value with unit and interval");
+      "  csv             every value with unit and interval\n"
+      "  rxt             reflectance and transmittance of flat samples, as iad reads them");
   command->add_option("MATERIAL", line.material, "material.json or truth.json.")->required();
   std::vector<std::string> formats;
   for (const auto& [name, exporter] : Exporters()) formats.push_back(name);

@@ -4,7 +4,9 @@
 #include <cmath>
 #include <cstdio>
 
+#include "base/error.h"
 #include "fit_by_walks.h"
+#include "fit_measurements.h"
 #include "fit_pixels.h"
 #include "foresee_photographs.h"
 #include "material_priors.h"
@@ -105,6 +107,10 @@ std::vector<LikelihoodProfile> ProfilesOf(const FitProblem& problem, const FitSt
 }  // namespace
 
 CrownFit FitCrown(const Capture& stated, const FitOptions& options, Progress& progress, const KnownBeside& beside) {
+  if (stated.photographs.empty()) return FitMeasurements(stated, options, progress);
+  if (options.model == "layered")
+    throw InputError(stated.file, "--model", "model layered is for flat samples, and this capture has photographs",
+                     "Use auto, shader or path; its measurements are fitted beside the photographs.");
   CrownFit fit;
   fit.options = options;
   fit.capture = stated;
@@ -143,6 +149,7 @@ CrownFit FitCrown(const Capture& stated, const FitOptions& options, Progress& pr
                                 ? PredictorByWalks(problem, input, at, progress)
                                 : PredictorByShader(input, at.cast, fit.material, at.scales, options.threads);
   fit.photographs = ComparePhotographs(input, at.cast, predict, at.scales, at.pixels, options.threads);
+  fit.readings = CompareMeasurements(fit.capture, fit.material);
   fit.calibration = HowFarMoved(errors, at.calibration.amounts);
   fit.caveats = PhotographCaveats(fit.capture, input.photographs);
   if (const Foresight more = options.advises ? ForeseePhotographs(problem, input, at, progress) : Foresight{};

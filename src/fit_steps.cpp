@@ -125,6 +125,7 @@ int ThirdOf(double along) { return std::clamp(static_cast<int>(3.0 * along), 0, 
 }  // namespace
 
 CrownInput ReadInput(const Capture& capture, int threads, bool with_images) {
+  RequirePhotographs(capture);
   CrownInput input;
   input.capture = capture;
   if (with_images) {

@@ -194,6 +194,7 @@ std::vector<FittedParameter> OwnParameters(const CrownFit& fit) {
 
 std::vector<CrownFit> FitTogether(const std::vector<Capture>& captures, const FitOptions& options, Progress& progress) {
   if (captures.size() == 1) return {FitCrown(captures[0], options, progress)};
+  for (const Capture& capture : captures) RequirePhotographs(capture);
   for (size_t i = 0; i < captures.size(); ++i)
     for (size_t j = 0; j < i; ++j) CheckSameMaterial(captures[j], captures[i]);
   CheckNoPhotographTwice(captures);
@@ -204,6 +205,7 @@ CrownFit Joined(const std::vector<CrownFit>& fits) {
   if (fits.size() == 1) return fits[0];
   CrownFit all = fits[0];
   all.photographs.clear();
+  all.readings.clear();
   all.caveats.clear();
   all.messages.clear();
   all.walked_paths = 0, all.fitted_pixels = 0, all.iterations = 0, all.casts = 0;
@@ -216,6 +218,10 @@ CrownFit Joined(const std::vector<CrownFit>& fits) {
     for (PhotographResult p : f.photographs) {
       p.name = names[i] + "_" + p.name;
       all.photographs.push_back(std::move(p));
+    }
+    for (ReadingResult r : f.readings) {
+      r.measurement = names[i] + "_" + r.measurement;
+      all.readings.push_back(std::move(r));
     }
     for (const std::string& caveat : f.caveats)
       if (!std::count(all.caveats.begin(), all.caveats.end(), caveat)) all.caveats.push_back(caveat);

@@ -23,20 +23,6 @@ constexpr std::array<double, 12> kMaskingSteps_mm{0.25, 0.5, 0.75, 1.0, 1.25, 1.
                                                   2.0,  2.5, 3.0,  4.0, 6.0,  kThickest_mm};
 constexpr double kTenth_mm = 0.1;
 
-Slab SlabOf(const Material& material, int channel) {
-  Slab slab;
-  for (const auto& layer : material.layers) {
-    SlabLayer s;
-    s.ior = layer[Quantity::kIor][channel];
-    s.g = layer[Quantity::kAsymmetry][channel];
-    s.isotropic_fraction = layer[Quantity::kIsotropicFraction][channel];
-    s.scattering_per_mm = layer[Quantity::kReducedScattering][channel] / (1.0 - (1.0 - s.isotropic_fraction) * s.g);
-    s.absorption_per_mm = layer[Quantity::kAbsorption][channel];
-    slab.layers.push_back(s);
-  }
-  return slab;
-}
-
 /// As an instrument sees a slab at several thicknesses: for each, one answer per wave of its aperture.
 class Views {
  public:
@@ -178,14 +164,17 @@ std::vector<FlatGroup> Evaluate(const FlatQuestion& q, const Material& material,
 }
 
 bool IsUncertain(const MaterialRecord& record) {
+  if (record.joint) return !record.joint->entries.empty();
   for (const auto& layer : record.layers)
     for (const ParameterRecord& p : layer)
       if (!p.stddev.empty()) return true;
   return false;
 }
 
-/// Values drawn from the stated standard deviations, in ln where the fit moves in ln; not wider than the bounds.
+/// Values drawn from what the fit knows of all of them; in a file that does not say so each from its standard deviation
+/// by itself, in ln where the fit moves in ln, not wider than the bounds.
 Material Drawn(const MaterialRecord& record, uint64_t key) {
+  if (record.joint) return Drawn(*record.joint, record.material, key);
   Material material = record.material;
   for (size_t l = 0; l < material.layers.size(); ++l)
     for (size_t i = 0; i < kParameters.size(); ++i) {
@@ -209,21 +198,6 @@ Material Drawn(const MaterialRecord& record, uint64_t key) {
 }
 
 }  // namespace
-
-glm::dvec3 BandColour::Reflectance(const glm::dvec3& linear_rgb) const {
-  glm::dvec3 x(std::max(0.01, linear_rgb.y));
-  for (int step = 0; step < 20; ++step) {
-    const glm::dvec3 at = LinearRgb(x);
-    glm::dmat3 slope;
-    for (int c = 0; c < 3; ++c) {
-      glm::dvec3 beside = x;
-      beside[c] += 1e-6;
-      slope[c] = (LinearRgb(beside) - at) / 1e-6;
-    }
-    x += glm::inverse(slope) * (linear_rgb - at);
-  }
-  return x;
-}
 
 const FlatFigure& FlatGroup::operator[](const std::string& figure) const {
   const auto at = std::find_if(figures.begin(), figures.end(), [&](const FlatFigure& f) { return f.name == figure; });

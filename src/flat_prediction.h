@@ -13,15 +13,6 @@
 
 namespace crownfit {
 
-/// From the camera's bands to colour: of a surface's reflectance in them, white being 1.
-struct BandColour {
-  ColourTransform rgb_from_sensor;
-  glm::dvec3 white_sensor{1.0};
-  glm::dvec3 LinearRgb(const glm::dvec3& reflectance) const { return rgb_from_sensor(white_sensor * reflectance); }
-  /// The reflectance that has a colour, found by Newton's method.
-  glm::dvec3 Reflectance(const glm::dvec3& linear_rgb) const;
-};
-
 struct FlatQuestion {
   MaterialRecord material;
   std::vector<double> design_mm;        ///< of its layers

@@ -109,6 +109,7 @@ class Foreseer {
   /// Of one more by itself; nothing when it would not show the object.
   std::optional<Information> InformationOf(const PhotographIdea& idea) {
     Capture capture = WithIdea(input_.capture, idea);
+    capture.measurements.clear();  // what they tell is known already
     for (size_t l = 0; l < at_.scales.light.size(); ++l) capture.lights[l].intensity_scale = at_.scales.light[l];
     for (Light& light : capture.lights) light.scale_is_free = false, light.intensity_stddev = 0.0;
     const FitPixels& base = *std::find_if(at_.pixels.begin(), at_.pixels.end(),

@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "base/parallel.h"
+#include "fit/flat_residuals.h"
 #include "fit/walk_comparison.h"
 #include "fit_by_walks.h"
 
@@ -163,6 +164,11 @@ GatheredWalks WalkGatherer::Gather(double paths, double slope_paths, const std::
       total.chi2 += c.chi2, total.block_chi2 += c.block_chi2;
       total.values += c.values, total.block_values += c.block_values;
     }
+  }
+  const FlatResiduals flat(problem_.capture, problem_.free, problem_.options.threads);
+  if (flat.count() > 0) {
+    const FlatResiduals::Evaluation e = flat.Evaluate(at_.x, true);
+    step->AddExact(-e.residuals, e.jacobian);
   }
   ++at_.iterations;
   return {std::move(*step), total.chi2 / static_cast<double>(total.values),

@@ -90,6 +90,7 @@ std::vector<ColourDifference> Differences(const CrownInput& input, const CastSta
 }  // namespace
 
 ViewMatch MatchView(const Capture& capture, const Material& material, const MatchOptions& options, Progress& progress) {
+  RequirePhotographs(capture);
   CheckShaderSupports(capture);
   progress.Show("reading", 0.0);
   CrownSource source = ReadCrownSource(capture, options.threads);

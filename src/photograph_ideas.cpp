@@ -66,6 +66,7 @@ class IdeasFromPlace {
       add("in the light of '" + capture_.lights[l].name + "' alone", spec);
     }
     for (size_t b = 0; b < capture_.backings.size(); ++b) {
+      if (!capture_.backings[b].has_place) continue;
       PhotographSpec spec = base_;
       spec.backing = b;
       add("on tile '" + capture_.backings[b].name + "'", spec);

@@ -91,7 +91,9 @@ int RunPredict(const CommandLine& line) {
   assumptions.push_back(prediction.lab_of_draws.empty()
                             ? "the material states no standard deviations: no intervals"
                             : "intervals by " + std::to_string(question.draws) +
-                                  " materials drawn from the standard deviations, each parameter by itself");
+                                  (question.material.joint
+                                       ? " materials drawn from what the fit knows of all its values together"
+                                       : " materials drawn from the standard deviations, each parameter by itself"));
   if (line.json) {
     std::fputs(JsonText(question, prediction, assumptions).c_str(), stdout);
     return 0;

@@ -106,18 +106,13 @@ MaterialRecord ReadOpticalRecord(const std::filesystem::path& file) {
 
 }  // namespace
 
-BandColour ReadBandColour(const std::optional<std::filesystem::path>& file) {
-  if (!file) return {};
-  return {ReadColourTransform(*file), ReadSensorWhite(*file)};
-}
-
 FlatQuestion FlatQuestionOf(const CommandLine& line, const std::filesystem::path& material) {
   const PredictLine& p = line.predict;
   FlatQuestion q;
   q.material = ReadOpticalRecord(material);
   q.design_mm = DesignOf(p.thickness, q.material, material);
   q.other_totals_mm = {0.5, 1.0, 1.5, 2.0};
-  q.colour = ReadBandColour(p.colour);
+  if (p.colour) q.colour = ReadBandColour(*p.colour);
   q.black = ReflectanceOf("--black", p.black, q.colour, p.tabs);
   q.white = ReflectanceOf("--white", p.white, q.colour, p.tabs);
   q.stump = ReflectanceOf("--stump", p.stump.empty() ? "black" : p.stump, q.colour, p.tabs);

@@ -12,7 +12,4 @@ FlatQuestion FlatQuestionOf(const CommandLine& line, const std::filesystem::path
 /// What was assumed, in words: a line each.
 std::vector<std::string> AssumptionsOf(const CommandLine& line, const FlatQuestion& question);
 
-/// The bands' own colours without a file.
-BandColour ReadBandColour(const std::optional<std::filesystem::path>& colour_file);
-
 }  // namespace crownfit

@@ -7,6 +7,7 @@
 #include "base/error.h"
 #include "base/json_file.h"
 #include "base/random.h"
+#include "calibration/colour_file.h"
 #include "commands.h"
 #include "exchange/shades_file.h"
 #include "photo/photograph.h"
@@ -57,7 +58,7 @@ ShadeTab TabOf(const std::string& name, const Photograph& photo, const Rectangle
 }
 
 ShadeSet Photographed(const CommandLine& line) {
-  const BandColour colour = ReadBandColour(line.predict.colour);
+  const BandColour colour = line.predict.colour ? ReadBandColour(*line.predict.colour) : BandColour{};
   PhotographFiles files;
   files.image = line.shades.input;
   if (line.calibrate.noise) files.noise = ReadSensorNoise(*line.calibrate.noise);

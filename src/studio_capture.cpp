@@ -54,6 +54,7 @@ Capture StudioCapture(const Capture& capture, const glm::dvec3& low, const glm::
   lit.lights.clear();
   lit.photographs.clear();
   lit.scenery.clear();
+  lit.measurements.clear();
   lit.backings = {Tile(studio, "white", 0.9, depth_mm), Tile(studio, "grey", 0.4, depth_mm)};
   PhotographSpec base;
   base.key = "studio";

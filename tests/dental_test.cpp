@@ -259,6 +259,58 @@ TEST(Prediction, IntervalsAreThoseOfTheMaterialsStandardDeviations) {
   EXPECT_GT(*figure.high95, figure.value);
 }
 
+TEST(Prediction, IntervalsAreThoseOfTheJointDistribution) {
+  // Scattering and absorption of each channel rise together, and the channels too: by hand, to first order, against
+  // draws.
+  MaterialRecord record = OneLayer(1.54, glm::dvec3(3.0), glm::dvec3(0.02, 0.04, 0.1));
+  constexpr int kEntries = 6;
+  constexpr double kStddev = 0.1, kSameChannel = 0.95, kOther = 0.5;
+  std::string names, stddev, rows;
+  std::array<std::array<double, kEntries>, kEntries> correlation{};
+  for (int i = 0; i < kEntries; ++i) {
+    const std::string between = i ? ", " : "";
+    names += between + "\"ceramic." + (i < 3 ? "reduced_scattering" : "absorption") + "_per_mm[" + "RGB"[i % 3] + "]\"";
+    stddev += between + std::to_string(kStddev);
+    rows += between + "[";
+    for (int j = 0; j < kEntries; ++j) {
+      correlation[i][j] = i == j ? 1.0 : i % 3 == j % 3 ? kSameChannel : kOther;
+      rows += (j ? ", " : "") + std::to_string(correlation[i][j]);
+    }
+    rows += "]";
+  }
+  const JsonFile file("joint.json",
+                      "{\"names\": [" + names + "], \"stddev\": [" + stddev + "], \"correlation\": [" + rows + "]}");
+  FlatQuestion q = Question(record, 1.0);
+  q.draws = 300;
+  q.threads = 0;
+  q.material.joint = ReadJointValues(file.root(), record.material, {"R", "G", "B"});
+  const FlatPrediction drawn = Predict(q);
+  q.material.joint.reset();
+  std::array<FlatPrediction, kEntries> up, down;
+  for (int i = 0; i < kEntries; ++i)
+    for (const double step : {0.01, -0.01}) {
+      FlatQuestion moved = q;
+      moved.material.material.layers[0][i < 3 ? Quantity::kReducedScattering : Quantity::kAbsorption][i % 3] *=
+          std::exp(step);
+      (step > 0 ? up : down)[i] = Predict(moved);
+    }
+  for (const char* name : {"reflectance_R", "reflectance_B", "over_black.L", "over_black.b"}) {
+    std::array<double, kEntries> slope{};
+    for (int i = 0; i < kEntries; ++i) slope[i] = (up[i].groups[0][name].value - down[i].groups[0][name].value) / 0.02;
+    double joint = 0, apart = 0;
+    for (int i = 0; i < kEntries; ++i) {
+      apart += kStddev * kStddev * slope[i] * slope[i];
+      for (int j = 0; j < kEntries; ++j) joint += kStddev * kStddev * slope[i] * correlation[i][j] * slope[j];
+    }
+    joint = std::sqrt(joint), apart = std::sqrt(apart);
+    const FlatFigure& figure = drawn.groups[0][name];
+    std::printf("%s: drawn %.4g, by hand %.4g, if independent %.4g\n", name, *figure.stddev, joint, apart);
+    EXPECT_NEAR(*figure.stddev, joint, 0.2 * joint) << name;  // 4 sigma of 300 draws, and the second order
+    EXPECT_NEAR(*figure.high95 - *figure.low95, 2 * 1.96 * joint, 0.25 * 2 * 1.96 * joint) << name;
+    EXPECT_GT(std::max(joint / apart, apart / joint), 1.3) << name << ": the case would not tell them apart";
+  }
+}
+
 TEST(Shades, AreReadAsWritten) {
   const TemporaryFolder folder;
   const auto table = folder.path / "tabs.csv";

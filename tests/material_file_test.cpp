@@ -4,8 +4,11 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
+
 #include "base/error.h"
 #include "base/files.h"
+#include "base/json_file.h"
 #include "support/temporary_folder.h"
 
 namespace crownfit {
@@ -76,6 +79,51 @@ TEST(MaterialFile, ValuesSetByHandComeBackWithoutIntervals) {
       }
   EXPECT_EQ(again.material.surface[Quantity::kRoughness], record.material.surface[Quantity::kRoughness]);
   EXPECT_EQ(again.linear_scales, record.linear_scales);
+}
+
+JointValues ReadJoint(const std::string& text, const Material& material) {
+  return ReadJointValues(JsonFile("joint.json", text).root(), material, {"R", "G", "B"});
+}
+
+TEST(JointValues, DrawsFollowTheCovarianceWhereTwoNumbersMoveThreeValues) {
+  // A power law: the middle one is the mean of the others, so the matrix has no variance in one direction.
+  const Material material = StatedMaterial(TwoLayers());
+  const double half = std::sqrt(0.5);
+  const std::string r = std::to_string(half);
+  const JointValues joint =
+      ReadJoint(R"({"names": ["dentine.absorption_per_mm[R]", "dentine.absorption_per_mm[G]",
+    "dentine.absorption_per_mm[B]", "pulp.absorption_per_mm[R]"], "stddev": [0.2, )" +
+                    std::to_string(0.2 * half) + R"(, 0.2, 1], "correlation": [[1, )" + r + ", 0, 0.3], [" + r +
+                    ", 1, " + r + ", 0], [0, " + r + ", 1, 0], [0.3, 0, 0, 1]]}",
+                material);
+  ASSERT_EQ(joint.entries.size(), 3u) << "of a layer that is not here";
+  constexpr int kDraws = 4000;
+  double square = 0, product = 0, off = 0;
+  for (int i = 0; i < kDraws; ++i) {
+    const Material drawn = Drawn(joint, material, static_cast<uint64_t>(i));
+    std::array<double, 3> ln{};
+    for (int c = 0; c < 3; ++c)
+      ln[c] = std::log(drawn.layers[1][Quantity::kAbsorption][c] / material.layers[1][Quantity::kAbsorption][c]);
+    square += ln[0] * ln[0] / kDraws;
+    product += ln[0] * ln[1] / kDraws;
+    off = std::max(off, std::abs(ln[1] - 0.5 * (ln[0] + ln[2])));
+    EXPECT_EQ(drawn.layers[0][Quantity::kAbsorption], material.layers[0][Quantity::kAbsorption]);
+  }
+  EXPECT_NEAR(square, 0.04, 4 * 0.04 * std::sqrt(2.0 / kDraws));
+  EXPECT_NEAR(product, 0.02, 4 * 0.04 / std::sqrt(kDraws));
+  EXPECT_LT(off, 1e-5);  // six digits of the correlation
+}
+
+TEST(JointValues, NamesAndMatricesThatCanNotBeAreRefused) {
+  const Material material = StatedMaterial(TwoLayers());
+  for (const char* text :
+       {R"({"names": ["dentine.absorbtion_per_mm"], "stddev": [1], "correlation": [[1]]})",
+        R"({"names": ["dentine.absorption_per_mm[X]"], "stddev": [1], "correlation": [[1]]})",
+        R"({"names": ["dentine.ior"], "stddev": [-1], "correlation": [[1]]})",
+        R"({"names": ["dentine.ior"], "stddev": [1], "correlation": [[0.5]]})",
+        R"({"names": ["dentine.ior", "enamel.ior"], "stddev": [1, 1], "correlation": [[1, 1.5], [1.5, 1]]})",
+        R"({"names": ["dentine.ior", "enamel.ior"], "stddev": [1, 1], "correlation": [[1, 0.5]]})"})
+    EXPECT_THROW(ReadJoint(text, material), InputError) << text;
 }
 
 TEST(MaterialFile, SaysWhichLayerIsMissing) {

@@ -12,7 +12,7 @@ namespace crownfit {
 namespace {
 
 // What people photograph is far below these; what only lists names is far above.
-constexpr size_t kMostLayers = 16, kMostThings = 10000;
+constexpr size_t kMostLayers = 16, kMostThings = 10000, kMostMeasurements = 300;
 constexpr double kFarthest_mm = 1e5;  // rays are single precision: a step of 0.008 mm there
 
 /// Index of the item called `name`; complains about the key otherwise.
@@ -96,7 +96,8 @@ AbsorptionTextureSpec ReadAbsorptionTexture(const JsonNode& node, Capture& captu
   return texture;
 }
 
-void ReadObject(const JsonNode& node, Capture& capture) {
+/// `has_shape`: there are photographs, so that the object needs meshes.
+void ReadObject(const JsonNode& node, bool has_shape, Capture& capture) {
   const JsonObject object(node, {"layers", "surface", "scenery", "backings", "outside_ior", "neck", "long_axis"});
   const JsonNode layers = object.Require("layers");
   std::vector<std::string> layer_keys = ParameterKeys(Owner::kLayer);
@@ -108,7 +109,7 @@ void ReadObject(const JsonNode& node, Capture& capture) {
     for (const auto& other : capture.layers)
       if (other.name == spec.name) layer.Require("name").Fail("two layers are called '" + spec.name + "'");
     if (const auto surface = layer.Find("surface")) spec.surface = ReadPath(*surface, capture);
-    if (capture.layers.empty()) layer.Require("surface");
+    if (has_shape && capture.layers.empty()) layer.Require("surface");
     spec.thickness_field = ReadThicknessField(layer);
     if (const auto noise = layer.Find("junction_noise")) spec.junction_noise = ReadJunctionNoise(*noise);
     if (const auto texture = layer.Find("absorption_texture"))
@@ -130,7 +131,7 @@ void ReadObject(const JsonNode& node, Capture& capture) {
           .Fail("the next layer has a surface of its own, which decides the thickness", "Remove one of the two.");
     if (!capture.layers[i + 1].surface && layer[Quantity::kThicknessScale].stated && !layer.thickness_field)
       keys.Require("thickness_scale").Fail("the next layer has no surface of its own", "State thickness_mm instead.");
-    if (!capture.layers[i + 1].surface && !layer[Quantity::kThickness].stated && !layer.thickness_field)
+    if (has_shape && !capture.layers[i + 1].surface && !layer[Quantity::kThickness].stated && !layer.thickness_field)
       throw InputError(capture.file, where.key() + ".thickness_mm", "this required key is missing",
                        "The next layer has no surface, so this layer's thickness makes it.");
   }
@@ -161,8 +162,11 @@ void ReadObject(const JsonNode& node, Capture& capture) {
       const JsonObject o(item, {"point_mm", "normal", "size_mm", "reflectance_rgb", "contact"});
       BackingSpec spec;
       spec.name = name;
-      spec.point_mm = ReadVector(o.Require("point_mm"));
-      spec.normal = ReadUnitVector(o.Require("normal"));
+      spec.has_place = o.Find("point_mm") || o.Find("normal");
+      if (spec.has_place) {
+        spec.point_mm = ReadVector(o.Require("point_mm"));
+        spec.normal = ReadUnitVector(o.Require("normal"));
+      }
       if (const auto size = o.Find("size_mm")) spec.size_mm = size->Positive();
       spec.reflectance = ReadNonNegative(o.Require("reflectance_rgb"));
       if (const auto contact = o.Find("contact")) spec.in_contact = contact->Bool();
@@ -213,6 +217,8 @@ PhotographSpec ReadPhotographSpec(const JsonNode& node, Capture& capture) {
     memory->Fail("this version counts the surface reflection alone as polarised", "Remove the key or set it to 0.");
   if (const auto backing = o.Find("backing"); backing && backing->String() != "none")
     photo.backing = IndexOf(capture.backings, backing->String(), *backing, "backing");
+  if (photo.backing && !capture.backings[*photo.backing].has_place)
+    o.Require("backing").Fail("this backing has no place", "State its point_mm and normal in object.backings.");
   if (const auto scenery = o.Find("scenery"))
     for (const auto& thing : scenery->Items(kMostThings))
       photo.scenery.push_back(IndexOf(capture.scenery, thing.String(), thing, "piece of scenery"));
@@ -242,6 +248,22 @@ PhotographSpec ReadPhotographSpec(const JsonNode& node, Capture& capture) {
   return photo;
 }
 
+void ReadMeasurements(const JsonNode& node, Capture& capture) {
+  const MeasurementContext context{
+      capture.layers.size(),
+      [&](const JsonNode& name) { return IndexOf(capture.backings, name.String(), name, "backing"); },
+      [&](const JsonNode& file) { return ReadPath(file, capture); }};
+  for (const auto& item : node.Items(kMostMeasurements)) {
+    const FlatMeasurement m = ReadFlatMeasurement(item, context);
+    for (const auto& other : capture.measurements)
+      if (other.name == m.name) item.Fail("two measurements are called '" + m.name + "'");
+    capture.measurements.push_back(m);
+  }
+  if (std::all_of(capture.measurements.begin(), capture.measurements.end(),
+                  [](const FlatMeasurement& m) { return m.is_holdout; }))
+    node.Fail("no measurement is there to be fitted", "List at least one without \"use\": \"holdout\".");
+}
+
 Capture ReadAs(const std::string& format, const std::filesystem::path& path, std::vector<std::string> keys) {
   Capture capture;
   capture.file = path;
@@ -250,7 +272,9 @@ Capture ReadAs(const std::string& format, const std::filesystem::path& path, std
   const JsonFile file(capture.file);
   keys.insert(keys.end(), {"object", "channels", "light_rig", "photographs"});
   const JsonObject root = file.RootOfFormat(format, keys);
-  ReadObject(root.Require("object"), capture);
+  const auto measurements = root.Find("measurements");
+  const bool has_photographs = !measurements || root.Find("photographs");
+  ReadObject(root.Require("object"), has_photographs, capture);
   if (const auto channels = root.Find("channels")) {
     const auto items = channels->Items();
     if (items.size() != kChannels)
@@ -261,13 +285,16 @@ Capture ReadAs(const std::string& format, const std::filesystem::path& path, std
       capture.wavelengths_nm[c] = channel.Require("wavelength_nm").Number(200.0, 2500.0);
     }
   }
-  LightRig rig = ReadLightRig(ReadPath(root.Require("light_rig"), capture));
-  capture.lights = std::move(rig.lights);
-  capture.input_files.insert(capture.input_files.end(), rig.files.begin(), rig.files.end());
-  const JsonNode photographs = root.Require("photographs");
-  for (const auto& item : photographs.Items(kMostThings))
-    capture.photographs.push_back(ReadPhotographSpec(item, capture));
-  if (capture.photographs.empty()) photographs.Fail("at least one photograph is needed");
+  if (has_photographs) {
+    LightRig rig = ReadLightRig(ReadPath(root.Require("light_rig"), capture));
+    capture.lights = std::move(rig.lights);
+    capture.input_files.insert(capture.input_files.end(), rig.files.begin(), rig.files.end());
+    const JsonNode photographs = root.Require("photographs");
+    for (const auto& item : photographs.Items(kMostThings))
+      capture.photographs.push_back(ReadPhotographSpec(item, capture));
+    if (capture.photographs.empty()) photographs.Fail("at least one photograph is needed");
+  }
+  if (measurements) ReadMeasurements(*measurements, capture);
   std::sort(capture.input_files.begin(), capture.input_files.end());
   capture.input_files.erase(std::unique(capture.input_files.begin(), capture.input_files.end()),
                             capture.input_files.end());
@@ -281,12 +308,18 @@ Quantity ThicknessQuantity(const Capture& capture, size_t layer) {
   return next_has_mesh || capture.layers[layer].thickness_field ? Quantity::kThicknessScale : Quantity::kThickness;
 }
 
+void RequirePhotographs(const Capture& capture) {
+  if (capture.photographs.empty())
+    throw InputError(capture.file, "photographs", "the capture has measurements alone: there is no shape to show",
+                     "crownfit fit and check read it; crownfit predict and export show what came of it.");
+}
+
 Capture ReadCapture(const std::filesystem::path& path) {
   std::error_code ignored;
   const auto file = std::filesystem::is_regular_file(path, ignored) ? path : path / "capture.json";
   if (!std::filesystem::is_regular_file(file, ignored))
     throw InputError(file, "", "there is no capture here", "Give a folder that holds capture.json, or that file.");
-  return ReadAs("crownfit-capture/1", file, {});
+  return ReadAs("crownfit-capture/1", file, {"measurements"});
 }
 
 Capture ReadRecipeCapture(const std::filesystem::path& file) {

@@ -11,6 +11,7 @@
 #include "calibration/blur.h"
 #include "calibration/camera.h"
 #include "calibration/light_rig.h"
+#include "calibration/measurement.h"
 #include "calibration/parameters.h"
 #include "calibration/rigid_transform.h"
 #include "photo/colour.h"
@@ -61,6 +62,7 @@ struct BackingSpec {
   double size_mm = 30.0;
   glm::dvec3 reflectance{0.0};
   bool in_contact = false;  ///< no air between the tile and what of the object lies on it
+  bool has_place = true;    ///< false: point and normal are not stated, as under an instrument
 };
 
 enum class Polarisation { kNone, kCross, kParallel };
@@ -113,7 +115,8 @@ struct Capture {
   std::array<std::string, kChannels> channel_names{"R", "G", "B"};
   std::array<double, kChannels> wavelengths_nm{600, 540, 450};
   std::vector<Light> lights;
-  std::vector<PhotographSpec> photographs;
+  std::vector<PhotographSpec> photographs;         ///< empty: instruments alone have measured the material
+  std::vector<FlatMeasurement> measurements;       ///< of flat samples
   std::vector<std::filesystem::path> input_files;  ///< everything read, for provenance
 };
 
@@ -125,6 +128,9 @@ inline bool IsOfSurface(const Capture& capture, const ParameterRow& row) {
 
 /// The quantity that sets layer `layer`'s thickness: thickness_mm, or thickness_scale where a mesh or a field has it.
 Quantity ThicknessQuantity(const Capture& capture, size_t layer);
+
+/// For what needs a shape: throws InputError where the capture has measurements alone.
+void RequirePhotographs(const Capture& capture);
 
 /// Reads capture.json, or the one in the folder `path`, with its camera, light, noise and colour files.
 /// Images and meshes are not read here. Throws InputError.

@@ -45,4 +45,8 @@ ColourTransform ReadColourTransform(const std::filesystem::path& path) {
   return transform;
 }
 
+BandColour ReadBandColour(const std::filesystem::path& file) {
+  return {ReadColourTransform(file), ReadSensorWhite(file)};
+}
+
 }  // namespace crownfit

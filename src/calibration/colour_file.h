@@ -12,4 +12,7 @@ ColourTransform ReadColourTransform(const std::filesystem::path& file);
 /// What a perfectly white Lambertian surface gives there, the file's "white_sensor_rgb".
 glm::dvec3 ReadSensorWhite(const std::filesystem::path& file);
 
+/// Both.
+BandColour ReadBandColour(const std::filesystem::path& file);
+
 }  // namespace crownfit

@@ -87,6 +87,17 @@ Exporter Gltf() {
       "- Lamps, tiles, scenery; a principal point off the picture's centre.\n"};
 }
 
+Exporter Iad() {
+  return {WriteRxt, "iad (inverse adding-doubling)",
+          "`material.rxt`: total reflectance and transmittance of flat samples with smooth surfaces, for each channel "
+          "at the "
+          "material's thickness, where it states one, and at 0.5, 1, 1.5 and 2 mm; by adding-doubling.\n",
+          "| layers | R (what the first surface mirrors included) and T for a beam along the normal, in air |\n"
+          "| g, isotropic fraction i | (1 - i) g, of the outermost layer |\n",
+          "- Layers: iad knows of one slab of one index, so what it finds from several layers is no property of any.\n"
+          "- Roughness, shape, lamps, cameras, intervals.\n"};
+}
+
 Exporter Blender() {
   return {
       WriteBlender, "Blender (Cycles)",
@@ -113,7 +124,8 @@ Exporter Blender() {
 const std::map<std::string, Exporter>& Exporters() {
   static const std::map<std::string, Exporter> exporters = [] {
     std::map<std::string, Exporter> all{{"csv", Csv()},   {"materialx", MaterialX()}, {"mitsuba", Mitsuba()},
-                                        {"pbrt", Pbrt()}, {"gltf", Gltf()},           {"blender", Blender()}};
+                                        {"pbrt", Pbrt()}, {"gltf", Gltf()},           {"blender", Blender()},
+                                        {"rxt", Iad()}};
     for (const char* scene : {"mitsuba", "pbrt"}) all[scene].what_is = kSceneTable;
     return all;
   }();

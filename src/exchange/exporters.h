@@ -27,6 +27,7 @@ void WriteMaterialX(const ExportScene& scene, const std::filesystem::path& folde
 void WriteMitsuba(const ExportScene& scene, const std::filesystem::path& folder);
 void WritePbrt(const ExportScene& scene, const std::filesystem::path& folder);
 void WriteGltf(const ExportScene& scene, const std::filesystem::path& folder);
+void WriteRxt(const ExportScene& scene, const std::filesystem::path& folder);
 void WriteBlender(const ExportScene& scene, const std::filesystem::path& folder);
 
 /// The meshes of layers, cuts, things and lamps as binary PLY (mm, single precision) in `folder`/meshes, and

@@ -14,8 +14,9 @@ namespace {
 const char* const kFormat = "crownfit-material/1";
 
 JsonObject RootOf(const JsonFile& file) {
-  return file.RootOfFormat(kFormat, {"model", "status", "reasons", "caveats", "channels", "layers", "surface", "viewer",
-                                     "image_error", "identifiability", "linear_scales", "calibration", "provenance"});
+  return file.RootOfFormat(
+      kFormat, {"model", "status", "reasons", "caveats", "channels", "layers", "surface", "viewer", "image_error",
+                "measurements", "identifiability", "joint", "linear_scales", "calibration", "provenance", "captures"});
 }
 
 std::vector<std::string> LayerKeys() {
@@ -91,6 +92,21 @@ Material ReadViewer(const JsonNode& node, Material material) {
   return material;
 }
 
+/// Names and wavelengths, where the file states its channels.
+void ReadChannels(const JsonObject& root, MaterialOutline& outline) {
+  const auto channels = root.Find("channels");
+  if (!channels) return;
+  const auto items = channels->Items();
+  if (items.size() != kChannels) channels->Fail("expected three channels");
+  outline.channel_names.emplace();
+  outline.wavelengths_nm.emplace();
+  for (size_t c = 0; c < items.size(); ++c) {
+    const JsonObject channel(items[c], {"name", "wavelength_nm"});
+    (*outline.channel_names)[c] = channel.Require("name").String();
+    (*outline.wavelengths_nm)[c] = channel.Require("wavelength_nm").Positive();
+  }
+}
+
 JsonValue FixedValue(const ChannelValues& values, const ParameterRow& row) {
   const JsonValue value = row.per_channel ? JsonValue(std::vector<double>(values.begin(), values.end())) : values[0];
   return JsonValue::Object{{"value", value}, {"status", "fixed"}};
@@ -131,6 +147,11 @@ MaterialRecord ReadMaterialRecord(const std::filesystem::path& path, const Captu
   if (const auto surface = root.Find("surface"))
     ReadOwner(JsonObject(*surface, ParameterKeys(Owner::kSurface)), Owner::kSurface, record.material.surface,
               record.surface);
+  if (const auto joint = root.Find("joint")) {
+    MaterialOutline outline;
+    ReadChannels(root, outline);
+    record.joint = ReadJointValues(*joint, record.material, outline.channel_names.value_or(capture.channel_names));
+  }
   if (const auto viewer = root.Find("viewer")) record.effective = ReadViewer(*viewer, record.material);
   if (const auto scales = root.Find("linear_scales"))
     for (const auto& [name, node] : scales->Members()) record.linear_scales[name] = node.Positive();
@@ -193,17 +214,7 @@ MaterialOutline ReadMaterialOutline(const std::filesystem::path& path) {
   if (const auto status = root.Find("status")) outline.status = status->String();
   if (const auto reasons = root.Find("reasons"))
     for (const auto& reason : reasons->Items()) outline.reasons.push_back(reason.String());
-  if (const auto channels = root.Find("channels")) {
-    const auto items = channels->Items();
-    if (items.size() != kChannels) channels->Fail("expected three channels");
-    outline.channel_names.emplace();
-    outline.wavelengths_nm.emplace();
-    for (size_t c = 0; c < items.size(); ++c) {
-      const JsonObject channel(items[c], {"name", "wavelength_nm"});
-      (*outline.channel_names)[c] = channel.Require("name").String();
-      (*outline.wavelengths_nm)[c] = channel.Require("wavelength_nm").Positive();
-    }
-  }
+  ReadChannels(root, outline);
   return outline;
 }
 

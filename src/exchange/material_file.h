@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "exchange/joint_values.h"
 #include "optics/material.h"
 
 namespace crownfit {
@@ -33,6 +34,7 @@ struct MaterialRecord {
   Owner surface;
   std::map<std::string, double> linear_scales;  ///< such as "exposure_scale front", "intensity_scale left"
   bool is_usable = true;                        ///< false: its fit says that it must not be used
+  std::optional<JointValues> joint;             ///< of what was fitted; nothing: each value is known by itself
   std::optional<Material> effective;  ///< by the block "viewer": what the real-time shader is to be given to look right
 };
 

@@ -34,7 +34,8 @@ ImageResiduals::ImageResiduals(const Capture& capture, const CastState& state, c
       free_(free),
       pixels_(pixels),
       options_(options),
-      nuisances_(capture, pixels, calibration) {
+      nuisances_(capture, pixels, calibration),
+      flat_(capture, free, options.threads) {
   for (const FitPixels& p : pixels_) {
     rows_ += kChannels * static_cast<int>(p.pixels.size());
     vertices_.push_back(VerticesAround(*state.crown, state.photographs[p.photograph], p.sources));
@@ -155,18 +156,24 @@ void ImageResiduals::PredictWithDerivativesBy(const std::vector<int>& moved, con
 Evaluation ImageResiduals::Evaluate(const Eigen::VectorXd& x, bool with_jacobian) const {
   Evaluation out;
   Eigen::MatrixXd parts;
-  if (nuisances_.count() > 0 || !with_jacobian) parts = PredictPerScale(MaterialAt(free_, x));
+  if (nuisances_.count() > 0 || !with_jacobian || rows_ == 0) parts = PredictPerScale(MaterialAt(free_, x));
   out.finite = parts.allFinite();
   if (!out.finite) return out;
   out.scales = nuisances_.Solve(parts, options_.huber_width);
   out.residuals.resize(count());
-  if (with_jacobian) {
-    out.jacobian.setZero(count(), free_.count());
+  if (with_jacobian) out.jacobian.setZero(count(), free_.count());
+  if (with_jacobian && rows_ > 0) {
     PredictWithDerivatives(x, out.scales, out);
   } else {
     out.residuals.head(rows_) = nuisances_.Residuals(nuisances_.Prediction(parts, out.scales), out.scales);
   }
-  out.residuals.tail(nuisances_.count()) = nuisances_.PriorResiduals(out.scales);
+  const int of_photographs = rows_ + nuisances_.count();
+  out.residuals.segment(rows_, nuisances_.count()) = nuisances_.PriorResiduals(out.scales);
+  if (flat_.count() > 0) {
+    const FlatResiduals::Evaluation flat = flat_.Evaluate(x, with_jacobian);
+    out.residuals.tail(flat_.count()) = flat.residuals;
+    if (with_jacobian) out.jacobian.bottomRows(flat_.count()) = flat.jacobian;
+  }
   out.finite = out.residuals.allFinite() && (!with_jacobian || out.jacobian.allFinite());
   if (!out.finite) return out;
 
@@ -176,7 +183,7 @@ Evaluation ImageResiduals::Evaluate(const Eigen::VectorXd& x, bool with_jacobian
   if (!with_jacobian) return out;
   const Eigen::VectorXd slope = out.residuals.head(rows_).unaryExpr([&](double r) { return RobustSlope(r, width); });
   out.jacobian.topRows(rows_) = slope.asDiagonal() * out.jacobian.topRows(rows_);
-  if (nuisances_.count() > 0) nuisances_.Project(parts, out.scales, slope, out.jacobian);
+  if (nuisances_.count() > 0) nuisances_.Project(parts, out.scales, slope, out.jacobian.topRows(of_photographs));
   return out;
 }
 

@@ -1,10 +1,11 @@
 #pragma once
 // Whitened differences between photographs and predictions, and their derivatives, with the nuisances solved and
-// projected out.
+// projected out; and those of the capture's measurements after them.
 
 #include <Eigen/Core>
 #include <vector>
 
+#include "fit/flat_residuals.h"
 #include "fit/free_parameters.h"
 #include "fit/nuisances.h"
 #include "forward/predict.h"
@@ -13,8 +14,9 @@
 namespace crownfit {
 
 struct Evaluation {
-  Eigen::VectorXd residuals;  ///< whitened; order: photograph, pixel, channel; then stated errors of the calibration
-  Eigen::VectorXd robust;     ///< sign(r) sqrt(rho(r^2)), whose squares are summed
+  /// Whitened; order: photograph, pixel, channel; then stated errors of the calibration; then measurements.
+  Eigen::VectorXd residuals;
+  Eigen::VectorXd robust;  ///< sign(r) sqrt(rho(r^2)), whose squares are summed
   Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor> jacobian;  ///< of `robust`
   LinearScales scales;
   bool finite = true;
@@ -31,7 +33,7 @@ class ImageResiduals {
                  const std::vector<FitPixels>& pixels, const CalibrationState& calibration,
                  const ResidualOptions& options);
   Evaluation Evaluate(const Eigen::VectorXd& x, bool with_jacobian) const;
-  int count() const { return rows_ + nuisances_.count(); }
+  int count() const { return rows_ + nuisances_.count() + flat_.count(); }
 
  private:
   void Predict(const Material& material, const std::vector<double>& light_scale, bool with_scenery,
@@ -49,6 +51,7 @@ class ImageResiduals {
   ResidualOptions options_;
   std::vector<std::vector<int>> vertices_;  ///< per entry of `pixels`: around what its pixels show
   Nuisances nuisances_;
+  FlatResiduals flat_;
   int rows_ = 0;  ///< of pixels
 };
 

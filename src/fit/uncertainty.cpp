@@ -159,7 +159,8 @@ DataKnowledge KnowledgeByShader(const CastState& state, const FreeParameters& fr
   k.inflation = std::max({1.0, k.reduced_chi2, k.block_chi2});
   if (n == 0) return k;
   // R of a QR first: the singular values of J without squaring its condition number.
-  const Eigen::MatrixXd jacobian = e.jacobian;
+  Eigen::MatrixXd jacobian = Eigen::MatrixXd::Zero(std::max<Eigen::Index>(e.jacobian.rows(), n), n);
+  jacobian.topRows(e.jacobian.rows()) = e.jacobian;
   const Eigen::HouseholderQR<Eigen::MatrixXd> qr(jacobian);
   const Eigen::MatrixXd r = qr.matrixQR().topRows(n).triangularView<Eigen::Upper>();
   const Eigen::JacobiSVD<Eigen::MatrixXd> svd(r, Eigen::ComputeFullV);

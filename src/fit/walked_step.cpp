@@ -115,6 +115,17 @@ void WalkedStep::Add(const WalkedStep& other) {
   }
 }
 
+void WalkedStep::AddExact(const Eigen::VectorXd& residual, const Eigen::MatrixXd& derivatives) {
+  const Eigen::MatrixXd normal = derivatives.transpose() * derivatives;
+  const Eigen::VectorXd right = derivatives.transpose() * residual;
+  normal_.topLeftCorner(of_slopes_, of_slopes_) += normal;
+  right_.head(of_slopes_) += right;
+  for (size_t g = 0; g < normal_without_.size(); ++g) {
+    normal_without_[g].leftCols(of_slopes_) += normal;
+    right_without_[g] += right;
+  }
+}
+
 WalkedStep::Solution WalkedStep::Solve(const Prior& prior, const std::vector<int>& held, Noise noise) const {
   const double groups = static_cast<double>(normal_without_.size());
   const double taken_off = noise == Noise::kTakenOff ? 1.0 : 0.0;

@@ -67,6 +67,9 @@ class WalkedStep {
   };
   void Add(const Pixel& pixel, WalkedRows rows);
   void Add(const WalkedStep& other);
+  /// What no walk says: whitened differences, observed less predicted, and the prediction's derivatives by the first
+  /// unknowns.
+  void AddExact(const Eigen::VectorXd& residual, const Eigen::MatrixXd& derivatives);
 
   /// What is known of the unknowns beside the photographs, or holds them near where they are: the inverse of a
   /// covariance, and that times (where it wants them - where they are).

@@ -74,25 +74,29 @@ SlabAnswer SolveByAddingDoubling(const Slab& slab, const AddingDoublingOptions& 
 std::vector<ViewedSlab> ViewSlab(const Slab& slab, const std::vector<std::vector<double>>& thicknesses_mm,
                                  MeasuredAt geometry, const AddingDoublingOptions& options) {
   for (const double index : IndicesOf(slab)) Check(index >= slab.ior_above, "a slab is seen from its rarest medium");
-  const bool is_sphere = geometry == MeasuredAt::kD_8;
-  const double cosine = std::cos((is_sphere ? 8.0 : 45.0) * std::numbers::pi / 180.0);
-  const Assembly assembly(slab, options.nodes, {cosine});
+  const bool is_lit_around = geometry == MeasuredAt::kD_8 || geometry == MeasuredAt::kD_D;
+  const bool collects = geometry == MeasuredAt::k0_D || geometry == MeasuredAt::kD_D;
+  const double cosine = std::cos((geometry == MeasuredAt::kD_8 ? 8.0 : 45.0) * std::numbers::pi / 180.0);
+  const Assembly assembly(slab, options.nodes, collects ? std::vector<double>{} : std::vector{cosine});
   const VectorXd in = assembly.above.FluxWeights(), out = assembly.below.FluxWeights();
   const VectorXd every_below = VectorXd::Ones(out.size());
-  const Index view = assembly.all.View(0);
-  // Basic radiance that arrives, of flux 1: from everywhere, or from straight above.
-  VectorXd light = VectorXd::Constant(in.size(), 1.0 / in.sum());
-  if (!is_sphere)
-    light = VectorXd::Unit(in.size(), assembly.all.NormalIncidence()) / in[assembly.all.NormalIncidence()];
-  const double mirrored =
-      is_sphere ? light[view] * Terms<double>::FresnelReflectance(cosine, slab.layers[0].ior / slab.ior_above) : 0.0;
+  const Index normal = assembly.all.NormalIncidence();
+  // Basic radiance that arrives, of flux 1: from everywhere, or from straight above; and what is seen of it.
+  VectorXd light = VectorXd::Constant(in.size(), 1.0 / in.sum()), eye = in;
+  if (!is_lit_around) light = VectorXd::Unit(in.size(), normal) / in[normal];
+  if (!collects) eye = VectorXd::Unit(in.size(), assembly.all.View(0));
+  double mirrored = 0;
+  for (Index i = 0; i < in.size(); ++i)
+    mirrored += eye[i] * light[i] *
+                Terms<double>::FresnelReflectance(assembly.above.cosine[i], slab.layers[0].ior / slab.ior_above);
   std::vector<ViewedSlab> views;
   for (const auto& mm : thicknesses_mm) {
     const Stack stack = assembly.OfThicknesses(mm);
     ViewedSlab v;
-    v.reflectance = stack.reflect_down.row(view).dot(light) - mirrored;
+    v.mirrored = mirrored;
+    v.reflectance = eye.dot(stack.reflect_down * light) - mirrored;
     v.transmittance = out.dot(stack.transmit_down * light);
-    v.emergence = stack.transmit_up.row(view).sum() / out.sum();
+    v.emergence = eye.dot(stack.transmit_up * every_below) / out.sum();
     v.reflectance_below = out.dot(stack.reflect_up * every_below) / out.sum();
     views.push_back(v);
   }

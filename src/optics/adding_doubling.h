@@ -5,6 +5,7 @@
 
 #include <vector>
 
+#include "calibration/measurement.h"
 #include "optics/slab.h"
 
 namespace crownfit {
@@ -16,18 +17,13 @@ struct AddingDoublingOptions {
 /// Totals of a slab, without the first surface's mirror reflection. Any Slab has an answer; rings have none.
 SlabAnswer SolveByAddingDoubling(const Slab& slab, const AddingDoublingOptions& options = {});
 
-/// How a colour is measured, as CIE 15 names it: light from / detector at, degrees from the normal; d is diffuse light.
-enum class MeasuredAt {
-  k45_0,  ///< and, by reciprocity, 0/45
-  kD_8    ///< sphere, gloss excluded
-};
-
-/// A slab as an instrument sees it, over any Lambertian backing. Radiance factors: 1 is a white Lambertian surface.
-/// What the first surface mirrors is left out.
+/// A slab as an instrument sees it, over any Lambertian backing: radiance factors (1 is a white Lambertian surface), or
+/// shares of the light where a sphere collects all. What the first surface mirrors stands apart.
 struct ViewedSlab {
   double reflectance = 0;        ///< over nothing
+  double mirrored = 0;           ///< by the first surface; nothing at 45/0
   double transmittance = 0;      ///< share of the light that reaches the backing's plane the first time
-  double emergence = 0;          ///< radiance factor by which a unit of flux from the backing is seen
+  double emergence = 0;          ///< by which a unit of flux from the backing is seen
   double reflectance_below = 0;  ///< for diffuse light from the backing
   double Over(double backing_reflectance) const {
     return reflectance +

@@ -1,5 +1,7 @@
 #include "optics/material.h"
 
+#include "optics/media.h"
+
 namespace crownfit {
 
 Material StatedMaterial(const Capture& capture) {
@@ -13,6 +15,20 @@ Material StatedMaterial(const Capture& capture) {
   material.surface.name = "surface";
   for (size_t i = 0; i < kParameters.size(); ++i) material.surface.values[i] = capture.surface[i].value;
   return material;
+}
+
+Slab SlabOf(const Material& material, int channel) {
+  Slab slab;
+  for (const auto& layer : material.layers) {
+    SlabLayer s;
+    s.ior = layer[Quantity::kIor][channel];
+    s.g = layer[Quantity::kAsymmetry][channel];
+    s.isotropic_fraction = layer[Quantity::kIsotropicFraction][channel];
+    s.scattering_per_mm = TrueScattering(layer[Quantity::kReducedScattering][channel], s.g, s.isotropic_fraction);
+    s.absorption_per_mm = layer[Quantity::kAbsorption][channel];
+    slab.layers.push_back(s);
+  }
+  return slab;
 }
 
 }  // namespace crownfit

@@ -6,6 +6,7 @@
 
 #include "calibration/capture.h"
 #include "calibration/parameters.h"
+#include "optics/slab.h"
 
 namespace crownfit {
 
@@ -24,5 +25,8 @@ struct Material {
 
 /// Initial and fixed values of a capture.
 Material StatedMaterial(const Capture& capture);
+
+/// The layers as a flat sample of one channel, 1 mm each.
+Slab SlabOf(const Material& material, int channel);
 
 }  // namespace crownfit

@@ -91,4 +91,19 @@ glm::dvec3 ColourTransform::operator()(const glm::dvec3& sensor) const {
   return rgb;
 }
 
+glm::dvec3 BandColour::Reflectance(const glm::dvec3& linear_rgb) const {
+  glm::dvec3 x(std::max(0.01, linear_rgb.y));
+  for (int step = 0; step < 20; ++step) {
+    const glm::dvec3 at = LinearRgb(x);
+    glm::dmat3 slope;
+    for (int c = 0; c < 3; ++c) {
+      glm::dvec3 beside = x;
+      beside[c] += 1e-6;
+      slope[c] = (LinearRgb(beside) - at) / 1e-6;
+    }
+    x += glm::inverse(slope) * (linear_rgb - at);
+  }
+  return x;
+}
+
 }  // namespace crownfit

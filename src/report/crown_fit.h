@@ -13,7 +13,7 @@
 namespace crownfit {
 
 struct FitOptions {
-  std::string model = "auto";  ///< shader, path, or auto: shader where it suffices
+  std::string model = "auto";  ///< shader, path, layered, or auto: the cheapest that suffices
   FitOverrides overrides;
   bool use_priors = true;
   std::filesystem::path prior;  ///< material file that priors come from; empty: the parameters' own
@@ -49,6 +49,14 @@ struct PhotographResult {
   ColourDifference difference;
 };
 
+/// What an instrument has read, and what the fitted material would make it read.
+struct ReadingResult {
+  std::string measurement, quantity;  ///< reflectance, transmittance, lab
+  bool is_holdout = false;
+  Reading read;
+  std::array<double, kChannels> predicted{};
+};
+
 /// One iteration of the fit by shader.
 struct ShaderIteration {
   int cast;             ///< the geometry's, from 0
@@ -73,13 +81,14 @@ struct TogetherWith {
 struct CrownFit {
   Capture capture;  ///< with the overrides applied
   FitOptions options;
-  std::string model, model_choice;  ///< shader or path, and why
+  std::string model, model_choice;  ///< shader, path or layered, and why
   Material material;
   Material seen_by_shader;  ///< with which model `shader` comes nearest: what the viewer shows
   Uncertainty uncertainty;
   DataKnowledge knowledge;  ///< what its own photographs say of the free entries
   LinearScales scales;
   std::vector<PhotographResult> photographs;
+  std::vector<ReadingResult> readings;
   std::vector<MovedCalibration> calibration;  ///< as far as the capture states its errors
   std::vector<double> mean_thickness_mm;      ///< per layer, of the fitted geometry
   bool converged = false, usable = false, ends_at_neck = false;

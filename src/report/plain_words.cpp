@@ -55,6 +55,27 @@ std::string PictureSentence(const CrownFit& fit, bool of_holdouts) {
          " the prediction differs by " + figures;
 }
 
+/// Readings are off by about one standard deviation, if those are right.
+std::string ReadingSentence(const CrownFit& fit, bool of_holdouts) {
+  int count = 0;
+  double squares = 0, largest = 0;
+  std::string worst;
+  for (const ReadingResult& r : fit.readings) {
+    if (r.is_holdout != of_holdouts) continue;
+    for (int c = 0; c < kChannels; ++c, ++count) {
+      const double off = std::abs(r.predicted[c] - r.read.value[c]) / r.read.stddev[c];
+      squares += off * off;
+      if (off >= largest) largest = off, worst = r.measurement;
+    }
+  }
+  if (count == 0) return "";
+  return Text(
+             "%d readings of flat samples%s are off by %.1f of their standard deviations (root mean square), %.1f at "
+             "most ",
+             count, of_holdouts ? " held out, which the fit never saw," : "", std::sqrt(squares / count), largest) +
+         "('" + worst + "').";
+}
+
 /// How far the widest 95 % interval of a parameter's channels reaches from its middle, as a factor.
 double Reach(const FittedParameter& p) {
   double reach = 1.0;
@@ -87,7 +108,8 @@ void AddHowSure(const CrownFit& fit, std::vector<std::string>& sentences) {
   }
   for (const Class& c : classes)
     if (!c.names.empty()) sentences.push_back(c.words + Listed(c.names) + " (95 % intervals, within the model).");
-  if (!unknown.empty()) sentences.push_back("The photographs could not tell: " + Listed(unknown) + ".");
+  const std::string source = fit.photographs.empty() ? "measurements" : "photographs";
+  if (!unknown.empty()) sentences.push_back("The " + source + " could not tell: " + Listed(unknown) + ".");
   if (!held.empty())
     sentences.push_back("Not measured, but held by what is usual for the material: " + Listed(held) + ".");
   if (!at_bound.empty()) sentences.push_back("At the end of the range that is allowed: " + Listed(at_bound) + ".");
@@ -107,7 +129,7 @@ void AddTradeOffs(const CrownFit& fit, std::vector<std::string>& sentences) {
                            PlainName(fit.entries[j].name) + " and " + PlainName(fit.entries[i].name) +
                                " can be exchanged: " +
                                (r > 0 ? "both larger, or both smaller, " : "one larger and the other smaller ") +
-                               Text("explain the photographs almost as well (correlation %+.2f).", r));
+                               Text("explain what was seen almost as well (correlation %+.2f).", r));
     }
   std::sort(pairs.begin(), pairs.end());
   for (size_t i = 0; i < std::min(kMost, pairs.size()); ++i) sentences.push_back(pairs[i].second);
@@ -116,6 +138,7 @@ void AddTradeOffs(const CrownFit& fit, std::vector<std::string>& sentences) {
 /// What the fit foresees; and what docs/photographing.md asks for and this capture lacks, where something is left open
 /// that it would tell.
 std::vector<std::string> Advice(const CrownFit& fit) {
+  if (fit.photographs.empty()) return {};
   std::set<Quantity> open;
   for (const FittedParameter& p : fit.uncertainty.parameters)
     if (p.status == Status::kNotIdentified || p.status == Status::kPrior) open.insert(p.quantity);
@@ -147,7 +170,9 @@ PlainVerdict PlainVerdictOf(const CrownFit& fit) {
   PlainVerdict verdict;
   verdict.headline = fit.usable ? "Usable." : "Do not use this result.";
   for (const bool of_holdouts : {false, true})
-    if (const std::string s = PictureSentence(fit, of_holdouts); !s.empty()) verdict.sentences.push_back(s);
+    for (const std::string& s :
+         {fit.photographs.empty() ? "" : PictureSentence(fit, of_holdouts), ReadingSentence(fit, of_holdouts)})
+      if (!s.empty()) verdict.sentences.push_back(s);
   if (!fit.usable)
     verdict.sentences.push_back(
         "How sure the parameters are is said within the model; the reasons say why not to trust it here.");

@@ -13,7 +13,6 @@
 namespace crownfit {
 namespace {
 
-std::vector<double> List(const Eigen::VectorXd& v) { return {v.begin(), v.end()}; }
 std::vector<double> List(const glm::dvec3& v) { return {v.x, v.y, v.z}; }
 
 double InItsUnit(const FreeEntry& e, double v) { return e.scale == Scale::kLog ? std::exp(v) : v; }
@@ -28,14 +27,6 @@ JsonValue EntriesJson(const CrownFit& fit) {
                                         {"value", InItsUnit(e, fit.best[static_cast<Eigen::Index>(k)])}});
   }
   return entries;
-}
-
-JsonValue CorrelationJson(const Eigen::MatrixXd& covariance) {
-  const Eigen::VectorXd stddev = covariance.diagonal().cwiseSqrt();
-  JsonValue::Array rows;
-  for (Eigen::Index i = 0; i < covariance.rows(); ++i)
-    rows.push_back(List(Eigen::VectorXd(covariance.row(i).transpose().cwiseQuotient(stddev[i] * stddev))));
-  return rows;
 }
 
 JsonValue ProfilesJson(const CrownFit& fit) {
@@ -152,7 +143,6 @@ void WriteReportFiles(const std::filesystem::path& folder, const CrownFit& fit) 
                                              {"photographs", photographs},
                                              {"difference_legend", legend},
                                              {"entries", EntriesJson(fit)},
-                                             {"correlation", CorrelationJson(fit.uncertainty.covariance)},
                                              {"profiles", ProfilesJson(fit)},
                                              {"convergence", ConvergenceJson(fit)}}));
 }

@@ -81,7 +81,7 @@ std::filesystem::path WriteReportPage(const std::filesystem::path& folder) {
       report(folder / "report.json", Bytes(folder / "report.json"));
   const JsonObject root = report.RootOfFormat(
       "crownfit-report/1", {"title", "headline", "sentences", "photographs_that_would_help", "photographs",
-                            "difference_legend", "entries", "correlation", "profiles", "convergence"});
+                            "difference_legend", "entries", "profiles", "convergence"});
   const std::string title = Html(root.Require("title").String());
   // For readers that run no scripts, such as previews of mail: what matters most stands in the page itself.
   std::string plain = "<p><strong>" + Html(root.Require("headline").String()) + "</strong></p>\n";

@@ -11,6 +11,7 @@
 #include "base/json_file.h"
 #include "photo/image_io.h"
 #include "report/figures.h"
+#include "report/joint_json.h"
 #include "report/report_files.h"
 
 namespace crownfit {
@@ -71,6 +72,19 @@ JsonValue ErrorJson(const std::vector<const PhotographResult*>& photographs) {
                            {"de00_mean", mean / weight},           {"share_below_pt", pt / weight},
                            {"share_below_at", at / weight},        {"de00_median_pixel", pixel_median / weight},
                            {"de00_p95_pixel", pixel_p95 / weight}, {"reduced_chi2", chi2 / weight}};
+}
+
+JsonValue ReadingsJson(const CrownFit& fit) {
+  const auto three = [](const auto& v) { return std::vector<double>(v.begin(), v.end()); };
+  JsonValue::Array readings;
+  for (const ReadingResult& r : fit.readings)
+    readings.push_back(JsonValue::Object{{"name", r.measurement},
+                                         {"use", r.is_holdout ? "holdout" : "fit"},
+                                         {"quantity", r.quantity},
+                                         {"value", three(r.read.value)},
+                                         {"stddev", three(r.read.stddev)},
+                                         {"predicted", three(r.predicted)}});
+  return readings;
 }
 
 JsonValue LayerJson(const CrownFit& fit, size_t layer) {
@@ -202,6 +216,7 @@ std::string MaterialJson(const CrownFit& fit) {
       {"viewer", ViewerJson(fit)},
       {"image_error",
        JsonValue::Object{{"fit", ErrorJson(used)}, {"holdout", ErrorJson(held_out)}, {"photographs", by_name}}},
+      {"measurements", ReadingsJson(fit)},
       {"identifiability", JsonValue::Object{{"verdict", fit.verdict},
                                             {"advice", fit.advice},
                                             {"weak_directions", u.weak_directions},
@@ -210,6 +225,7 @@ std::string MaterialJson(const CrownFit& fit) {
                                             {"block_chi2", u.block_chi2},
                                             {"variance_inflation", u.inflation},
                                             {"monte_carlo_share_of_variance", u.of_walks}}},
+      {"joint", JointJson(fit)},
       {"linear_scales", scales},
       {"calibration", moved},
       {"provenance", ProvenanceJson(fit)}};
@@ -266,12 +282,23 @@ std::string Summary(const CrownFit& fit) {
     for (const auto& p : t.its_own)
       add("%-38s %-7s %10.4g  [%.4g, %.4g] %s\n", (t.name + ": " + p.name).c_str(), "all", p.value[0], p.low95[0],
           p.high95[0], Word(p.status));
-  add("\n%-24s %8s %8s %12s %12s %8s\n", "photograph", "median", "95 %", "not seen", "acceptable", "chi2");
+  if (!fit.readings.empty())
+    add("\n%-24s %-14s %26s  %26s  %s\n", "measurement", "quantity", "read", "predicted", "off, in stddevs");
+  for (const ReadingResult& r : fit.readings) {
+    add("%-24s %-14s", r.measurement.c_str(), r.quantity.c_str());
+    for (const auto* v : {&r.read.value, &r.predicted}) add(" %8.4g %8.4g %8.4g ", (*v)[0], (*v)[1], (*v)[2]);
+    for (int c = 0; c < kChannels; ++c) add(" %+.1f", (r.predicted[c] - r.read.value[c]) / r.read.stddev[c]);
+    text += r.is_holdout ? "  held out\n" : "\n";
+  }
+  if (!fit.photographs.empty())
+    add("\n%-24s %8s %8s %12s %12s %8s\n", "photograph", "median", "95 %", "not seen", "acceptable", "chi2");
   for (const auto& p : fit.photographs)
     add("%-24s %8.2f %8.2f %10.0f %% %10.0f %% %8.2f%s\n", p.name.c_str(), p.difference.median, p.difference.p95,
         100 * p.difference.share_below_pt, 100 * p.difference.share_below_at, p.reduced_chi2,
         p.is_holdout ? "  held out" : "");
-  add("CIEDE2000 over 8 x 8 pixel blocks; not seen: at most 0.8, acceptable: at most 1.8.\n\n");
+  if (!fit.photographs.empty())
+    add("CIEDE2000 over 8 x 8 pixel blocks; not seen: at most 0.8, acceptable: at most 1.8.\n");
+  text += "\n";
   text += fit.verdict + "\n";
   for (const auto& direction : fit.uncertainty.weak_directions) text += "  weak: " + direction + "\n";
   if (!fit.advice.empty()) text += fit.advice + "\n";

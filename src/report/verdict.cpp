@@ -23,6 +23,13 @@ std::string Names(const Uncertainty& u, Status status) {
   return names;
 }
 
+/// What speaks in this fit.
+std::string SourceOf(const CrownFit& fit) {
+  return fit.photographs.empty() ? "measurements"
+         : fit.readings.empty()  ? "photographs"
+                                 : "photographs and measurements";
+}
+
 }  // namespace
 
 std::vector<std::string> ModelCaveats(const CrownFit& fit) {
@@ -53,10 +60,21 @@ std::vector<std::string> ModelCaveats(const CrownFit& fit) {
     }
     return caveats;
   }
+  if (fit.model == "layered") {
+    caveats.push_back(
+        "Model `layered` takes the samples as flat, smooth and wide. Index, g and whatever else is fixed count as "
+        "exact; in thin or clear samples g matters most.");
+    return caveats;
+  }
   caveats.push_back(
       "Model `shader` takes the layers below every point as flat. The intervals carry its mean error on path-traced "
       "objects (4 % of a photograph's level, 3 % of a patch); behind clear enamel without dentine and in light from "
       "behind it is off by more.");
+  if (!fit.readings.empty())
+    caveats.push_back(
+        "Beside model `shader` measurements hardly count: thousands of pixels outweigh them. Fit the measurements "
+        "alone "
+        "and give that result as --prior.");
   for (size_t l = 2; l < capture.layers.size(); ++l)
     caveats.push_back("Layer '" + capture.layers[l].name + "' is not seen by model `shader`.");
   return caveats;
@@ -118,7 +136,7 @@ void Judge(CrownFit& fit) {
   if (!fit.converged) fit.reasons.push_back("the optimiser did not converge");
   if (u.reduced_chi2 > kChi2Limit)
     fit.reasons.push_back("reduced chi2 is " + Number(u.reduced_chi2) + ", above the limit " + Number(kChi2Limit) +
-                          ": the model does not explain these photographs within their noise");
+                          ": the model does not explain these " + SourceOf(fit) + " within their errors");
   if (fit.model == "path" && u.block_chi2 > kChi2Limit)
     fit.reasons.push_back("what is left in patches of neighbouring pixels is " + Number(u.block_chi2) +
                           " times its noise (limit " + Number(kChi2Limit) +
@@ -142,9 +160,10 @@ void Judge(CrownFit& fit) {
     const std::string names = Names(u, status);
     return names.empty() ? "" : words + names + ". ";
   };
-  fit.verdict =
-      part(Status::kFitted, "The photographs identify ") + part(Status::kPrior, "Held by its prior, not measured: ") +
-      part(Status::kNotIdentified, "Not identified by these photographs: ") + part(Status::kAtBound, "At a bound: ");
+  fit.verdict = part(Status::kFitted, "The " + SourceOf(fit) + " identify ") +
+                part(Status::kPrior, "Held by its prior, not measured: ") +
+                part(Status::kNotIdentified, "Not identified by these " + SourceOf(fit) + ": ") +
+                part(Status::kAtBound, "At a bound: ");
   if (fit.verdict.empty()) fit.verdict = "Nothing was free to fit. ";
   fit.verdict.pop_back();
   if (!fit.usable)

@@ -50,7 +50,7 @@ with tempfile.TemporaryDirectory() as folder:
         assert shown.value("[...document.images].every(i => i.complete && i.naturalWidth > 0)"), "a picture is broken"
         # Thirds: three rows a photograph.
         assert shown.value("document.querySelectorAll('.photograph tbody tr').length") == 3 * len(names)
-        assert shown.value("document.querySelectorAll('.correlation tbody tr').length") == len(report["entries"])
+        assert shown.value("document.querySelectorAll('.correlation tbody tr').length") == len(material["joint"]["names"]) == len(report["entries"])
         # Every chart has ink: parameters, profiles, convergence.
         inks = shown.value("""[...document.querySelectorAll('canvas')].map(c => {
             const data = c.getContext('2d').getImageData(0, 0, c.width, c.height).data;

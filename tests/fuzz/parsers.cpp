@@ -13,6 +13,7 @@
 #include "calibration/light_rig.h"
 #include "calibration/poses.h"
 #include "exchange/material_file.h"
+#include "exchange/rxt_file.h"
 #include "geometry/mesh_file.h"
 #include "optics/slab.h"
 #include "photo/photograph.h"
@@ -90,6 +91,7 @@ constexpr Parser kParsers[] = {
     {"noise", "noise.json", Ignore<ReadSensorNoise>},
     {"blur", "blur.json", Ignore<ReadBlur>},
     {"poses", "poses.json", Ignore<ReadPoses>},
+    {"rxt", "a.rxt", Ignore<ReadRxt>},
     {"ply", "a.ply", ReadMesh},
     {"stl", "a.stl", ReadMesh},
     {"obj", "a.obj", ReadMesh},

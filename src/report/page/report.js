@@ -86,6 +86,7 @@ function zoneTable(zones) {
 }
 
 function showPhotographs() {
+  if (!report.photographs.length) return;
   const colour = rgb => `rgb(${rgb.map(v => Math.round(255 * v)).join(' ')})`;
   const legend = make('ul', {className: 'legend'}, report.difference_legend.map(step => {
     const patch = make('i');
@@ -111,6 +112,18 @@ function showPhotographs() {
                 (photograph.saturated_pixels ? `; ${photograph.saturated_pixels} saturated pixels left out.` : '.')),
             zoneTable(photograph.zones));
       }));
+}
+
+function showMeasurements() {
+  if (!material.measurements?.length) return;
+  const channels = material.channels.map(channel => channel.name), names = {lab: ['L*', 'a*', 'b*']};
+  const rows = material.measurements.flatMap(reading => reading.value.map((value, i) => row([
+    reading.name + (reading.use === 'holdout' ? ' (held out)' : ''), `${reading.quantity} ${(names[reading.quantity] ?? channels)[i]}`,
+    figureCell(number(value, 4)), figureCell(number(reading.stddev[i], 2)), figureCell(number(reading.predicted[i], 4)),
+    figureCell(signed((reading.predicted[i] - value) / reading.stddev[i]))])));
+  section('measurements', 'Measurements of flat samples',
+      make('p', {className: 'soft'}, 'Off: the prediction less the reading, over the reading\'s standard deviation; beyond ±2 in one of twenty.'),
+      table(['measurement', 'quantity', 'read', 'standard deviation', 'predicted', 'off'], rows));
 }
 
 /// One line per value of every parameter.
@@ -179,8 +192,8 @@ function showParameters() {
 }
 
 function showCorrelation() {
-  const {entries, correlation} = report;
-  if (entries.length < 2) return;
+  const {names, correlation} = material.joint;
+  if (names.length < 2) return;
   const cell = r => {
     const box = figureCell(r == null ? '' : r.toFixed(2));
     // Over half of the paper, so that the text stays readable on it, light or dark.
@@ -188,12 +201,12 @@ function showCorrelation() {
     return box;
   };
   const body = make('table', {className: 'correlation'},
-      make('thead', {}, row([make('td'), ...entries.map((_, i) => make('th', {scope: 'col'}, String(i + 1)))])),
-      make('tbody', {}, entries.map((entry, i) => row([make('th', {scope: 'row'}, `${i + 1}  ${plainName(entry.name)}`),
+      make('thead', {}, row([make('td'), ...names.map((_, i) => make('th', {scope: 'col'}, String(i + 1)))])),
+      make('tbody', {}, names.map((name, i) => row([make('th', {scope: 'row'}, `${i + 1}  ${plainName(name)}`),
                                                        ...correlation[i].map(cell)]))));
   section('correlation', 'Correlation of what was fitted',
-      make('p', {className: 'soft'}, 'Near ±1: the photographs tell a combination of the two, not each. Red: one can make up for the other when both ' +
-          'grow; blue: when one grows and the other shrinks. Photographs and priors together, in the scales the fit moves in.'),
+      make('p', {className: 'soft'}, 'Near ±1: a combination of the two is known, not each. Red: one can make up for the other when both ' +
+          'grow; blue: when one grows and the other shrinks. What was seen and priors together, in the scales the fit moves in.'),
       make('div', {className: 'wide'}, body),
       material.identifiability.weak_directions.length
           ? make('details', {}, make('summary', {}, 'Weak directions'), list(material.identifiability.weak_directions)) : null);
@@ -232,12 +245,12 @@ function showConvergence() {
   const options = (x, y, legend) => ({plugins: {legend: {display: legend}, tooltip: {enabled: false}},
       scales: {x: axis(x, {ticks: {precision: 0}}), y: axis(y, {type: 'logarithmic', ticks: decadeTicks})}});
   if (shader.length)
-    part.append(chart('χ² by iteration of the fit by shader', 220, palette => ({
+    part.append(chart('χ² by iteration', 220, palette => ({
       type: 'scatter',
       data: {datasets: [points(shader.map(i => i.reduced_chi2), {
         borderColor: palette.accent, pointRadius: 3,
         backgroundColor: shader.map(i => i.cast % 2 ? 'transparent' : palette.accent), pointBorderColor: palette.accent})]},
-      options: options('iteration of model shader (hollow and filled: geometry cast anew)', 'reduced χ²', false)})));
+      options: options(material.model === 'layered' ? 'iteration' : 'iteration of model shader (hollow and filled: geometry cast anew)', 'reduced χ²', false)})));
   if (walks.length)
     part.append(chart('χ² by step of the fit by walks', 220, palette => ({
       type: 'scatter',
@@ -271,6 +284,7 @@ function showProvenance() {
 
 showVerdict();
 showPhotographs();
+showMeasurements();
 showParameters();
 showCorrelation();
 showProfiles();

@@ -1,0 +1,123 @@
+#include "fit/flat_residuals.h"
+
+#include <Eigen/Cholesky>
+#include <algorithm>
+
+#include "base/parallel.h"
+#include "optics/flat_reading.h"
+
+namespace crownfit {
+namespace {
+
+constexpr double kStep = 1e-4;  // in ln, or in the unit: rounding and curvature both stay below 1e-7
+
+/// Readings of several measurements in each band.
+using Bands = std::array<std::vector<BandReading>, kChannels>;
+
+bool Differs(const Material& a, const Material& b, int channel) {
+  for (size_t l = 0; l < a.layers.size(); ++l)
+    for (size_t i = 0; i < kParameters.size(); ++i)
+      if (a.layers[l].values[i][channel] != b.layers[l].values[i][channel]) return true;
+  return false;
+}
+
+Eigen::VectorXd Values(const FlatMeasurement& m, const Bands& bands, size_t number) {
+  const std::vector<double> values = PredictedValues(m, {bands[0][number], bands[1][number], bands[2][number]});
+  return Eigen::Map<const Eigen::VectorXd>(values.data(), static_cast<Eigen::Index>(values.size()));
+}
+
+/// One over the standard deviation of every value.
+Eigen::VectorXd Sharpness(const FlatMeasurement& m) {
+  std::vector<double> sharpness;
+  for (const Reading* reading : ReadingsOf(m))
+    for (const double stddev : reading->stddev) sharpness.push_back(1.0 / stddev);
+  return Eigen::Map<const Eigen::VectorXd>(sharpness.data(), static_cast<Eigen::Index>(sharpness.size()));
+}
+
+Eigen::VectorXd ValuesRead(const FlatMeasurement& m) {
+  std::vector<double> values;
+  for (const Reading* reading : ReadingsOf(m))
+    values.insert(values.end(), reading->value.begin(), reading->value.end());
+  return Eigen::Map<const Eigen::VectorXd>(values.data(), static_cast<Eigen::Index>(values.size()));
+}
+
+}  // namespace
+
+FlatResiduals::FlatResiduals(const Capture& capture, const FreeParameters& free, int threads)
+    : capture_(capture), free_(free), threads_(threads) {
+  for (const FlatMeasurement& m : capture.measurements) {
+    if (m.is_holdout) continue;
+    auto group = std::find_if(groups_.begin(), groups_.end(),
+                              [&](const Group& g) { return AreAlike(capture, g.members[0], m); });
+    if (group == groups_.end()) group = groups_.emplace(groups_.end());
+    group->first_row.push_back(rows_);
+    group->members.push_back(m);
+    rows_ += kChannels * static_cast<int>(ReadingsOf(m).size());
+    for (size_t l = 0; m.thickness_stddev_mm > 0 && l < m.thickness_mm.size(); ++l) {
+      FlatMeasurement thicker = m;
+      thicker.thickness_mm[l] *= 1.0 + kStep;
+      group->thicker.push_back(thicker);
+      group->thicker_of.emplace_back(group->members.size() - 1, kStep * m.thickness_mm[l] / m.thickness_stddev_mm);
+    }
+  }
+  for (Group& group : groups_) {
+    group.first_shared = shared_;
+    shared_ += static_cast<int>(group.thicker.size());
+  }
+}
+
+void FlatResiduals::Evaluate(const Group& group, const Eigen::VectorXd& x, Evaluation& e,
+                             Eigen::MatrixXd& shared) const {
+  const Material here = MaterialAt(free_, x);
+  std::vector<FlatMeasurement> all = group.members;
+  all.insert(all.end(), group.thicker.begin(), group.thicker.end());
+  Bands bands;
+  for (int c = 0; c < kChannels; ++c) bands[c] = ReadBand(capture_, all, here, c);
+  const auto rows = [&](auto&& column, size_t i, const Eigen::VectorXd& change) {
+    column.segment(group.first_row[i], change.size()) = change.cwiseProduct(Sharpness(group.members[i]));
+  };
+  for (size_t i = 0; i < group.members.size(); ++i) {
+    const FlatMeasurement& m = group.members[i];
+    rows(e.residuals, i, Values(m, bands, i) - ValuesRead(m));
+    if (!m.aperture_mm) continue;
+    Bands lossier = bands;
+    for (auto& band : lossier) band[i].reflectance -= kEdgeLossError * band[i].edge_loss;
+    rows(shared.col(0), i, Values(m, lossier, i) - Values(m, bands, i));
+  }
+  for (size_t k = 0; k < group.thicker.size(); ++k) {
+    const auto [i, stddevs] = group.thicker_of[k];
+    rows(shared.col(group.first_shared + static_cast<int>(k)), i,
+         (Values(group.members[i], bands, group.members.size() + k) - Values(group.members[i], bands, i)) / stddevs);
+  }
+  for (int p = 0; e.jacobian.size() > 0 && p < free_.count(); ++p) {
+    Eigen::VectorXd up = x, down = x;
+    up[p] = std::min(x[p] + kStep, free_.entries[p].high);
+    down[p] = std::max(x[p] - kStep, free_.entries[p].low);
+    const auto at = [&](const Eigen::VectorXd& there) {
+      const Material material = MaterialAt(free_, there);
+      Bands changed = bands;
+      for (int c = 0; c < kChannels; ++c)
+        if (Differs(here, material, c)) changed[c] = ReadBand(capture_, group.members, material, c);
+      return changed;
+    };
+    const Bands above = at(up), below = at(down);
+    for (size_t i = 0; i < group.members.size(); ++i)
+      rows(e.jacobian.col(p), i,
+           (Values(group.members[i], above, i) - Values(group.members[i], below, i)) / (up[p] - down[p]));
+  }
+}
+
+FlatResiduals::Evaluation FlatResiduals::Evaluate(const Eigen::VectorXd& x, bool with_jacobian) const {
+  Evaluation e;
+  e.residuals.resize(rows_);
+  if (with_jacobian) e.jacobian.setZero(rows_, free_.count());
+  Eigen::MatrixXd shared = Eigen::MatrixXd::Zero(rows_, shared_);  // per standard deviation of each
+  ParallelFor(groups_.size(), threads_, [&](size_t g) { Evaluate(groups_[g], x, e, shared); });
+  const Eigen::LLT<Eigen::MatrixXd> root(
+      Eigen::MatrixXd(Eigen::MatrixXd::Identity(rows_, rows_) + shared * shared.transpose()));
+  root.matrixL().solveInPlace(e.residuals);
+  if (with_jacobian) root.matrixL().solveInPlace(e.jacobian);
+  return e;
+}
+
+}  // namespace crownfit

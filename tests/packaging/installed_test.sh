@@ -1,0 +1,41 @@
+#!/bin/sh
+# installed_test.sh SOURCE BUILD: what is installed runs from a folder that was moved after it was installed, in an empty
+# environment, with the trees it was made from out of sight.
+set -eu
+source=$1 build=$2
+folder=$(mktemp -d)
+trap 'rm -rf "$folder"' EXIT
+
+cmake --install "$build" --strip --prefix "$folder/first" >"$folder/log"
+mv "$folder/first" "$folder/moved here"
+program="$folder/moved here/bin/crownfit" examples="$folder/moved here/share/crownfit/examples"
+
+for tree in "$source" "$build"; do
+  if grep -aqF "$tree/" "$program"; then
+    echo "the program names the folder it was built in:" && grep -aoF "$tree/" "$program" | head -3 && exit 1
+  fi
+done
+
+cat >"$folder/run.sh" <<'END'
+set -eu
+program=$1 examples=$2 folder=$3
+"$program" check "$examples/flat_samples" | grep -q ': valid'
+"$program" slab "$folder/slab.json" | grep -q reflectance_collimated
+"$program" calibrate target jig -o "$folder/target.svg" >"$folder/log"
+photos="$examples/incisor_shader/photos"
+"$program" compare "$photos/front.exr" "$photos/side.exr" | grep -q de00_median
+"$program" fit "$examples/flat_samples" -o "$folder/result" >"$folder/log"
+rm "$folder/result/report.html"
+"$program" report "$folder/result" >"$folder/log"
+grep -q 'Chart.js' "$folder/result/report.html"
+END
+echo '{"format": "crownfit-slab/1", "layers": [{"ior": 1.5, "scattering_per_mm": 2, "absorption_per_mm": 0.1, "thickness_mm": 1}]}' >"$folder/slab.json"
+set -- env -i PATH=/usr/bin:/bin HOME=/nowhere sh "$folder/run.sh" "$program" "$examples" "$folder"
+if unshare -rm true 2>"$folder/log"; then
+  export source build
+  unshare -rm sh -c 'mount -t tmpfs none "$build" && mount -t tmpfs none "$source" && cd / && exec "$@"' sh "$@"
+  echo "ran with its source and build trees hidden"
+else
+  "$@"
+  echo "ran; hiding its source and build trees is not allowed here"
+fi
