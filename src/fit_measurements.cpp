@@ -74,8 +74,9 @@ CrownFit FitMeasurements(const Capture& stated, const FitOptions& options, Progr
   fit.converged = solved.converged;
   fit.material = MaterialAt(free, solved.x);
   fit.seen_by_shader = fit.material;
-  const DataKnowledge knowledge = KnowledgeByShader(kNoCast, free, residuals.Evaluate(solved.x, true), kNoPixels,
-                                                    /*with_model_errors=*/false);
+  const DataKnowledge knowledge =
+      KnowledgeByShader(kNoCast, free, solved.x, residuals.Evaluate(solved.x, true), kNoPixels,
+                        /*with_model_errors=*/false);
   fit.knowledge = knowledge;
   fit.uncertainty = Quantify(fit.capture, free, solved.x, knowledge, options.use_priors);
   fit.profiles = ProfilesOf(residuals, free, fit);
@@ -89,7 +90,7 @@ DataKnowledge ForeseeMeasurements(const Capture& capture, const FreeParameters& 
   Evaluation e = ImageResiduals(capture, kNoCast, free, kNoPixels, kNoCalibration, {0.0, threads})
                      .Evaluate(StartVector(free), true);
   e.residuals.setZero();
-  return KnowledgeByShader(kNoCast, free, e, kNoPixels, /*with_model_errors=*/false);
+  return KnowledgeByShader(kNoCast, free, StartVector(free), e, kNoPixels, /*with_model_errors=*/false);
 }
 
 std::vector<ReadingResult> CompareMeasurements(const Capture& capture, const Material& material) {
