@@ -107,7 +107,7 @@ std::vector<LikelihoodProfile> ProfilesOf(const FitProblem& problem, const FitSt
 }  // namespace
 
 CrownFit FitCrown(const Capture& stated, const FitOptions& options, Progress& progress, const KnownBeside& beside) {
-  if (stated.photographs.empty()) return FitMeasurements(stated, options, progress);
+  if (stated.photographs.empty()) return FitMeasurements(stated, options, progress, beside);
   if (options.model == "layered")
     throw InputError(stated.file, "--model", "model layered is for flat samples, and this capture has photographs",
                      "Use auto, shader or path; its measurements are fitted beside the photographs.");

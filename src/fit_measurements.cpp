@@ -43,7 +43,8 @@ const CalibrationState kNoCalibration{};
 
 }  // namespace
 
-CrownFit FitMeasurements(const Capture& stated, const FitOptions& options, Progress& progress) {
+CrownFit FitMeasurements(const Capture& stated, const FitOptions& options, Progress& progress,
+                         const KnownBeside& beside) {
   if (options.model != "auto" && options.model != "layered")
     throw InputError(stated.file, "--model",
                      "model " + options.model + " is for photographs, and this capture has none",
@@ -58,9 +59,11 @@ CrownFit FitMeasurements(const Capture& stated, const FitOptions& options, Progr
 
   FreeParameters free = FreeParametersOf(fit.capture);
   if (!options.prior.empty()) TakePriors(options.prior, fit.capture, free);
+  if (beside.start.size() > 0) StartFrom(beside.start, free);
   const ImageResiduals residuals(fit.capture, kNoCast, free, kNoPixels, kNoCalibration, {0.0, options.threads});
   SolveOptions solve_options;
   solve_options.use_priors = options.use_priors;
+  solve_options.others = beside.others;
   progress.Show("finding a start", 0.0);
   const Eigen::VectorXd start = BracketStart(residuals, free, solve_options, StartVector(free));
   const SolveResult solved = Solve(residuals, free, start, solve_options, [&](int iteration, double cost) {
@@ -78,7 +81,7 @@ CrownFit FitMeasurements(const Capture& stated, const FitOptions& options, Progr
       KnowledgeByShader(kNoCast, free, solved.x, residuals.Evaluate(solved.x, true), kNoPixels,
                         /*with_model_errors=*/false);
   fit.knowledge = knowledge;
-  fit.uncertainty = Quantify(fit.capture, free, solved.x, knowledge, options.use_priors);
+  fit.uncertainty = Quantify(fit.capture, free, solved.x, knowledge.With(beside.others), options.use_priors);
   fit.profiles = ProfilesOf(residuals, free, fit);
   fit.readings = CompareMeasurements(fit.capture, fit.material);
   fit.caveats = ModelCaveats(fit);

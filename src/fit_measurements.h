@@ -7,7 +7,8 @@
 namespace crownfit {
 
 /// The fit of a capture without photographs, by model `layered`. Throws InputError.
-CrownFit FitMeasurements(const Capture& capture, const FitOptions& options, Progress& progress);
+CrownFit FitMeasurements(const Capture& capture, const FitOptions& options, Progress& progress,
+                         const KnownBeside& beside = {});
 
 /// What such a fit would know of each free entry at the capture's start values: its covariance.
 DataKnowledge ForeseeMeasurements(const Capture& capture, const FreeParameters& free, int threads);

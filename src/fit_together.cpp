@@ -102,7 +102,9 @@ class Together {
  private:
   CrownFit Fit(size_t i, const KnownBeside& beside) {
     progress_.NameWork(names_[i]);
-    CrownFit fit = FitCrown(captures_[i], options_, progress_, beside);
+    FitOptions options = options_;
+    if (captures_[i].photographs.empty()) options.model = "auto";  // readings of flat samples
+    CrownFit fit = FitCrown(captures_[i], options, progress_, beside);
     progress_.NameWork("");
     return fit;
   }
@@ -194,7 +196,6 @@ std::vector<FittedParameter> OwnParameters(const CrownFit& fit) {
 
 std::vector<CrownFit> FitTogether(const std::vector<Capture>& captures, const FitOptions& options, Progress& progress) {
   if (captures.size() == 1) return {FitCrown(captures[0], options, progress)};
-  for (const Capture& capture : captures) RequirePhotographs(capture);
   for (size_t i = 0; i < captures.size(); ++i)
     for (size_t j = 0; j < i; ++j) CheckSameMaterial(captures[j], captures[i]);
   CheckNoPhotographTwice(captures);

@@ -181,8 +181,8 @@ class Foreseer {
 }  // namespace
 
 bool Foresight::IsWorthTaking() const {
-  constexpr double kNarrower = 0.8;
-  return !best.empty() && best[0].stddev < kNarrower * stddev;
+  constexpr double kNarrower = 0.8, kTells = 1.2;  // of a logarithm: an interval from a hundredth to all of a value
+  return !best.empty() && best[0].stddev < std::min(kNarrower * stddev, kTells);
 }
 
 Foresight ForeseePhotographs(const FitProblem& problem, const CrownInput& input, const FitState& at,
@@ -202,8 +202,10 @@ FitPixels WithNoiseOfWalks(FitPixels p, double paths) {
 std::string IntervalInWords(const FreeEntry& entry, double stddev) {
   char text[64];
   if (!std::isfinite(stddev)) return "not seen";
-  if (entry.scale == Scale::kLog) {
-    std::snprintf(text, sizeof text, "a factor %.3g", std::exp(std::min(50.0, 2 * kZ95 * stddev)));
+  constexpr double kVast = 1000.0;
+  if (const double factor = std::exp(2 * kZ95 * stddev); entry.scale == Scale::kLog) {
+    std::snprintf(text, sizeof text, factor > kVast ? "more than a factor %.3g" : "a factor %.3g",
+                  std::min(kVast, factor));
   } else {
     std::snprintf(text, sizeof text, "+-%.2g", kZ95 * stddev);
   }

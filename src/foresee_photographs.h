@@ -21,7 +21,7 @@ struct Foresight {
   /// What narrows it most, first; at most three. Empty when it is known within a factor 1.5 (IsWeak).
   std::vector<ForeseenPhotograph> best;
 
-  /// Whether the first narrows it by a fifth at least.
+  /// Whether the first narrows it by a fifth at least, and to what tells something.
   bool IsWorthTaking() const;
 };
 

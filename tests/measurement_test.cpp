@@ -13,6 +13,7 @@
 #include "exchange/rxt_file.h"
 #include "fit_crown.h"
 #include "fit_measurements.h"
+#include "fit_together.h"
 #include "flat_prediction.h"
 #include "init_measurements.h"
 #include "optics/adding_doubling.h"
@@ -212,6 +213,28 @@ TEST(MeasurementFit, AReflectanceAloneLeavesOneOpenAndSaysSo) {
   for (const FittedParameter& p : fit.uncertainty.parameters) EXPECT_NE(p.status, Status::kFitted) << p.name;
   EXPECT_FALSE(fit.usable);
   EXPECT_FALSE(fit.uncertainty.weak_directions.empty());
+}
+
+TEST(MeasurementFit, TwoCapturesTogetherTellWhatOneWithAllReadingsTells) {
+  Capture both = OneLayer(1.5, 0.8);
+  both.measurements = {TotalsOf(0.5, 0.002), TotalsOf(2.0, 0.002)};
+  both.measurements[0].transmittance.reset();  // each alone leaves one open
+  both.measurements[1].reflectance.reset();
+  TakeReadings(both, Truth(both, {3, 4, 5}, {0.02, 0.05, 0.2}), 5);
+  std::vector<Capture> parts{both, both};
+  parts[0].measurements.pop_back();
+  parts[1].measurements.erase(parts[1].measurements.begin());
+  parts[0].folder = "thin", parts[1].folder = "thick";
+  const CrownFit one = Fit(both);
+  Progress quiet(ProgressMode::kNone);
+  FitOptions options;
+  options.profile_points = 0;
+  const std::vector<CrownFit> fits = FitTogether(parts, options, quiet);
+  for (Eigen::Index k = 0; k < one.best.size(); ++k) {
+    const double stddev = std::sqrt(one.uncertainty.covariance(k, k));
+    EXPECT_NEAR(fits[0].best[k], one.best[k], 0.05 * stddev) << one.entries[static_cast<size_t>(k)].name;
+    EXPECT_NEAR(std::sqrt(fits[1].uncertainty.covariance(k, k)), stddev, 0.05 * stddev);
+  }
 }
 
 TEST(MeasurementFit, AHeldOutReadingIsPredictedAndNotFitted) {

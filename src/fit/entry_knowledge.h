@@ -41,6 +41,13 @@ void Add(EntryKnowledge& knowledge, const EntryKnowledge& more);
 /// Where the knowledge stands; along directions that nothing is known of, as near to `otherwise` as possible.
 Eigen::VectorXd MeanOf(const EntryKnowledge& knowledge, const Eigen::VectorXd& otherwise);
 
+/// What fits of other captures of the same material know, and where to start from: both in the order of the free
+/// entries, or empty.
+struct KnownBeside {
+  EntryKnowledge others;
+  Eigen::VectorXd start;
+};
+
 /// How far two independent sources are apart in what both know something of.
 struct Disagreement {
   double chi2 = 0;
