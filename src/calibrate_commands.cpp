@@ -294,11 +294,7 @@ int RunCaptureInit(const CommandLine& line) {
     parts.lit.emplace_back(name, lights);
   }
   InitCapture(parts, line.output);
-  std::printf("Written: %s\n\n", (line.output / "capture.json").c_str());
-  CommandLine check = line;
-  check.capture = line.output;
-  check.output.clear();
-  return RunCheck(check);
+  return CheckWhatWasMade(line);
 }
 
 }  // namespace crownfit

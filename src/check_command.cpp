@@ -116,4 +116,12 @@ int RunCheck(const CommandLine& line) {
   return 0;
 }
 
+int CheckWhatWasMade(const CommandLine& line) {
+  std::printf("Written: %s\n\n", (line.output / "capture.json").c_str());
+  CommandLine check = line;
+  check.capture = line.output;
+  check.output.clear();
+  return RunCheck(check);
+}
+
 }  // namespace crownfit

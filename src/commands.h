@@ -14,6 +14,8 @@ int RunExport(const CommandLine& line);
 int RunFit(const CommandLine& line);
 int RunReport(const CommandLine& line);
 int RunCheck(const CommandLine& line);
+/// Says that a capture was written to `line.output`, and checks it.
+int CheckWhatWasMade(const CommandLine& line);
 int RunSlab(const CommandLine& line);
 int RunSynthesize(const CommandLine& line);
 int RunRender(const CommandLine& line);

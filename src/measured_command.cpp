@@ -1,5 +1,4 @@
 #include <CLI/CLI.hpp>
-#include <cstdio>
 
 #include "command_line_parts.h"
 #include "commands.h"
@@ -35,11 +34,7 @@ void AddCaptureMeasured(CLI::App& capture, CommandLine& line) {
 
 int RunCaptureMeasured(const CommandLine& line) {
   InitMeasuredCapture(line.measured, line.output);
-  std::printf("Written: %s\n\n", (line.output / "capture.json").c_str());
-  CommandLine check = line;
-  check.capture = line.output;
-  check.output.clear();
-  return RunCheck(check);
+  return CheckWhatWasMade(line);
 }
 
 }  // namespace crownfit

@@ -196,8 +196,7 @@ TEST(ScanPoseReal, CrownsReturnToTheDrawnOutlines) {
   ExpectReturn(real, {"frontal", "right", "lower_occlusal"});
 }
 
-// The mirror images of two of those; ./dev bench calibration runs them too.
-TEST(ScanPoseReal, DISABLED_CrownsReturnToTheDrawnOutlinesOfTheOtherViews) {
+TEST(ScanPoseReal, CrownsReturnToTheDrawnOutlinesOfTheOtherViews) {
   REQUIRE_REAL_DATA("teeth-photos-scan-smartee-case1");
   ExpectReturn(real, {"left", "upper_occlusal"});
 }
