@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "base/linear_algebra.h"
 #include "gather_walks.h"
 
 namespace crownfit {
@@ -46,7 +47,7 @@ class WalkFit {
   };
 
   static double ChiSquare(const Eigen::VectorXd& off, const Eigen::MatrixXd& covariance) {
-    return off.dot(covariance.ldlt().solve(off));
+    return off.dot(SolveSymmetric(covariance, off).col(0));
   }
 
   /// Whether walks make more than half of the variance of what they could tell: photographs alone would tell it within
@@ -191,14 +192,13 @@ class WalkFit {
     of_walks *= std::max(1.0, scatter);
     unknowns_.GoTo(mean);
     k.inflation = std::max(1.0, k.block_chi2);
-    const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> data(covariance - walks_alone);
-    k.covariance = k.inflation * data.eigenvectors() * data.eigenvalues().cwiseMax(0.0).asDiagonal() *
-                       data.eigenvectors().transpose() +
-                   of_walks / n;
+    const auto [variances, directions] = EigenOfSymmetric(covariance - walks_alone);
+    k.covariance =
+        k.inflation * directions * variances.cwiseMax(0.0).asDiagonal() * directions.transpose() + of_walks / n;
     k.unseen = Eigen::MatrixXd::Zero(m, 0);
     k.of_walks = of_walks.diagonal().cwiseQuotient(n * k.covariance.diagonal());
-    const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> all(k.covariance);
-    if (m > 0) k.condition = std::sqrt(all.eigenvalues()[m - 1] / all.eigenvalues()[0]);
+    const Eigen::VectorXd all = EigenOfSymmetric(k.covariance).values;
+    if (m > 0) k.condition = std::sqrt(all[m - 1] / all[0]);
     at_.knowledge = k;
     return scatter <= (runs.size() < kSeveral ? kAgreeAtOnce : kAgree);
   }

@@ -5,6 +5,7 @@
 #include <cstdio>
 #include <numeric>
 
+#include "base/linear_algebra.h"
 #include "fit/image_residuals.h"
 #include "fit/profile.h"
 #include "fit_pixels.h"
@@ -91,7 +92,7 @@ class Foreseer {
         IsByWalks() ? Eigen::MatrixXd(at_.knowledge.Precision() + more.normal / inflation) : here.normal + more.normal;
     for (int k = 0; k < problem_.free.count(); ++k)
       precision(k, k) += 1.0 / std::pow(kNothingKnown * problem_.free.entries[k].prior_stddev, 2);
-    const Eigen::VectorXd column = precision.ldlt().solve(Eigen::VectorXd::Unit(precision.rows(), entry));
+    const Eigen::VectorXd column = SolveSymmetric(precision, Eigen::VectorXd::Unit(precision.rows(), entry));
     double variance = column[entry];
     if (!IsByWalks()) variance = inflation * variance + column.dot((here.scatter + more.scatter) * column);
     const bool seen = column[entry] < 0.5 * std::pow(kNothingKnown * problem_.free.entries[entry].prior_stddev, 2);

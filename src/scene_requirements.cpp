@@ -5,6 +5,7 @@
 #include <functional>
 #include <optional>
 
+#include "base/linear_algebra.h"
 #include "fit/image_residuals.h"
 #include "report/colour_difference.h"
 
@@ -67,7 +68,7 @@ class LeaveOut {
     jacobian_ = e.finite ? Eigen::MatrixXd(e.jacobian) : Eigen::MatrixXd::Zero(e.residuals.size(), n);
     Eigen::MatrixXd precision = jacobian_.transpose() * jacobian_;
     for (int k = 0; k < n; ++k) precision(k, k) += std::pow(problem.free.entries[k].prior_stddev, -2.0);
-    if (n > 0) covariance_ = precision.ldlt().solve(Eigen::MatrixXd::Identity(n, n));
+    if (n > 0) covariance_ = InverseOfSymmetric(precision);
   }
 
   /// Nothing when no photograph has it.

@@ -1,9 +1,10 @@
 #include "calibration/calibration_error.h"
 
-#include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+
+#include "base/linear_algebra.h"
 
 namespace crownfit {
 namespace {
@@ -22,11 +23,11 @@ void AddPoseErrors(const Capture& capture, size_t photograph, std::vector<Calibr
     if (i < photograph) return;  // with the first of this pose
     error.photographs.push_back(i);
   }
-  using Matrix6 = Eigen::Matrix<double, 6, 6, Eigen::RowMajor>;
-  const Eigen::SelfAdjointEigenSolver<Matrix6> of(Eigen::Map<const Matrix6>(spec.pose_covariance->data()));
+  const auto [variances, directions] =
+      EigenOfSymmetric(Eigen::Map<const Eigen::Matrix<double, 6, 6>>(spec.pose_covariance->data()));
   for (int k = 5; k >= 0; --k) {
-    if (of.eigenvalues()[k] <= 1e-14 * of.eigenvalues()[5]) break;
-    const Eigen::Matrix<double, 6, 1> v = std::sqrt(of.eigenvalues()[k]) * of.eigenvectors().col(k);
+    if (variances[k] <= 1e-14 * variances[5]) break;
+    const Eigen::VectorXd v = std::sqrt(variances[k]) * directions.col(k);
     error.turn = {v[0], v[1], v[2]};
     error.shift = {v[3], v[4], v[5]};
     errors.push_back(error);

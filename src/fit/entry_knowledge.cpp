@@ -1,10 +1,10 @@
 #include "fit/entry_knowledge.h"
 
-#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <boost/math/distributions/chi_squared.hpp>
 
 #include "base/error.h"
+#include "base/linear_algebra.h"
 
 namespace crownfit {
 namespace {
@@ -21,11 +21,10 @@ std::vector<Eigen::Index> PlacesOf(const std::vector<std::string>& names, const 
 
 SeenDirections::SeenDirections(const Eigen::MatrixXd& m) {
   if (m.rows() == 0) return;
-  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(m);
-  const Eigen::VectorXd& values = eigen.eigenvalues();
+  const auto [values, vectors] = EigenOfSymmetric(m);
   const auto known = (values.array() > std::max(0.0, kRounding * values.maxCoeff())).count();
-  seen = eigen.eigenvectors().rightCols(known);
-  unseen = eigen.eigenvectors().leftCols(values.size() - known);
+  seen = vectors.rightCols(known);
+  unseen = vectors.leftCols(values.size() - known);
   precision = values.tail(known);
   if (known > 0) condition = std::sqrt(precision.maxCoeff() / precision.minCoeff());
 }

@@ -1,8 +1,9 @@
 #include "fit/nuisances.h"
 
-#include <Eigen/QR>
 #include <algorithm>
 #include <cmath>
+
+#include "base/linear_algebra.h"
 
 namespace crownfit {
 namespace {
@@ -151,7 +152,7 @@ LinearScales Nuisances::Solve(const Eigen::MatrixXd& parts, double huber_width) 
       normal(block.columns, block.columns) += weighted.transpose() * block.by_column;
       right(block.columns) -= weighted.transpose() * residuals.segment(block.first_row, rows);
     }
-    const Eigen::VectorXd step = normal.completeOrthogonalDecomposition().solve(right);
+    const Eigen::VectorXd step = ShortestNearest(normal, right);
     double change = 0;
     int k = 0;
     const auto move_factor = [&](double& factor) {  // that stays positive
@@ -182,7 +183,7 @@ void Nuisances::Project(
     gram(block.columns, block.columns) += block.by_column.transpose() * block.by_column;
     cross(block.columns, Eigen::all) += block.by_column.transpose() * jacobian.middleRows(block.first_row, rows);
   }
-  const Eigen::MatrixXd share = gram.completeOrthogonalDecomposition().solve(cross);
+  const Eigen::MatrixXd share = ShortestNearest(gram, cross);
   for (const Block& block : blocks)
     jacobian.middleRows(block.first_row, block.by_column.rows()) -= block.by_column * share(block.columns, Eigen::all);
   jacobian.bottomRows(count()) -= sharpness_.asDiagonal() * share;

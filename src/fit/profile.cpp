@@ -1,8 +1,9 @@
 #include "fit/profile.h"
 
-#include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
+
+#include "base/linear_algebra.h"
 
 namespace crownfit {
 namespace {
@@ -57,12 +58,11 @@ double Profiler::SmallestChi2(Eigen::VectorXd x, int held) const {
   normal.row(held).setZero();
   normal.col(held).setZero();
   normal(held, held) = 1.0;
-  const Eigen::LDLT<Eigen::MatrixXd> solver(normal);
   Eigen::VectorXd gradient;
   double smallest = Chi2At(x, gradient);
   for (int i = 0; i < kMostSteps && std::isfinite(smallest); ++i) {
     gradient[held] = 0.0;
-    const Eigen::VectorXd step = solver.solve(gradient);
+    const Eigen::VectorXd step = SolveSymmetric(normal, gradient);
     if (step.dot(gradient) < kEnough * inflation_) break;
     x -= step;
     for (int k = 0; k < free_.count(); ++k)
@@ -75,7 +75,7 @@ double Profiler::SmallestChi2(Eigen::VectorXd x, int held) const {
 }
 
 LikelihoodProfile Profiler::Of(int entry, double stddev, int points_a_side) const {
-  Eigen::VectorXd along = normal_.ldlt().solve(Eigen::VectorXd::Unit(free_.count(), entry));
+  Eigen::VectorXd along = SolveSymmetric(normal_, Eigen::VectorXd::Unit(free_.count(), entry));
   if (!along.allFinite() || !(along[entry] > 0))  // a direction that nothing is known of
     along = stddev * stddev * Eigen::VectorXd::Unit(free_.count(), entry);
   const double reach = kReach * std::min(std::sqrt(inflation_ * along[entry]), stddev);

@@ -1,7 +1,5 @@
 #include "fit/uncertainty.h"
 
-#include <Eigen/Cholesky>
-#include <Eigen/Eigenvalues>
 #include <Eigen/QR>
 #include <Eigen/SVD>
 #include <algorithm>
@@ -9,6 +7,8 @@
 #include <cstdio>
 #include <map>
 #include <tuple>
+
+#include "base/linear_algebra.h"
 
 namespace crownfit {
 namespace {
@@ -100,11 +100,11 @@ double DataKnowledge::Variance(const Eigen::RowVectorXd& g) const {
 }
 
 Eigen::MatrixXd DataKnowledge::Precision() const {
-  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(covariance);
+  const auto [values, vectors] = EigenOfSymmetric(covariance);
   Eigen::VectorXd inverse = Eigen::VectorXd::Zero(covariance.rows());
   for (Eigen::Index i = unseen.cols(); i < inverse.size(); ++i)  // the covariance is 0 along unseen directions
-    if (eigen.eigenvalues()[i] > 0) inverse[i] = 1.0 / eigen.eigenvalues()[i];
-  return eigen.eigenvectors() * inverse.asDiagonal() * eigen.eigenvectors().transpose();
+    if (values[i] > 0) inverse[i] = 1.0 / values[i];
+  return vectors * inverse.asDiagonal() * vectors.transpose();
 }
 
 EntryKnowledge DataKnowledge::Of(const std::vector<FreeEntry>& entries) const {
@@ -193,16 +193,16 @@ Uncertainty Quantify(const Capture& capture, const FreeParameters& free, const E
   if (n > 0) {
     // With the priors: what the photographs say, plus theirs.
     Eigen::MatrixXd precision = data.Precision();
-    const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(data.covariance);
+    const auto [variances, directions] = EigenOfSymmetric(data.covariance);
     const auto unseen = data.unseen.cols();
     for (Eigen::Index i = 0; i < unseen; ++i)
       result.weak_directions.push_back(Describe(free, data.unseen.col(i), HUGE_VAL));
     for (Eigen::Index i = n - 1; i >= unseen; --i) {
-      const double stddev = std::sqrt(std::max(0.0, eigen.eigenvalues()[i]));
-      if (stddev > kWeak) result.weak_directions.push_back(Describe(free, eigen.eigenvectors().col(i), stddev));
+      const double stddev = std::sqrt(std::max(0.0, variances[i]));
+      if (stddev > kWeak) result.weak_directions.push_back(Describe(free, directions.col(i), stddev));
     }
     precision.diagonal() += prior_variance.cwiseInverse();
-    posterior = precision.ldlt().solve(Eigen::MatrixXd::Identity(n, n));
+    posterior = InverseOfSymmetric(precision);
   }
   result.covariance = posterior;
 

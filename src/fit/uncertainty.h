@@ -2,7 +2,7 @@
 // How sure the fit is. What the photographs alone say stays apart from priors, so that directions they say nothing
 // about get an infinite variance instead of none.
 
-#include <Eigen/Dense>
+#include <Eigen/Core>
 #include <optional>
 #include <string>
 #include <vector>

@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "base/error.h"
+#include "base/linear_algebra.h"
 
 namespace crownfit {
 
@@ -127,6 +128,8 @@ void WalkedStep::AddExact(const Eigen::VectorXd& residual, const Eigen::MatrixXd
 }
 
 WalkedStep::Solution WalkedStep::Solve(const Prior& prior, const std::vector<int>& held, Noise noise) const {
+  Check(prior.precision.rows() == unknowns_ && prior.precision.cols() == unknowns_ && prior.pull.size() == unknowns_,
+        "a prior of all unknowns");
   const double groups = static_cast<double>(normal_without_.size());
   const double taken_off = noise == Noise::kTakenOff ? 1.0 : 0.0;
   Solution s;
@@ -140,17 +143,16 @@ WalkedStep::Solution WalkedStep::Solve(const Prior& prior, const std::vector<int
       scaled.row(k).setZero();
       scaled.col(k).setZero();
     }
-    const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(0.5 * (scaled + scaled.transpose()));
-    if (seen) *seen = eigen.eigenvalues().minCoeff() > 0 || !held.empty();
-    const Eigen::MatrixXd positive =
-        eigen.eigenvectors() * eigen.eigenvalues().cwiseMax(0.0).asDiagonal() * eigen.eigenvectors().transpose();
+    const auto [values, vectors] = EigenOfSymmetric(0.5 * (scaled + scaled.transpose()));
+    if (seen) *seen = values.minCoeff() > 0 || !held.empty();
+    const Eigen::MatrixXd positive = vectors * values.cwiseMax(0.0).asDiagonal() * vectors.transpose();
     Eigen::MatrixXd with_prior = positive + unit.asDiagonal() * prior.precision * unit.asDiagonal();
     for (const int k : held) {
       with_prior.row(k).setZero();
       with_prior.col(k).setZero();
       with_prior(k, k) = 1.0;
     }
-    Eigen::MatrixXd inverse = with_prior.ldlt().solve(Eigen::MatrixXd::Identity(unknowns_, unknowns_));
+    Eigen::MatrixXd inverse = InverseOfSymmetric(with_prior);
     for (const int k : held) {
       inverse.row(k).setZero();
       inverse.col(k).setZero();

@@ -1,7 +1,7 @@
 #pragma once
 // One Gauss-Newton step towards photographs, with pictures and derivatives from walks: both are noisy, and known to be.
 
-#include <Eigen/Dense>
+#include <Eigen/Cholesky>
 #include <array>
 #include <functional>
 #include <vector>

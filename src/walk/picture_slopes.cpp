@@ -1,11 +1,12 @@
 #include "walk/picture_slopes.h"
 
-#include <Eigen/Dense>
+#include <Eigen/Core>
 #include <algorithm>
 #include <cmath>
 #include <numeric>
 
 #include "base/error.h"
+#include "base/linear_algebra.h"
 
 namespace crownfit {
 namespace {
@@ -62,12 +63,6 @@ PooledSlopes::PooledSlopes(const PathPhotograph& photo, const std::vector<Differ
       for (int k = 0; k < terms; ++k) basis(i, k) = weight[i] * brightness[i] * row[k];
     }
     const Eigen::MatrixXd gram = basis.transpose() * basis;
-    std::vector<Eigen::LDLT<Eigen::MatrixXd>> solvers;
-    for (int degree = 0; degree <= kMaxDegree; ++degree) {
-      const int size = MonomialCount(degree);
-      const Eigen::MatrixXd some = gram.topLeftCorner(size, size);
-      solvers.emplace_back(some + 1e-10 * some.trace() / size * Eigen::MatrixXd::Identity(size, size));
-    }
 
     const auto at = [&](Eigen::Index i, size_t g, size_t l) -> const GroupSlopes& {
       return photo.slopes[(used[i] * groups + g) * layers + l];
@@ -106,15 +101,20 @@ PooledSlopes::PooledSlopes(const PathPhotograph& photo, const std::vector<Differ
         square += d.transpose() * d;
         product += d.transpose() * (slopes[g] - mean_slope);
       }
-      multiples[half] = square.completeOrthogonalDecomposition().solve(product);
+      multiples[half] = ShortestNearest(square, product);
     }
     std::vector<Eigen::MatrixXd> right(groups);
     for (size_t g = 0; g < groups; ++g) right[g] = basis.transpose() * (slopes[g] - controls[g] * multiples[g % 2]);
 
     for (size_t j = 0; j < parameters_.size(); ++j) {
       const auto column = static_cast<Eigen::Index>(j);
-      Eigen::VectorXd all = Eigen::VectorXd::Zero(terms);
-      for (const Eigen::MatrixXd& r : right) all += r.col(column);
+      // The sums of all groups, and of all but each.
+      const double n = static_cast<double>(groups);
+      Eigen::MatrixXd sums = Eigen::MatrixXd::Zero(terms, static_cast<Eigen::Index>(groups) + 1);
+      for (const Eigen::MatrixXd& r : right) sums.col(0) += r.col(column);
+      for (size_t g = 0; g < groups; ++g)
+        sums.col(static_cast<Eigen::Index>(g) + 1) = (sums.col(0) - right[g].col(column)) / (n - 1.0);
+      sums.col(0) /= n;
       // Of every degree the polynomials without each group, and how they do on that group; what no polynomial changes
       // is left out.
       std::vector<Field> fits;
@@ -122,17 +122,14 @@ PooledSlopes::PooledSlopes(const PathPhotograph& photo, const std::vector<Differ
       for (int degree = 0; degree <= kMaxDegree; ++degree) {
         const int size = MonomialCount(degree);
         if (4 * size > count && degree > 0) break;
-        const auto& solver = solvers[degree];
-        const auto solve = [&](const Eigen::VectorXd& v) {
-          const Eigen::VectorXd x = solver.solve(v.head(size));
-          return std::vector<double>(x.begin(), x.end());
-        };
-        const double n = static_cast<double>(groups);
-        Field fit{degree, solve(all / n), {}};
+        Eigen::MatrixXd some = gram.topLeftCorner(size, size);
+        some.diagonal().array() += 1e-10 * some.trace() / size;
+        const Eigen::MatrixXd found = SolveSymmetric(some, sums.topRows(size));
+        Field fit{degree, {found.col(0).begin(), found.col(0).end()}, {}};
         Eigen::VectorXd error(static_cast<Eigen::Index>(groups));
         for (size_t g = 0; g < groups; ++g) {
-          fit.without.push_back(solve((all - right[g].col(column)) / (n - 1.0)));
-          const Eigen::Map<const Eigen::VectorXd> x(fit.without.back().data(), size);
+          const auto x = found.col(static_cast<Eigen::Index>(g) + 1);
+          fit.without.emplace_back(x.begin(), x.end());
           error[static_cast<Eigen::Index>(g)] =
               x.dot(gram.topLeftCorner(size, size) * x) - 2.0 * x.dot(right[g].col(column).head(size));
         }
@@ -144,8 +141,7 @@ PooledSlopes::PooledSlopes(const PathPhotograph& photo, const std::vector<Differ
       size_t chosen = best - errors.begin();
       for (size_t d = chosen; d < fits.size(); ++d) {
         const Eigen::VectorXd worse = errors[d] - *best;
-        const double n = static_cast<double>(groups),
-                     spread = std::sqrt((worse.array() - worse.mean()).square().sum() / (n - 1.0));
+        const double spread = std::sqrt((worse.array() - worse.mean()).square().sum() / (n - 1.0));
         if (worse.mean() <= spread / std::sqrt(n)) chosen = d;
       }
       fields_[j * kChannels + c] = std::move(fits[chosen]);

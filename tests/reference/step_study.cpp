@@ -12,6 +12,7 @@
 #include <optional>
 #include <utility>
 
+#include "base/linear_algebra.h"
 #include "base/parallel.h"
 #include "fit/walked_step.h"
 #include "support/known_scene.h"
@@ -105,7 +106,7 @@ WalkedStep::Solution Step(const LayeredBody& body, const Eigen::VectorXd& truth,
       step->Add(pixel, std::move(row));
     }
   }
-  return step->Solve({Eigen::VectorXd::Zero(kUnknowns), Eigen::VectorXd::Zero(kUnknowns)});
+  return step->Solve({Eigen::MatrixXd::Zero(kUnknowns, kUnknowns), Eigen::VectorXd::Zero(kUnknowns)});
 }
 
 }  // namespace
@@ -126,7 +127,7 @@ int main(int argc, char** argv) {
   Eigen::VectorXd sum = Eigen::VectorXd::Zero(kUnknowns), square = sum, stated = sum, of_slopes = sum;
   for (const auto& s : found) {
     const Eigen::VectorXd off = s.step - truth, stddev = s.covariance.diagonal().cwiseSqrt();
-    chi2.push_back(off.dot(s.covariance.ldlt().solve(off)));
+    chi2.push_back(off.dot(SolveSymmetric(s.covariance, off).col(0)));
     within += static_cast<int>((off.array().abs() <= 2.0 * stddev.array()).count());
     sum += s.step, square += s.step.cwiseAbs2(), stated += stddev;
     of_slopes += s.slope_covariance.diagonal().cwiseSqrt();
