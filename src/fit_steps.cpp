@@ -65,7 +65,19 @@ void CheckObjectIsInPicture(const Capture& capture, const TriangleMesh& outer) {
 void CheckAnyPixelIsUsable(const Capture& capture, const std::vector<Photograph>& photographs) {
   for (size_t i = 0; i < photographs.size(); ++i) {
     const Photograph& photo = photographs[i];
-    if (std::any_of(photo.usable.begin(), photo.usable.end(), [](uint8_t usable) { return usable != 0; })) continue;
+    bool is_black = true;
+    size_t usable = 0;
+    for (size_t p = 0; p < photo.usable.size(); ++p) {
+      if (!photo.usable[p]) continue;
+      ++usable;
+      for (int c = 0; c < kChannels; ++c) is_black &= photo.linear.values[p * kChannels + c] <= 0;
+    }
+    if (usable > 0 && !is_black) continue;
+    if (usable > 0)
+      throw InputError(capture.file, capture.photographs[i].key + ".file",
+                       "photograph '" + capture.photographs[i].name + "' is black: none of its " +
+                           std::to_string(usable) + " usable pixels is above 0",
+                       "Check its exposure, its dark frame and its file, or leave the photograph out.");
     throw InputError(
         capture.file, capture.photographs[i].key,
         "photograph '" + capture.photographs[i].name + "' has no usable pixel: " +

@@ -19,7 +19,7 @@ namespace {
 
 /// Walks the photographs of a synthetic capture from its truth.json; `exposures`: recorded over stated.
 Capture Walked(const std::filesystem::path& folder, const std::vector<double>& exposures) {
-  WriteSyntheticCapture(folder, {.pixels = 24});
+  WriteSyntheticCapture(folder, {.pixels = 24, .size = 0.5});
   Capture capture = ReadCapture(folder);
   const Material truth = ReadMaterialFile(folder / "truth.json", capture);
   const CrownInput input = ReadInput(capture, 0, false);

@@ -58,7 +58,8 @@ void Keep(const std::vector<size_t>& photographs, Capture& capture, FitOptions& 
 
 class SelfConsistency : public testing::Test {
  protected:
-  Capture Make(const SyntheticCapture& options) {
+  Capture Make(SyntheticCapture options) {
+    options.size = 0.5;
     WriteSyntheticCapture(folder.path, options);
     const Capture made = ReadCapture(folder.path);
     RenderTruth(made, TruthOf(made));
@@ -80,14 +81,16 @@ TEST_F(SelfConsistency, EveryIdentifiedParameterComesBackWithinOnePerCent) {
 
 TEST_F(SelfConsistency, AFreeThicknessIsCastAgainUntilItIsFound) {
   const Capture capture = Make({.pixels = 24, .initial_factor = 1.5, .free_thickness = true});
+  const Material truth = TruthOf(capture);
   FitOptions options;  // six derivatives in place of thirteen: half the time
-  options.overrides.fix = {{"surface.roughness", {0.22, 0.22, 0.22}},
-                           {"enamel.reduced_scattering_per_mm", {0.21, 0.24, 0.3}}};
+  options.overrides.fix = {{"surface.roughness", truth.surface[Quantity::kRoughness]},
+                           {"enamel.reduced_scattering_per_mm", truth.layers[0][Quantity::kReducedScattering]}};
   const CrownFit fit = Fit(capture, options);
   int count = 0;
   EXPECT_LT(WorstError(fit, folder.path, count), 0.01);
   EXPECT_GE(count, 7);
-  EXPECT_NEAR(fit.material.layers[0][Quantity::kThickness][0], 0.6, 0.006);  // started at 0.84
+  const double thickness = truth.layers[0][Quantity::kThickness][0];  // the start is 1.4 times as thick
+  EXPECT_NEAR(fit.material.layers[0][Quantity::kThickness][0], thickness, 0.01 * thickness);
   EXPECT_GT(fit.casts, 1);
   EXPECT_TRUE(fit.converged) << fit.casts << " casts";
 }

@@ -20,7 +20,7 @@ namespace {
 class Foreseen : public testing::Test {
  protected:
   Foreseen() {
-    WriteSyntheticCapture(folder_.path, {.pixels = 20, .levels = 14, .initial_factor = 1.0});
+    WriteSyntheticCapture(folder_.path, {.pixels = 20, .levels = 14, .size = 0.5, .initial_factor = 1.0});
     all_ = ReadCapture(folder_.path);
     for (PhotographSpec& p : all_.photographs) p.is_holdout = false;
   }

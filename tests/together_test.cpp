@@ -64,10 +64,11 @@ class TwoCaptures : public testing::Test {
     RenderTruth(all_, TruthOf(all_));
     options_.model = "shader";
     options_.profile_points = 0;
-    options_.overrides.fix = {{"surface.roughness", {0.22, 0.22, 0.22}},
-                              {"enamel.reduced_scattering_per_mm", {0.21, 0.24, 0.3}},
-                              {"enamel.absorption_per_mm", {0.012, 0.02, 0.045}},
-                              {"dentine.reduced_scattering_per_mm", {1.9, 2.0, 2.1}}};
+    const Material truth = TruthOf(all_);
+    options_.overrides.fix = {{"surface.roughness", truth.surface[Quantity::kRoughness]},
+                              {"enamel.reduced_scattering_per_mm", truth.layers[0][Quantity::kReducedScattering]},
+                              {"enamel.absorption_per_mm", truth.layers[0][Quantity::kAbsorption]},
+                              {"dentine.reduced_scattering_per_mm", truth.layers[1][Quantity::kReducedScattering]}};
   }
   Capture With(const std::vector<size_t>& photographs, const char* name) const {
     Capture capture = all_;

@@ -37,6 +37,7 @@ ImageResiduals::ImageResiduals(const Capture& capture, const CastState& state, c
       nuisances_(capture, pixels, calibration),
       flat_(capture, free, options.threads) {
   for (const FitPixels& p : pixels_) {
+    first_row_.push_back(rows_);
     rows_ += kChannels * static_cast<int>(p.pixels.size());
     vertices_.push_back(VerticesAround(*state.crown, state.photographs[p.photograph], p.sources));
   }
@@ -44,28 +45,32 @@ ImageResiduals::ImageResiduals(const Capture& capture, const CastState& state, c
 
 void ImageResiduals::Predict(const Material& material, const std::vector<double>& light_scale, bool with_scenery,
                              Eigen::VectorXd& prediction) const {
-  prediction.resize(rows_);
+  prediction.setZero(rows_);
   std::vector<double> sharp;
-  int row = 0;
-  for (size_t g = 0; g < pixels_.size(); ++g) {
-    const FitPixels& p = pixels_[g];
-    const PhotographCast& cast = state_.photographs[p.photograph];
-    const double specular = SpecularFactor(capture_.photographs[p.photograph].polarisation);
-    for (int c = 0; c < kChannels; ++c) {
-      const auto optics = OpticsFromSlots(capture_, SlotValues(capture_, material, state_, c));
-      const DiffuserTable<double> table(optics.stack(), state_.crown->kernel.outer_radius_mm);
+  for (int c = 0; c < kChannels; ++c) {
+    const auto optics = OpticsFromSlots(capture_, SlotValues(capture_, material, state_, c));
+    const DiffuserTable<double> table(optics.stack(), state_.crown->kernel.outer_radius_mm);
+    for (size_t g = 0; g < pixels_.size(); ++g) {
+      const FitPixels& p = pixels_[g];
+      const PhotographCast& cast = state_.photographs[p.photograph];
+      const PhotographSpec& photo = capture_.photographs[p.photograph];
+      const auto at = [&](size_t i) -> double& {
+        return prediction[first_row_[g] + kChannels * static_cast<Eigen::Index>(i) + c];
+      };
+      if (with_scenery && !p.scenery.empty())
+        for (size_t i = 0; i < p.pixels.size(); ++i) at(i) = p.scenery[i][c];
+      if (std::none_of(photo.lights.begin(), photo.lights.end(), [&](size_t l) { return light_scale[l] > 0; }))
+        continue;
       const ShaderPrediction<double> model(*state_.crown, cast, optics, table, c, light_scale, vertices_[g],
                                            options_.threads);
+      const double specular = SpecularFactor(photo.polarisation);
       sharp.resize(p.sources.size());
       ParallelFor(sharp.size(), options_.threads,
                   [&](size_t i) { sharp[i] = model.Pixel(cast.pixels[p.sources[i]], specular); });
-      for (size_t i = 0; i < p.pixels.size(); ++i) {
-        double sum = with_scenery && !p.scenery.empty() ? p.scenery[i][c] : 0.0;
-        for (int t = p.first_term[i]; t < p.first_term[i + 1]; ++t) sum += p.terms[t].weight * sharp[p.terms[t].source];
-        prediction[row + kChannels * static_cast<int>(i) + c] = sum;
-      }
+      for (size_t i = 0; i < p.pixels.size(); ++i)
+        for (int t = p.first_term[i]; t < p.first_term[i + 1]; ++t)
+          at(i) += p.terms[t].weight * sharp[p.terms[t].source];
     }
-    row += kChannels * static_cast<int>(p.pixels.size());
   }
 }
 
@@ -114,33 +119,31 @@ void ImageResiduals::PredictWithDerivativesBy(const std::vector<int>& moved, con
   const auto slots = SlotsOf(capture_);
   const auto slopes = SlotSlopes(capture_, state_);
   const Eigen::VectorXd addition = nuisances_.Addition(scales);
-  int row = 0;
-  for (size_t g = 0; g < pixels_.size(); ++g) {
-    const FitPixels& p = pixels_[g];
-    const PhotographCast& cast = state_.photographs[p.photograph];
-    const double specular = SpecularFactor(capture_.photographs[p.photograph].polarisation);
-    const double exposure = nuisances_.ExposureOf(p, scales);
-    for (int c = 0; c < kChannels; ++c) {
-      const auto values = SlotValues(capture_, material, state_, c);
-      std::array<Jet, kShaderSlots> jets;
-      std::transform(values.begin(), values.end(), jets.begin(), [](double v) { return Jet(v); });
-      Eigen::Matrix<double, kJetSize, Eigen::Dynamic> slot_by_x(kJetSize, free_.count());
-      slot_by_x.setZero();
-      for (size_t i = 0; i < moved.size(); ++i) {
-        const int s = moved[i];
-        jets[s] = Jet(values[s], static_cast<int>(i));
-        slot_by_x.row(static_cast<int>(i)) =
-            slopes[s] * ValueGradient(free_, x, slots[s]->layer, slots[s]->quantity, c);
-      }
-      const auto optics = OpticsFromSlots(capture_, jets);
-      const DiffuserTable<Jet> table(optics.stack(), state_.crown->kernel.outer_radius_mm);
+  for (int c = 0; c < kChannels; ++c) {
+    const auto values = SlotValues(capture_, material, state_, c);
+    std::array<Jet, kShaderSlots> jets;
+    std::transform(values.begin(), values.end(), jets.begin(), [](double v) { return Jet(v); });
+    Eigen::Matrix<double, kJetSize, Eigen::Dynamic> slot_by_x(kJetSize, free_.count());
+    slot_by_x.setZero();
+    for (size_t i = 0; i < moved.size(); ++i) {
+      const int s = moved[i];
+      jets[s] = Jet(values[s], static_cast<int>(i));
+      slot_by_x.row(static_cast<int>(i)) = slopes[s] * ValueGradient(free_, x, slots[s]->layer, slots[s]->quantity, c);
+    }
+    const auto optics = OpticsFromSlots(capture_, jets);
+    const DiffuserTable<Jet> table(optics.stack(), state_.crown->kernel.outer_radius_mm);
+    for (size_t g = 0; g < pixels_.size(); ++g) {
+      const FitPixels& p = pixels_[g];
+      const PhotographCast& cast = state_.photographs[p.photograph];
+      const double specular = SpecularFactor(capture_.photographs[p.photograph].polarisation);
+      const double exposure = nuisances_.ExposureOf(p, scales);
       const ShaderPrediction<Jet> model(*state_.crown, cast, optics, table, c, scales.light, vertices_[g],
                                         options_.threads);
       std::vector<Jet> sharp(p.sources.size());
       ParallelFor(sharp.size(), options_.threads,
                   [&](size_t i) { sharp[i] = model.Pixel(cast.pixels[p.sources[i]], specular); });
       ParallelFor(p.pixels.size(), options_.threads, [&](size_t i) {
-        const int k = row + kChannels * static_cast<int>(i) + c;
+        const int k = first_row_[g] + kChannels * static_cast<int>(i) + c;
         Jet value(p.scenery.empty() ? 0.0 : p.scenery[i][c]);
         for (int t = p.first_term[i]; t < p.first_term[i + 1]; ++t)
           value += static_cast<double>(p.terms[t].weight) * sharp[p.terms[t].source];
@@ -149,7 +152,6 @@ void ImageResiduals::PredictWithDerivativesBy(const std::vector<int>& moved, con
         out.jacobian.row(k).noalias() = factor * (value.v.transpose() * slot_by_x);
       });
     }
-    row += kChannels * static_cast<int>(p.pixels.size());
   }
 }
 

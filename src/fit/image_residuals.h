@@ -52,7 +52,8 @@ class ImageResiduals {
   std::vector<std::vector<int>> vertices_;  ///< per entry of `pixels`: around what its pixels show
   Nuisances nuisances_;
   FlatResiduals flat_;
-  int rows_ = 0;  ///< of pixels
+  std::vector<int> first_row_;  ///< per entry of `pixels`
+  int rows_ = 0;                ///< of pixels
 };
 
 }  // namespace crownfit

@@ -161,6 +161,7 @@ cases = [
     edited("a photograph twice", lambda c: c["photographs"].append(dict(c["photographs"][0], name="again")), "same picture"),
     ("an empty mask", mask(0), ["no usable pixel.*mask"], {}),
     ("all saturated", image("white.png", png(width, height, (b"\0" + b"\xff" * 3 * width) * height), "")[1], ["no usable pixel.*saturated"], {}),
+    ("all black", image("black.png", png(width, height, bytes((1 + 3 * width) * height)), "")[1], ["is black"], {}),
     edited("a limit that is none", lambda c: None, "CROWNFIT_MAX_JSON_MIB", limits={"CROWNFIT_MAX_JSON_MIB": "lots"}),
 ]
 

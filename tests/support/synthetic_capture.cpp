@@ -53,17 +53,28 @@ JsonValue Lights() {
 
 JsonValue Fixed(JsonValue v) { return Object{{"fixed", std::move(v)}}; }
 
-JsonValue Initial(List v, double factor) {
+List Times(List v, double factor) {
   for (double& x : v) x *= factor;
+  return v;
+}
+
+TriangleMesh Scaled(TriangleMesh mesh, double factor) {
+  for (glm::dvec3& v : mesh.vertices) v *= factor;
+  return mesh;
+}
+
+JsonValue Initial(List v, double factor) {
+  v = Times(v, factor);
   return v.size() == 1 ? Object{{"initial", v[0]}} : Object{{"initial", v}};
 }
 
 }  // namespace
 
 void WriteSyntheticCapture(const std::filesystem::path& folder, const SyntheticCapture& options) {
-  WritePly(folder / "mesh/incisor.ply", Incisor(options.levels));
-  WritePly(folder / "mesh/blade.ply", Box({-30, -30, 5.8}, {-1.5, 30, 5.85}));
-  const double focal = options.pixels * 250.0 / 12.0;
+  const double size = options.size;
+  WritePly(folder / "mesh/incisor.ply", Scaled(Incisor(options.levels), size));
+  WritePly(folder / "mesh/blade.ply", Scaled(Box({-30, -30, 5.8}, {-1.5, 30, 5.85}), size));
+  const double focal = options.pixels * 250.0 / (12.0 * size);
   WriteTextFile(folder / "calib/camera.json", ToJsonText(Object{{"format", "crownfit-camera/1"},
                                                                 {"width", options.pixels},
                                                                 {"height", options.pixels},
@@ -75,9 +86,11 @@ void WriteSyntheticCapture(const std::filesystem::path& folder, const SyntheticC
   WriteTextFile(folder / "calib/light_rig.json",
                 ToJsonText(Object{{"format", "crownfit-light-rig/1"}, {"lights", Lights()}}));
 
-  const List enamel_scattering{0.21, 0.24, 0.3}, enamel_absorption{0.012, 0.02, 0.045};
-  const List dentine_scattering{1.9, 2.0, 2.1}, dentine_absorption{0.03, 0.07, 0.22};
-  const double thickness = 0.6, roughness = 0.22, f = options.initial_factor;
+  const List enamel_scattering = Times({0.21, 0.24, 0.3}, 1.0 / size),
+             enamel_absorption = Times({0.012, 0.02, 0.045}, 1.0 / size),
+             dentine_scattering = Times({1.9, 2.0, 2.1}, 1.0 / size),
+             dentine_absorption = Times({0.03, 0.07, 0.22}, 1.0 / size);
+  const double thickness = 0.6 * size, roughness = 0.22, f = options.initial_factor;
   const JsonValue g_enamel = Fixed(0.96), g_dentine = Fixed(0.93);
   const JsonValue::Array layers{
       Object{{"name", "enamel"},
@@ -116,10 +129,10 @@ void WriteSyntheticCapture(const std::filesystem::path& folder, const SyntheticC
   shot("back", {"behind"}, "cross", "none", {}, "fit");
   shot("edge", {"lamp", "dome"}, "cross", "none", {"blade"}, "fit");
   shot("side", {"side", "dome"}, "none", "none", {}, "holdout");
-  const auto tile = [](double rho) {
-    return Object{{"point_mm", List{0, 0, -4}},
+  const auto tile = [&](double rho) {
+    return Object{{"point_mm", List{0, 0, -4 * size}},
                   {"normal", List{0, 0, 1}},
-                  {"size_mm", 30},
+                  {"size_mm", 30 * size},
                   {"reflectance_rgb", List{rho, rho, rho}}};
   };
   WriteTextFile(
