@@ -5,6 +5,7 @@
 #include <map>
 
 #include "base/error.h"
+#include "base/limits.h"
 #include "fit_pixels.h"
 #include "geometry/long_axis.h"
 #include "geometry/signed_distance.h"
@@ -100,6 +101,37 @@ void CheckPicturesDiffer(const Capture& capture, const std::vector<Photograph>& 
                          "Remove one of the two.");
 }
 
+/// Of the part of the picture that the object may fill: the box around its vertices.
+double PixelsAround(const PhotographSpec& photo, const TriangleMesh& outer) {
+  glm::dvec2 low(photo.camera.width, photo.camera.height), high(0.0);
+  for (const glm::dvec3& v : outer.vertices)
+    if (const auto pixel = PixelFromPoint(photo.camera, photo.camera_from_object.Point(v)))
+      low = glm::min(low, *pixel), high = glm::max(high, *pixel);
+  low = glm::max(low, glm::dvec2(0.0)), high = glm::min(high, glm::dvec2(photo.camera.width, photo.camera.height));
+  return std::max(0.0, high.x - low.x) * std::max(0.0, high.y - low.y);
+}
+
+/// Photographs with more pixels on the crown than its light has detail are averaged over squares of whole pixels: all
+/// of their light is used, and time and memory are those of a small picture.
+void AverageLargePhotographs(CrownInput& input) {
+  const double most = 1e6 * InputLimits().crown_megapixels;
+  std::string averaged;
+  for (size_t i = 0; i < input.photographs.size(); ++i) {
+    PhotographSpec& spec = input.capture.photographs[i];
+    const int side = static_cast<int>(std::lround(std::sqrt(PixelsAround(spec, *input.source.meshes[0]) / most)));
+    if (side <= 1) continue;
+    input.photographs[i] = Averaged(input.photographs[i], side, spec.has_noise_file || spec.files.variance);
+    const Image& mean = input.photographs[i].linear;
+    spec.camera = WithPixels(spec.camera, mean.width, mean.height, side, side);
+    if (spec.blur)
+      for (auto& gaussian : spec.blur->psf) gaussian.sigma_px /= side;
+    averaged += (averaged.empty() ? "" : ", ") + spec.name + " " + std::to_string(side) + " x " + std::to_string(side);
+  }
+  if (!averaged.empty())
+    input.source.messages.push_back("Large photographs were averaged over squares of pixels (docs/limits.md): " +
+                                    averaged);
+}
+
 double MedianDepth(const Crown& crown) {
   std::vector<double> depth;
   for (const Column& c : crown.columns) depth.push_back(c.straight.total_mm);
@@ -160,6 +192,7 @@ CrownInput ReadInput(const Capture& capture, int threads, bool with_images) {
   for (auto& message : KeepBuildable(input.source, input.capture)) input.source.messages.push_back(std::move(message));
   CheckObjectIsInPicture(capture, *input.source.meshes[0]);
   CheckNothingStandsInside(capture, *input.source.meshes[0]);
+  AverageLargePhotographs(input);
   input.scenery = ReadScenery(capture);
   return input;
 }

@@ -121,12 +121,7 @@ Capture AtScale(Capture capture, double scale) {
     const int width = std::max(1, static_cast<int>(std::lround(scale * camera.width))),
               height = std::max(1, static_cast<int>(std::lround(scale * camera.height)));
     const double across = static_cast<double>(width) / camera.width, down = static_cast<double>(height) / camera.height;
-    camera.fx *= across;
-    camera.cx *= across;
-    camera.fy *= down;
-    camera.cy *= down;
-    camera.width = width;
-    camera.height = height;
+    camera = WithPixels(camera, width, height, 1.0 / across, 1.0 / down);
     if (photo.blur)
       for (auto& gaussian : photo.blur->psf) gaussian.sigma_px *= scale;
   }

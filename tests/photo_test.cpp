@@ -238,5 +238,25 @@ TEST(Photographs, WithoutANoiseFileTheErrorIsOnePerCentAndAFloor) {
               1e-8);
 }
 
+TEST(Photographs, AveragesKeepTheLightAndOnlyIndependentNoiseFalls) {
+  Photograph photo;
+  photo.linear = Ramp(7, 5);
+  photo.variance = Image(7, 5, 3, 0.09f);
+  photo.usable.assign(35, 1);
+  photo.usable[3 * 7 + 4] = 0;
+  const Photograph measured = Averaged(photo, 2, true), assumed = Averaged(photo, 2, false);
+  ASSERT_EQ(measured.linear.width, 3);
+  ASSERT_EQ(measured.linear.height, 2);
+  double of_squares = 0, of_pixels = 0;
+  for (int y = 0; y < 2; ++y)
+    for (int x = 0; x < 3; ++x) of_squares += 4.0 * measured.linear.at(x, y, 1);
+  for (int y = 0; y < 4; ++y)
+    for (int x = 0; x < 6; ++x) of_pixels += photo.linear.at(x, y, 1);
+  EXPECT_NEAR(of_squares, of_pixels, 1e-5);
+  EXPECT_NEAR(measured.variance.at(1, 1, 2), 0.09 / 4, 1e-6);
+  EXPECT_NEAR(assumed.variance.at(1, 1, 2), 0.09, 1e-6);
+  EXPECT_EQ(measured.usable, (std::vector<uint8_t>{1, 1, 1, 1, 1, 0})) << "one pixel of the last square is not";
+}
+
 }  // namespace
 }  // namespace crownfit

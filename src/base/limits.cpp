@@ -28,6 +28,7 @@ Limits InputLimits() {
   TakeFromEnvironment("CROWNFIT_MAX_IMAGE_SECONDS", limits.image_seconds);
   TakeFromEnvironment("CROWNFIT_MAX_MESH_MILLION_TRIANGLES", limits.mesh_million_triangles);
   TakeFromEnvironment("CROWNFIT_MAX_JSON_MIB", limits.json_MiB);
+  TakeFromEnvironment("CROWNFIT_MAX_CROWN_MEGAPIXELS", limits.crown_megapixels);
   return limits;
 }
 

@@ -10,11 +10,12 @@ struct Limits {
   double image_seconds = 60;          ///< to decode one, by the clock
   double mesh_million_triangles = 5;  ///< after polygons became triangles
   double json_MiB = 64;               ///< also of a manifest in CSV
+  double crown_megapixels = 0.25;     ///< the part of a photograph around the crown: larger ones are averaged
 };
 
 /// The defaults, or what the environment says in their place: CROWNFIT_MAX_IMAGE_MEGAPIXELS,
-/// CROWNFIT_MAX_IMAGE_SECONDS, CROWNFIT_MAX_MESH_MILLION_TRIANGLES, CROWNFIT_MAX_JSON_MIB. Throws InputError for what
-/// is no positive number.
+/// CROWNFIT_MAX_IMAGE_SECONDS, CROWNFIT_MAX_MESH_MILLION_TRIANGLES, CROWNFIT_MAX_JSON_MIB,
+/// CROWNFIT_MAX_CROWN_MEGAPIXELS. Throws InputError for what is no positive number.
 Limits InputLimits();
 
 }  // namespace crownfit

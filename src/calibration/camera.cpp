@@ -38,6 +38,16 @@ Camera ReadCamera(const std::filesystem::path& path) {
   return camera;
 }
 
+Camera WithPixels(Camera camera, int width, int height, double across, double down) {
+  camera.width = width;
+  camera.height = height;
+  camera.fx /= across;
+  camera.cx /= across;
+  camera.fy /= down;
+  camera.cy /= down;
+  return camera;
+}
+
 std::optional<glm::dvec2> PixelFromPoint(const Camera& camera, const glm::dvec3& p) {
   if (p.z <= 0) return std::nullopt;
   const glm::dvec2 d = Distorted(camera.distortion, {p.x / p.z, p.y / p.z});

@@ -19,6 +19,10 @@ struct Camera {
 /// Reads camera.json ("crownfit-camera/1").
 Camera ReadCamera(const std::filesystem::path& file);
 
+/// The same view in `width` x `height` pixels, each `across` x `down` of the old ones wide and high, from the same
+/// corner.
+Camera WithPixels(Camera camera, int width, int height, double across, double down);
+
 /// Pixel position of a point in the camera frame; nothing when it is not in front of the camera.
 std::optional<glm::dvec2> PixelFromPoint(const Camera& camera, const glm::dvec3& point_in_camera_mm);
 

@@ -130,4 +130,27 @@ Photograph ReadPhotograph(const PhotographFiles& files) {
   return photo;
 }
 
+Photograph Averaged(const Photograph& photo, int side, bool noise_is_known) {
+  const int width = photo.linear.width / side, height = photo.linear.height / side;
+  Photograph mean = photo;
+  mean.linear = mean.variance = Image(width, height, 3);
+  mean.usable.assign(static_cast<size_t>(width) * height, 1);
+  const double n = static_cast<double>(side) * side, of_variance = noise_is_known ? n * n : n;
+  for (int y = 0; y < height; ++y)
+    for (int x = 0; x < width; ++x) {
+      glm::dvec3 value(0.0), variance(0.0);
+      for (int v = y * side; v < (y + 1) * side; ++v)
+        for (int u = x * side; u < (x + 1) * side; ++u) {
+          for (int c = 0; c < 3; ++c) value[c] += photo.linear.at(u, v, c), variance[c] += photo.variance.at(u, v, c);
+          if (!photo.usable[static_cast<size_t>(v) * photo.linear.width + u])
+            mean.usable[static_cast<size_t>(y) * width + x] = 0;
+        }
+      for (int c = 0; c < 3; ++c) {
+        mean.linear.at(x, y, c) = static_cast<float>(value[c] / n);
+        mean.variance.at(x, y, c) = static_cast<float>(variance[c] / of_variance);
+      }
+    }
+  return mean;
+}
+
 }  // namespace crownfit
