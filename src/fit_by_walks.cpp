@@ -43,11 +43,20 @@ class WalkFit {
     Eigen::MatrixXd covariance, of_walks;  ///< of the material's entries
     double chi2 = 0, block_chi2 = 0;
     std::vector<std::vector<glm::dvec3>> values;
-    bool is_on_its_way;  ///< the step was cut short, by more than what is not known anyway
+    bool is_on_its_way;  ///< the step was cut short, and led somewhere
   };
 
   static double ChiSquare(const Eigen::VectorXd& off, const Eigen::MatrixXd& covariance) {
     return off.dot(SolveSymmetric(covariance, off).col(0));
+  }
+
+  /// Whether a step that was cut short leads somewhere: what was cut is more than is not known anyway, and the whole of
+  /// it more than noise would make of nothing.
+  static bool IsOnItsWay(const Eigen::VectorXd& whole, const Eigen::VectorXd& step, const Eigen::MatrixXd& covariance) {
+    constexpr double kKnown = 1.0, kUnlikely = 3.0;  // of chi2; standard deviations of chi2
+    const double freedom = static_cast<double>(whole.size());
+    return ChiSquare(whole - step, covariance) > kKnown &&
+           ChiSquare(whole, covariance) > freedom + kUnlikely * std::sqrt(2.0 * freedom);
   }
 
   /// Whether walks make more than half of the variance of what they could tell: photographs alone would tell it within
@@ -136,8 +145,7 @@ class WalkFit {
   }
 
   Estimate LongRun() {
-    constexpr double kReach = 3.0, kLongest = 0.5, kNothingKnown = 100.0;
-    constexpr double kKnown = 1.0;  // of chi2
+    constexpr double kReach = 1.0, kLongest = 0.5, kNothingKnown = 100.0;
     stage_ = "walking, long run, step " + std::to_string(at_.steps.size() + 1);
     GatheredWalks g = gatherer_.Gather(Paths(), kSlopeShare * Paths(), stage_);
     WalkedStep::Solution s;
@@ -154,7 +162,7 @@ class WalkFit {
                g.chi2,
                g.block_chi2,
                std::move(g.values),
-               ChiSquare(whole - step, s.covariance) > kKnown};
+               IsOnItsWay(whole, step, s.covariance)};
     unknowns_.GoTo(e.unknowns);
     return e;
   }
