@@ -46,6 +46,7 @@ ImageResiduals::ImageResiduals(const Capture& capture, const CastState& state, c
 void ImageResiduals::Predict(const Material& material, const std::vector<double>& light_scale, bool with_scenery,
                              Eigen::VectorXd& prediction) const {
   prediction.setZero(rows_);
+  if (pixels_.empty()) return;  // measurements alone, without a crown
   std::vector<double> sharp;
   for (int c = 0; c < kChannels; ++c) {
     const auto optics = OpticsFromSlots(capture_, SlotValues(capture_, material, state_, c));

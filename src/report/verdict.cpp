@@ -9,6 +9,7 @@ namespace {
 
 constexpr double kLevelDrift = 0.08;  // of a photograph: twice what model `shader` is off by
 constexpr double kFarMoved = 3.0;     // standard deviations, root mean square
+constexpr double kMostOfWalks = 0.8;  // of a variance
 
 std::string Number(double v) {
   char text[32];
@@ -58,6 +59,14 @@ std::vector<std::string> ModelCaveats(const CrownFit& fit) {
                           "' stays where model `shader` left it: walks give no derivative by it, and "
                           "what it leaves open is not in the other intervals. Fix it if you know it.");
     }
+    std::string noisy;
+    const std::vector<double>& of_walks = fit.uncertainty.of_walks;
+    for (size_t k = 0; k < of_walks.size(); ++k)
+      if (of_walks[k] > kMostOfWalks) noisy += (noisy.empty() ? "" : ", ") + fit.entries[k].name;
+    if (!noisy.empty())
+      caveats.push_back("The walks' noise makes most of the interval of " + noisy + ". More walks than " +
+                        std::to_string(fit.options.paths_per_photograph) +
+                        " (--walks) narrow it, unless the photographs hide it.");
     return caveats;
   }
   if (fit.model == "layered") {
