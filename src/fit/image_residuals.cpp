@@ -41,11 +41,12 @@ ImageResiduals::ImageResiduals(const Capture& capture, const CastState& state, c
     rows_ += kChannels * static_cast<int>(p.pixels.size());
     vertices_.push_back(VerticesAround(*state.crown, state.photographs[p.photograph], p.sources));
   }
+  gathered_.resize((1 + nuisances_.lights().size()) * pixels_.size() * kChannels);
 }
 
-void ImageResiduals::Predict(const Material& material, const std::vector<double>& light_scale, bool with_scenery,
-                             Eigen::VectorXd& prediction) const {
-  prediction.setZero(rows_);
+void ImageResiduals::Predict(const Material& material, const std::vector<double>& light_scale, int group,
+                             Eigen::Ref<Eigen::VectorXd> prediction) const {
+  prediction.setZero();
   if (pixels_.empty()) return;  // measurements alone, without a crown
   std::vector<double> sharp;
   for (int c = 0; c < kChannels; ++c) {
@@ -58,12 +59,12 @@ void ImageResiduals::Predict(const Material& material, const std::vector<double>
       const auto at = [&](size_t i) -> double& {
         return prediction[first_row_[g] + kChannels * static_cast<Eigen::Index>(i) + c];
       };
-      if (with_scenery && !p.scenery.empty())
+      if (group == 0 && !p.scenery.empty())
         for (size_t i = 0; i < p.pixels.size(); ++i) at(i) = p.scenery[i][c];
       if (std::none_of(photo.lights.begin(), photo.lights.end(), [&](size_t l) { return light_scale[l] > 0; }))
         continue;
       const ShaderPrediction<double> model(*state_.crown, cast, optics, table, c, light_scale, vertices_[g],
-                                           options_.threads);
+                                           options_.threads, &GatheredOf(group, g, c));
       const double specular = SpecularFactor(photo.polarisation);
       sharp.resize(p.sources.size());
       ParallelFor(sharp.size(), options_.threads,
@@ -78,7 +79,6 @@ void ImageResiduals::Predict(const Material& material, const std::vector<double>
 Eigen::MatrixXd ImageResiduals::PredictPerScale(const Material& material) const {
   const std::vector<int>& lights = nuisances_.lights();
   Eigen::MatrixXd parts(rows_, 1 + static_cast<int>(lights.size()));
-  Eigen::VectorXd column;
   for (int g = 0; g < parts.cols(); ++g) {
     std::vector<double> scale = StatedLightScales(capture_);
     for (size_t l = 0; l < scale.size(); ++l) {
@@ -89,8 +89,7 @@ Eigen::MatrixXd ImageResiduals::PredictPerScale(const Material& material) const 
       else if (group > 0)
         scale[l] = 1.0;
     }
-    Predict(material, scale, /*with_scenery=*/g == 0, column);
-    parts.col(g) = column;
+    Predict(material, scale, g, parts.col(g));
   }
   return parts;
 }
@@ -138,8 +137,9 @@ void ImageResiduals::PredictWithDerivativesBy(const std::vector<int>& moved, con
       const PhotographCast& cast = state_.photographs[p.photograph];
       const double specular = SpecularFactor(capture_.photographs[p.photograph].polarisation);
       const double exposure = nuisances_.ExposureOf(p, scales);
+      GatheredLight* same = nuisances_.lights().empty() ? &GatheredOf(0, g, c) : nullptr;
       const ShaderPrediction<Jet> model(*state_.crown, cast, optics, table, c, scales.light, vertices_[g],
-                                        options_.threads);
+                                        options_.threads, same);
       std::vector<Jet> sharp(p.sources.size());
       ParallelFor(sharp.size(), options_.threads,
                   [&](size_t i) { sharp[i] = model.Pixel(cast.pixels[p.sources[i]], specular); });
@@ -158,8 +158,8 @@ void ImageResiduals::PredictWithDerivativesBy(const std::vector<int>& moved, con
 
 Evaluation ImageResiduals::Evaluate(const Eigen::VectorXd& x, bool with_jacobian) const {
   Evaluation out;
-  Eigen::MatrixXd parts;
-  if (nuisances_.count() > 0 || !with_jacobian || rows_ == 0) parts = PredictPerScale(MaterialAt(free_, x));
+  if (last_.parts.size() == 0 || last_.x != x) last_ = {x, PredictPerScale(MaterialAt(free_, x))};
+  const Eigen::MatrixXd& parts = last_.parts;
   out.finite = parts.allFinite();
   if (!out.finite) return out;
   out.scales = nuisances_.Solve(parts, options_.huber_width);

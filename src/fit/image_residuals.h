@@ -32,17 +32,22 @@ class ImageResiduals {
   ImageResiduals(const Capture& capture, const CastState& state, const FreeParameters& free,
                  const std::vector<FitPixels>& pixels, const CalibrationState& calibration,
                  const ResidualOptions& options);
+  /// Keeps what the next call may need again: by one thread at a time.
   Evaluation Evaluate(const Eigen::VectorXd& x, bool with_jacobian) const;
   int count() const { return rows_ + nuisances_.count() + flat_.count(); }
 
  private:
-  void Predict(const Material& material, const std::vector<double>& light_scale, bool with_scenery,
-               Eigen::VectorXd& prediction) const;
+  /// `group`: of lights, as a column of PredictPerScale; the first has the scenery's light too.
+  void Predict(const Material& material, const std::vector<double>& light_scale, int group,
+               Eigen::Ref<Eigen::VectorXd> prediction) const;
   void PredictWithDerivatives(const Eigen::VectorXd& x, const LinearScales& scales, Evaluation& out) const;
   template <int kJetSize>
   void PredictWithDerivativesBy(const std::vector<int>& moved_slots, const Eigen::VectorXd& x,
                                 const LinearScales& scales, Evaluation& out) const;
   Eigen::MatrixXd PredictPerScale(const Material& material) const;
+  GatheredLight& GatheredOf(int group, size_t photograph, int channel) const {
+    return gathered_[(group * pixels_.size() + photograph) * kChannels + channel];
+  }
 
   const Capture& capture_;
   const CastState& state_;
@@ -54,6 +59,12 @@ class ImageResiduals {
   FlatResiduals flat_;
   std::vector<int> first_row_;  ///< per entry of `pixels`
   int rows_ = 0;                ///< of pixels
+  mutable std::vector<GatheredLight> gathered_;
+  struct Parts {
+    Eigen::VectorXd x;
+    Eigen::MatrixXd parts;
+  };
+  mutable Parts last_;  ///< a step is tried without derivatives first, and taken with them
 };
 
 }  // namespace crownfit

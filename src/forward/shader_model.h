@@ -4,10 +4,9 @@
 // shared terms, in any number type. docs/forward_model.md derives it and says what it leaves out.
 
 #include <algorithm>
-#include <iterator>
+#include <cstdint>
 #include <numbers>
 #include <span>
-#include <type_traits>
 #include <vector>
 
 #include "base/parallel.h"
@@ -39,6 +38,62 @@ struct ShaderOptics {
   }
 };
 
+/// Light summed over the taps of one ring around a vertex.
+template <class Number>
+struct RingSum {
+  Number front{0.0}, opposite{0.0};
+  Number front_below_neck{0.0}, opposite_below_neck{0.0};  ///< where a scan's tooth would go on
+};
+
+/// Value of the vertices around; 0 where there is no place.
+template <class Number>
+Number Interpolated(const Interpolation& at, const std::vector<Number>& of_vertices) {
+  Number sum(0.0);
+  if (at.exists())
+    for (int k = 0; k < 3; ++k) sum += static_cast<double>(at.weights[k]) * of_vertices[at.vertices[k]];
+  return sum;
+}
+
+/// Moves `tap` on to the next ring.
+template <class Number>
+RingSum<Number> SumOverRing(const Tap*& tap, const Tap* end, int ring, const std::vector<Number>& entering) {
+  RingSum<Number> sum;
+  for (; tap < end && tap->ring == ring; ++tap) {
+    (tap->beyond_neck ? sum.front_below_neck : sum.front) += Interpolated(tap->front, entering);
+    (tap->beyond_neck ? sum.opposite_below_neck : sum.opposite) += Interpolated(tap->opposite, entering);
+  }
+  return sum;
+}
+
+/// Light that depends on nothing fitted, summed around the vertices asked for, and kept as long as it stays the same:
+/// where neither an index nor the wetness is fitted that is all of a fit.
+class GatheredLight {
+ public:
+  void Take(const Crown& crown, const std::vector<double>& entering) {
+    if (crown_ == &crown && entering == entering_) return;
+    crown_ = &crown;
+    entering_ = entering;
+    is_summed_.assign(entering.size(), 0);
+    sums_.resize(entering.size() * crown.kernel.rings());
+  }
+  /// Ring by ring. May be asked by many threads, for one vertex by one.
+  const RingSum<double>* Around(int vertex) {
+    RingSum<double>* sums = &sums_[static_cast<size_t>(vertex) * crown_->kernel.rings()];
+    if (!is_summed_[vertex]) {
+      const Tap *tap = &crown_->taps[crown_->first_tap[vertex]], *end = &crown_->taps[crown_->first_tap[vertex + 1]];
+      for (int ring = 0; ring < crown_->kernel.rings(); ++ring) sums[ring] = SumOverRing(tap, end, ring, entering_);
+      is_summed_[vertex] = 1;
+    }
+    return sums;
+  }
+
+ private:
+  const Crown* crown_ = nullptr;
+  std::vector<double> entering_;
+  std::vector<uint8_t> is_summed_;
+  std::vector<RingSum<double>> sums_;
+};
+
 /// One photograph in one channel. Construction computes the light that enters the diffuser at every vertex, and what
 /// leaves it at those around the pixels.
 template <class T>
@@ -47,9 +102,10 @@ class ShaderPrediction {
   using Term = Terms<T>;
 
   /// `light_scale`: factor per light of the capture; 0 leaves a light out. `vertices`: those that pixels will ask for.
+  /// `gathered`: of an earlier prediction, to save work where the light is the same.
   ShaderPrediction(const Crown& crown, const PhotographCast& cast, const ShaderOptics<T>& optics,
                    const DiffuserTable<T>& table, int channel, std::span<const double> light_scale,
-                   std::span<const int> vertices, int threads)
+                   std::span<const int> vertices, int threads, GatheredLight* gathered = nullptr)
       : crown_(crown),
         cast_(cast),
         optics_(optics),
@@ -70,16 +126,21 @@ class ShaderPrediction {
       }
       if (const double more = MoreOuterAbsorption(v)) entering_[v] *= ThroughTexture(v, more);
     });
+    GatheredLight own;
+    if (std::none_of(entering_.begin(), entering_.end(), HasDerivative<T>)) {
+      std::vector<double> plain(entering_.size());
+      std::transform(entering_.begin(), entering_.end(), plain.begin(), PlainValue<T>);
+      gathered_ = gathered ? gathered : &own;
+      gathered_->Take(crown, plain);
+    }
     const std::vector<int> taps_per_ring = TapsPerRing(crown.kernel);
-    if constexpr (!std::is_same_v<T, double>)
-      if (std::none_of(entering_.begin(), entering_.end(), HasDerivative<T>))
-        std::transform(entering_.begin(), entering_.end(), std::back_inserter(plain_entering_), PlainValue<T>);
     if (cast_.has_backing) AddLightReturnedByBacking(taps_per_ring, threads);
     ParallelFor(vertices.size(), threads, [&](size_t i) {
       const int v = vertices[i];
       leaving_[v] = Leaving(v, taps_per_ring);
       if (optics_.has_outer) first_order_[v] = FirstOrder(v);
     });
+    gathered_ = nullptr;
   }
 
   /// The same light seen from another place: a cast whose vertices hold the same. `vertices` among those of `same`.
@@ -150,41 +211,27 @@ class ShaderPrediction {
       returned[v] = Leaving(static_cast<int>(v), taps_per_ring) * rho / (1.0 - rho * place);
     });
     for (size_t v = 0; v < returned.size(); ++v) entering_[v] += returned[v];
-    plain_entering_.clear();
-  }
-
-  /// Value of the vertices around; 0 where there is no place.
-  template <class Number>
-  static Number Interpolated(const Interpolation& at, const std::vector<Number>& of_vertices) {
-    Number sum(0.0);
-    if (at.exists())
-      for (int k = 0; k < 3; ++k) sum += static_cast<double>(at.weights[k]) * of_vertices[at.vertices[k]];
-    return sum;
+    gathered_ = nullptr;  // the tile's light depends on the material
   }
 
   /// Diffusion: entering light blurred by the profile, on this side and through from the other. Radiant exitance.
   T Leaving(int vertex, const std::vector<int>& taps_per_ring) const {
-    return plain_entering_.empty() ? Blurred(entering_, vertex, taps_per_ring)
-                                   : Blurred(plain_entering_, vertex, taps_per_ring);
+    if (gathered_)
+      return Blurred(vertex, taps_per_ring, [sums = gathered_->Around(vertex)](int ring) { return sums[ring]; });
+    const Tap *tap = &crown_.taps[crown_.first_tap[vertex]], *end = &crown_.taps[crown_.first_tap[vertex + 1]];
+    return Blurred(vertex, taps_per_ring, [&](int ring) { return SumOverRing(tap, end, ring, entering_); });
   }
-  template <class Number>
-  T Blurred(const std::vector<Number>& entering, int vertex, const std::vector<int>& taps_per_ring) const {
+  template <class SumOfRing>
+  T Blurred(int vertex, const std::vector<int>& taps_per_ring, const SumOfRing& sum_of) const {
     const Column& column = crown_.columns[vertex];
     const auto place = PlaceOf(column), through = PlaceThrough(column);
     T sum(0.0);
-    const int end = crown_.first_tap[vertex + 1];
-    for (int t = crown_.first_tap[vertex]; t < end;) {
-      const int ring = crown_.taps[t].ring;
-      Number front(0.0), opposite(0.0), front_below_neck(0.0), opposite_below_neck(0.0);
-      for (; t < end && crown_.taps[t].ring == ring; ++t) {
-        const Tap& tap = crown_.taps[t];
-        (tap.beyond_neck ? front_below_neck : front) += Interpolated(tap.front, entering);
-        (tap.beyond_neck ? opposite_below_neck : opposite) += Interpolated(tap.opposite, entering);
-      }
+    for (int ring = 0; ring < crown_.kernel.rings(); ++ring) {
+      const auto light = sum_of(ring);
       const T reflected = table_.Reflected(place, ring), transmitted = table_.Transmitted(through, ring);
-      T leaves = reflected * front + transmitted * opposite;
+      T leaves = reflected * light.front + transmitted * light.opposite;
       if (!crown_.cut.triangles.empty())
-        leaves += optics_.neck_return * (reflected * front_below_neck + transmitted * opposite_below_neck);
+        leaves += optics_.neck_return * (reflected * light.front_below_neck + transmitted * light.opposite_below_neck);
       sum += leaves / static_cast<double>(taps_per_ring[ring]);
     }
     if (const double more = MoreOuterAbsorption(vertex)) sum *= ThroughTexture(vertex, more);
@@ -247,7 +294,7 @@ class ShaderPrediction {
   WetSurface<T> surface_;
   T entry_ior_, diffuse_fresnel_;
   std::vector<T> entering_, leaving_, first_order_;
-  std::vector<double> plain_entering_;  ///< as entering_ where none of it has a derivative, else empty: less work
+  GatheredLight* gathered_ = nullptr;  ///< of entering_, while it is made, where that has no derivative
 };
 
 }  // namespace crownfit
