@@ -145,7 +145,7 @@ class WalkFit {
   }
 
   Estimate LongRun() {
-    constexpr double kReach = 1.0, kLongest = 0.5, kNothingKnown = 100.0;
+    constexpr double kReach = 1.0, kLongest = 0.5, kNothingKnown = 3.0;
     stage_ = "walking, long run, step " + std::to_string(at_.steps.size() + 1);
     GatheredWalks g = gatherer_.Gather(Paths(), kSlopeShare * Paths(), stage_);
     WalkedStep::Solution s;

@@ -289,6 +289,41 @@ TEST(WalkedStep, FindsWhatChangedWithinItsErrors) {
   EXPECT_NEAR(step.Solve(sure).step[1], held.step[1], 1e-3) << "a sure prior holds as well";
 }
 
+TEST(WalkedStep, WhatSlopesTellNoBetterThanNoiseLeavesTheOthersAsTheyAre) {
+  // Pixels that one unknown moves by 1 and another one not at all, but for its derivatives' noise.
+  constexpr int kSeeds = 60, kPixels = 300, kGroups = 16;
+  constexpr double kTruth = 0.1, kPrior = 3.0;
+  int seen = 0;
+  double chi2 = 0;
+  for (uint64_t seed = 0; seed < kSeeds; ++seed) {
+    WalkedStep step(2, kGroups);
+    for (uint64_t p = 0; p < kPixels; ++p) {
+      Eigen::Vector3d residual;
+      WalkedRows::Rows all = WalkedRows::Rows::Zero(kChannels, 2);
+      std::vector<WalkedRows::Rows> without(kGroups, all);
+      for (int c = 0; c < kChannels; ++c) {
+        auto gaussian = [&, number = uint64_t{0}]() mutable { return Gaussian(Key(seed, p), 32 * c + number++); };
+        residual[c] = kTruth + gaussian();
+        Eigen::VectorXd of_groups(kGroups);
+        for (double& g : of_groups) g = 2.0 * gaussian();
+        all.row(c) << 1.0, of_groups.mean();
+        for (int g = 0; g < kGroups; ++g) without[g].row(c) << 1.0, (of_groups.sum() - of_groups[g]) / (kGroups - 1);
+      }
+      step.Add({residual, Eigen::Matrix3d::Identity()}, {all, without, WalkedRows::Rows(kChannels, 0)});
+    }
+    const WalkedStep::Prior wide{Eigen::Matrix2d::Identity() / (kPrior * kPrior), Eigen::Vector2d::Zero()};
+    const WalkedStep::Solution s = step.Solve(wide);
+    seen += s.seen;
+    const double variance = s.covariance(0, 0);
+    chi2 += (s.step[0] - kTruth) * (s.step[0] - kTruth) / variance / kSeeds;
+    if (s.seen) continue;
+    EXPECT_NEAR(s.covariance(1, 1), kPrior * kPrior, 0.5 * kPrior * kPrior) << "nothing is known but the prior";
+  }
+  EXPECT_LT(seen, kSeeds / 5);
+  EXPECT_LT(chi2, 1.0 + 4 * std::sqrt(2.0 / kSeeds)) << "the error of the other one is at most what is stated";
+  EXPECT_GT(chi2, 0.25) << "and not much less, though what it leans on the unknown by is noise too";
+}
+
 TEST(WalkedStep, NoiseThatPixelsShareDoesNotAverageOut) {
   // One unknown, a hundred pixels whose predictions have walks in common, or not.
   constexpr int kPixels = 100, kGroups = 16;

@@ -127,64 +127,76 @@ void WalkedStep::AddExact(const Eigen::VectorXd& residual, const Eigen::MatrixXd
   }
 }
 
+Eigen::MatrixXd WalkedStep::NormalWithout(size_t group) const {
+  Eigen::MatrixXd normal = normal_;
+  normal.topRows(of_slopes_) = normal_without_[group];
+  normal.leftCols(of_slopes_) = normal_without_[group].transpose();
+  normal.topLeftCorner(of_slopes_, of_slopes_) = normal_without_[group].leftCols(of_slopes_);
+  return normal;
+}
+
 WalkedStep::Solution WalkedStep::Solve(const Prior& prior, const std::vector<int>& held, Noise noise) const {
   Check(prior.precision.rows() == unknowns_ && prior.precision.cols() == unknowns_ && prior.pull.size() == unknowns_,
         "a prior of all unknowns");
-  const double groups = static_cast<double>(normal_without_.size());
-  const double taken_off = noise == Noise::kTakenOff ? 1.0 : 0.0;
-  Solution s;
-  // In units of what the pixels say about each unknown alone; what noise leaves of a direction is at least nothing.
-  const Eigen::VectorXd unit = (normal_.diagonal() + prior.precision.diagonal()).unaryExpr([](double v) {
+  constexpr double kTold = 1.5;  // standard deviations: of the square of a slope, whose own are twice as many
+  const auto groups = static_cast<Eigen::Index>(normal_without_.size());
+  const double jackknife = static_cast<double>(groups - 1) / static_cast<double>(groups);
+  // In units of what the pixels say about each unknown alone; those held say nothing.
+  Eigen::VectorXd unit = (normal_.diagonal() + prior.precision.diagonal()).unaryExpr([](double v) {
     return v > 0 ? 1.0 / std::sqrt(v) : 1.0;
   });
-  const auto inverse_of = [&](const Eigen::MatrixXd& normal, bool* seen) {
-    Eigen::MatrixXd scaled = unit.asDiagonal() * normal * unit.asDiagonal();
-    for (const int k : held) {
-      scaled.row(k).setZero();
-      scaled.col(k).setZero();
-    }
-    const auto [values, vectors] = EigenOfSymmetric(0.5 * (scaled + scaled.transpose()));
-    if (seen) *seen = values.minCoeff() > 0 || !held.empty();
-    const Eigen::MatrixXd positive = vectors * values.cwiseMax(0.0).asDiagonal() * vectors.transpose();
-    Eigen::MatrixXd with_prior = positive + unit.asDiagonal() * prior.precision * unit.asDiagonal();
-    for (const int k : held) {
-      with_prior.row(k).setZero();
-      with_prior.col(k).setZero();
-      with_prior(k, k) = 1.0;
-    }
-    Eigen::MatrixXd inverse = InverseOfSymmetric(with_prior);
-    for (const int k : held) {
-      inverse.row(k).setZero();
-      inverse.col(k).setZero();
-    }
-    return Eigen::MatrixXd(unit.asDiagonal() * inverse * unit.asDiagonal());
+  Eigen::VectorXd inverse_unit = unit.cwiseInverse();
+  for (const int k : held) unit[k] = inverse_unit[k] = 0.0;
+  const auto scaled = [&](const Eigen::MatrixXd& m) -> Eigen::MatrixXd {
+    return unit.asDiagonal() * (0.5 * (m + m.transpose())) * unit.asDiagonal();
   };
-  const Eigen::MatrixXd inverse = inverse_of(normal_ - taken_off * noise_, &s.seen);
-  s.step = inverse * (right_ + prior.pull);
-  s.gain = s.step.dot(2.0 * right_ - (normal_ - taken_off * noise_) * s.step);
-  Eigen::MatrixXd steps(unknowns_, static_cast<Eigen::Index>(groups));
-  for (size_t g = 0; g < normal_without_.size(); ++g) {
-    Eigen::MatrixXd normal = normal_;
-    normal.topRows(of_slopes_) = normal_without_[g];
-    normal.leftCols(of_slopes_) = normal_without_[g].transpose();
-    normal.topLeftCorner(of_slopes_, of_slopes_) = normal_without_[g].leftCols(of_slopes_);
-    Eigen::VectorXd right = right_;
-    right.head(of_slopes_) = right_without_[g];
-    steps.col(static_cast<Eigen::Index>(g)) =
-        inverse_of(normal - taken_off * groups / (groups - 1.0) * noise_, nullptr) * (right + prior.pull);
+  const Eigen::MatrixXd normal = noise == Noise::kTakenOff ? Eigen::MatrixXd(normal_ - noise_) : normal_;
+  const auto [values, directions] = EigenOfSymmetric(scaled(normal));
+
+  std::vector<Eigen::MatrixXd> normal_by_group;  // of the groups, from their mean
+  Eigen::MatrixXd right_by_group(unknowns_, groups), normal_mean = Eigen::MatrixXd::Zero(unknowns_, unknowns_);
+  for (Eigen::Index g = 0; g < groups; ++g) {
+    normal_by_group.push_back(NormalWithout(static_cast<size_t>(g)));
+    normal_mean += normal_by_group.back() / static_cast<double>(groups);
+    right_by_group.col(g) << right_without_[static_cast<size_t>(g)], right_.tail(unknowns_ - of_slopes_);
   }
-  const Eigen::MatrixXd off = steps.colwise() - steps.rowwise().mean();
-  s.slope_covariance = (groups - 1.0) / groups * off * off.transpose();
+  right_by_group.colwise() -= right_by_group.rowwise().mean().eval();
+  Eigen::VectorXd variances = Eigen::VectorXd::Zero(unknowns_);  // of `values`
+  for (Eigen::MatrixXd& off : normal_by_group) {
+    off -= normal_mean;
+    variances += jackknife * (directions.transpose() * scaled(off) * directions).diagonal().cwiseAbs2();
+  }
+  // Along directions that slopes tell no better than noise would, nothing is known beside the prior.
+  Eigen::VectorXd told = values;
+  for (Eigen::Index i = 0; i < told.size(); ++i)
+    if (!(told[i] > kTold * std::sqrt(variances[i]))) told[i] = 0.0;
+  const Eigen::VectorXd is_told = told.unaryExpr([](double v) { return v > 0 ? 1.0 : 0.0; });
+  const Eigen::MatrixXd project =
+      inverse_unit.asDiagonal() * directions * is_told.asDiagonal() * directions.transpose() * unit.asDiagonal();
+  Eigen::MatrixXd with_prior = directions * told.asDiagonal() * directions.transpose() + scaled(prior.precision);
+  for (const int k : held) with_prior(k, k) = 1.0;
+  const Eigen::MatrixXd inverse = unit.asDiagonal() * InverseOfSymmetric(with_prior) * unit.asDiagonal();
+  const auto spread = [&](const Eigen::MatrixXd& m) -> Eigen::MatrixXd {
+    return inverse * project * m * project.transpose() * inverse;
+  };
+
+  Solution s;
+  s.seen = is_told.sum() >= static_cast<double>(unknowns_) - static_cast<double>(held.size());
+  s.step = inverse * (project * right_ + prior.pull);
+  s.gain = s.step.dot(2.0 * right_ - normal * s.step);
+  Eigen::MatrixXd off(unknowns_, groups);
+  for (Eigen::Index g = 0; g < groups; ++g)
+    off.col(g) = inverse * (project * (right_by_group.col(g) - normal_by_group[static_cast<size_t>(g)] * s.step));
+  s.slope_covariance = jackknife * off * off.transpose();
   Eigen::MatrixXd of_walks = of_own_walks_;
   if (right_off_.size() > 0) {
     const double n = static_cast<double>(right_off_.cols());
     const Eigen::MatrixXd apart = right_off_.colwise() - right_off_.rowwise().mean();
     of_walks += apart * apart.transpose() / (n * (n - 1.0));
   }
-  s.walk_covariance = inverse * of_walks * inverse + s.slope_covariance;
-  const Eigen::MatrixXd known = normal_ - of_walks_ + prior.precision;
-  s.covariance = inverse * known * inverse + s.walk_covariance;
-  s.noise_gain = ((normal_ - taken_off * noise_) * s.covariance).trace();
+  s.walk_covariance = spread(of_walks) + s.slope_covariance;
+  s.covariance = spread(normal_ - of_walks_) + inverse * prior.precision * inverse + s.walk_covariance;
+  s.noise_gain = (normal * s.covariance).trace();
   return s;
 }
 

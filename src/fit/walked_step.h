@@ -83,15 +83,18 @@ class WalkedStep {
     Eigen::MatrixXd walk_covariance;   ///< the prediction's walks' and the slopes' share
     Eigen::MatrixXd slope_covariance;  ///< the slopes' share
     double gain = 0, noise_gain = 0;   ///< what the step takes off the photographs' chi2; what its noise alone would
-    bool seen = true;                  ///< false: without the prior some directions would be nothing but noise
+    bool seen = true;  ///< false: slopes tell some directions no better than noise would; they get the prior alone
   };
   enum class Noise { kTakenOff, kLeft };
   /// The least-squares step in which the slopes' own noise, that would pull it towards zero, is taken off the normal
-  /// matrix (Fuller 1987, Measurement Error Models, 2.2); the noise is found by leaving groups of paths out. `held`:
-  /// unknowns that stay where they are. With the noise left in, steps are too short, and the safer the noisier.
+  /// matrix (Fuller 1987, Measurement Error Models, 2.2); the noise is found by leaving groups of paths out, to first
+  /// order. `held`: unknowns that stay where they are. With the noise left in, steps are too short, and the safer the
+  /// noisier.
   Solution Solve(const Prior& prior, const std::vector<int>& held = {}, Noise noise = Noise::kTakenOff) const;
 
  private:
+  Eigen::MatrixXd NormalWithout(size_t group) const;
+
   int unknowns_, of_slopes_;
   Eigen::MatrixXd normal_, noise_;
   Eigen::MatrixXd of_walks_, of_own_walks_;  ///< of all pixels; of those that share none
