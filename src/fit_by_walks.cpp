@@ -76,11 +76,24 @@ class WalkFit {
 
   double Paths() const { return static_cast<double>(problem_.options.paths_per_photograph); }
 
-  /// Takes the better one of where the fit stands and the capture's own start values.
+  /// Whether the fit by shader tells an entry: within a factor 4, and not at the end of its range.
+  bool IsTold(int k) const {
+    constexpr double kTold = 0.35, kEnd = 0.02;  // in ln; share of the range
+    const FreeEntry& e = problem_.free.entries[k];
+    const double end = kEnd * (e.high - e.low), of_unknown = e.scale == Scale::kLog ? kTold : e.prior_stddev;
+    const double variance = at_.knowledge.Variance(Eigen::RowVectorXd::Unit(unknowns_.material(), k));
+    return variance < of_unknown * of_unknown && at_.x[k] > e.low + end && at_.x[k] < e.high - end;
+  }
+
+  /// Takes the better one of where the fit stands and the capture's own start values. What the fit by shader does not
+  /// tell begins there in any case: walks may not tell it either, and would leave it where shader's errors drove it.
   void ChooseStart() {
     stage_ = "walking from the start";
     const auto misfit = [&] { return gatherer_.Misfit(0.25 * kSearchShare * Paths(), stage_); };
-    const Eigen::VectorXd from = unknowns_.Here();
+    Eigen::VectorXd from = unknowns_.Here();
+    for (int k = 0; k < unknowns_.material(); ++k)
+      if (!IsTold(k)) from[k] = unknowns_.Stated()[k];
+    unknowns_.GoTo(from);
     const double misfit_from = misfit();
     unknowns_.GoTo(unknowns_.Stated());
     if (misfit() > misfit_from) unknowns_.GoTo(from);
