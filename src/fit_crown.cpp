@@ -15,7 +15,14 @@
 namespace crownfit {
 namespace {
 
-/// Casts and fits by turns, until thicknesses and calibration stay where they were cast.
+constexpr double kSuffices = 1.5;  // of patches' squares over their noise's
+
+bool GoesOnToWalks(const FitOptions& options, const DataKnowledge& by_shader) {
+  return options.model == "path" || (options.model == "auto" && by_shader.block_chi2 > kSuffices);
+}
+
+/// Casts and fits by turns, until thicknesses and calibration stay where they were cast; before walks, which need but a
+/// start, a few times.
 FitState FitByShader(const FitProblem& problem, CrownInput& input, Progress& progress) {
   const auto& [capture, free, errors, options, others] = problem;
   CastOptions cast_options;
@@ -29,8 +36,9 @@ FitState FitByShader(const FitProblem& problem, CrownInput& input, Progress& pro
   FitState at;
   at.x = StartVector(free);
   at.calibration.amounts.assign(errors.size(), 0.0);
-  constexpr int kMaxCasts = 10;
+  constexpr int kMaxCasts = 10, kCastsBeforeWalks = 3;
   for (bool again = true; again && at.casts < kMaxCasts; ++at.casts) {
+    if (at.casts >= kCastsBeforeWalks && GoesOnToWalks(options, at.knowledge)) break;
     input.capture = Moved(capture, errors, at.calibration.amounts);
     at.cast = CastAll(input, ThicknessesOf(capture, MaterialAt(free, at.x)), cast_options, progress);
     at.pixels = ChoosePixels(input, at.cast, options.max_pixels_per_photograph);
@@ -67,13 +75,12 @@ std::string Number(double v) {
 /// The cheapest model that suffices, unless one was asked for; goes on to it, and says why.
 void FitByTheModelThatSuffices(const FitProblem& problem, CrownInput& input, FitState& at, CrownFit& fit,
                                Progress& progress) {
-  constexpr double kSuffices = 1.5;  // of patches' squares over their noise's
   const std::string& asked = problem.options.model;
   const double by_shader = at.knowledge.block_chi2;
   const std::string left = "what model shader leaves of patches of neighbouring pixels is " + Number(by_shader) +
                            " times the square of their noise (limit " + Number(kSuffices) + ")";
-  fit.model = asked == "path" || (asked == "auto" && by_shader > kSuffices) ? "path" : "shader";
-  fit.model_choice = asked == "auto" ? left : "asked for";
+  fit.model = GoesOnToWalks(problem.options, at.knowledge) ? "path" : "shader";
+  fit.model_choice = asked == "auto" ? left : problem.options.model_choice;
   if (fit.model == "path" && !FitByWalks(problem, input, at, asked == "auto", progress)) {
     fit.model = "shader";
     fit.model_choice += "; random walks leave more: were these photographs rendered by shader?";
