@@ -12,21 +12,6 @@
 namespace crownfit {
 namespace {
 
-/// The start values as if a fit had ended there and the photographs agreed.
-FitState StateAtStart(const FitProblem& problem, const CrownInput& input, Evaluation& e, Progress& progress) {
-  CastOptions cast_options;
-  cast_options.threads = problem.options.threads;
-  FitState at;
-  at.x = StartVector(problem.free);
-  at.cast = CastAll(input, ThicknessesOf(problem.capture, MaterialAt(problem.free, at.x)), cast_options, progress);
-  at.pixels = ChoosePixels(input, at.cast, problem.options.max_pixels_per_photograph);
-  e = ImageResiduals(problem.capture, at.cast, problem.free, at.pixels, {}, {3.0, problem.options.threads})
-          .Evaluate(at.x, true);
-  at.scales = e.scales;
-  e.residuals.setZero();
-  return at;
-}
-
 /// What a fit by walks would know where one by `shader` stands.
 DataKnowledge KnowledgeByWalks(const FitProblem& problem, const FitState& at) {
   const auto knowledge = [&](const std::vector<FitPixels>& pixels) {
@@ -71,6 +56,20 @@ CaptureCheck CheckMeasurements(const Capture& capture, const FitOptions& options
 }
 
 }  // namespace
+
+FitState StateAtStart(const FitProblem& problem, const CrownInput& input, Evaluation& e, Progress& progress) {
+  CastOptions cast_options;
+  cast_options.threads = problem.options.threads;
+  FitState at;
+  at.x = StartVector(problem.free);
+  at.cast = CastAll(input, ThicknessesOf(problem.capture, MaterialAt(problem.free, at.x)), cast_options, progress);
+  at.pixels = ChoosePixels(input, at.cast, problem.options.max_pixels_per_photograph);
+  e = ImageResiduals(problem.capture, at.cast, problem.free, at.pixels, {}, {3.0, problem.options.threads})
+          .Evaluate(at.x, true);
+  at.scales = e.scales;
+  e.residuals.setZero();
+  return at;
+}
 
 CaptureCheck CheckCapture(const Capture& stated, const FitOptions& options, Progress& progress) {
   if (stated.photographs.empty()) return CheckMeasurements(stated, options);

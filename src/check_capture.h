@@ -4,6 +4,7 @@
 #include <string>
 #include <vector>
 
+#include "fit/image_residuals.h"
 #include "foresee_photographs.h"
 #include "scene_requirements.h"
 
@@ -24,6 +25,9 @@ struct CaptureCheck {
   std::string advice;  ///< which photograph would tell a fit by walks more; empty: nothing is weak, or none
   double shader_s = 0, path_s = 0;  ///< about what a fit would take here
 };
+
+/// The start values as if a fit had ended there and the photographs agreed; `e`: with derivatives.
+FitState StateAtStart(const FitProblem& problem, const CrownInput& input, Evaluation& e, Progress& progress);
 
 /// Reads and builds everything, and foresees at the start values, by the derivatives of model `shader` and the
 /// photographs' own noise, what a fit would know. Throws InputError.

@@ -32,6 +32,15 @@ std::vector<CLI::Option*> AddFitOptions(CLI::App* fit, CommandLine& line, FitTex
           "(default\n"
           "of fit): path, unless the photographs can't tell shader from the truth. Default of batch: shader.\n"
           "layered: of captures that hold measurements of flat samples alone; their default."),
+      fit->add_option(
+             "--target-de00", line.fit.target_de00,
+             "Choose --model and --walks before the fit: the cheapest whose pictures of this scene are within so\n"
+             "much CIEDE2000 of the truth. Looks at the scene by some walks first.")
+          ->check(CLI::PositiveNumber),
+      fit->add_option("--budget-s", line.fit.budget_s,
+                      "Choose --model and --walks before the fit: the most accurate that takes so many seconds on two\n"
+                      "cores, by stored costs and not by the clock. With --target-de00: the cheapest that keeps both.")
+          ->check(CLI::PositiveNumber),
       fit->add_option("--fix", text.fixes,
                       "NAME=VALUE or NAME=R,G,B: hold a parameter, such as dentine.absorption_per_mm=0.05.")
           ->take_all(),
@@ -133,7 +142,7 @@ BatchOptions BatchOf(const CommandLine& line, const std::string& program, const 
     options.fit.columns.push_back(
         {dashed.substr(2), is_flag, option->get_multi_option_policy() == CLI::MultiOptionPolicy::TakeAll});
     const CLI::Option* said = batch->get_option(dashed);
-    if (dashed == "--model" && said->count() == 0)
+    if (dashed == "--model" && said->count() == 0 && !line.fit.target_de00 && !line.fit.budget_s)
       options.fit.defaults.insert(options.fit.defaults.end(), {dashed, "shader"});
     if (dashed == "--profiles" && said->count() == 0)
       options.fit.defaults.insert(options.fit.defaults.end(), {dashed, "0"});
@@ -338,6 +347,9 @@ CommandLine Parse(const std::vector<std::string>& arguments, std::ostream& error
       complain("--model " + line.fit.model + ": " + line.command + " of this version has: " + list + ".");
     }
   }
+  const bool is_planned = line.fit.target_de00 || line.fit.budget_s;
+  if (is_planned && (line.fit.model != "auto" || line.fit.paths_per_photograph != FitOptions().paths_per_photograph))
+    complain("--target-de00 and --budget-s choose --model and --walks: leave those away, or say --model auto.");
   constexpr int kFewestForDerivatives = 16;
   if (line.derivatives && (line.fit.model != "path" || line.paths < kFewestForDerivatives))
     complain("--derivatives: only with --model path, and at least 16 --paths: their errors are found from groups.");

@@ -10,6 +10,7 @@
 #include "base/json_file.h"
 #include "base/random.h"
 #include "exchange/material_file.h"
+#include "fit_plan.h"
 #include "fit_steps.h"
 #include "fit_together.h"
 #include "match_view.h"
@@ -88,7 +89,13 @@ int RunFit(const CommandLine& line) {
   Progress progress(line.progress);
   std::vector<Capture> captures;
   for (const auto& file : line.captures) captures.push_back(ReadCapture(file));
-  const std::vector<CrownFit> fits = FitTogether(captures, line.fit, progress);
+  FitOptions options = line.fit;
+  if (options.target_de00 || options.budget_s) {
+    options = WithPlan(options, PlanFit(captures, options, progress));
+    progress.Clear();
+    std::fprintf(stderr, "Plan: %s.\n", options.model_choice.c_str());
+  }
+  const std::vector<CrownFit> fits = FitTogether(captures, options, progress);
   const CrownFit fit = Joined(fits);
   progress.Clear();
   const std::chrono::duration<double> wall = std::chrono::steady_clock::now() - begin;

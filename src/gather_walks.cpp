@@ -12,12 +12,6 @@
 #include "fit_by_walks.h"
 
 namespace crownfit {
-namespace {
-
-constexpr int kFewestPaths = 48;  // per pixel: derivatives' errors come from groups
-
-}  // namespace
-
 WalkGatherer::WalkGatherer(const FitProblem& problem, CrownInput& input, FitState& at, const WalkUnknowns& unknowns,
                            Progress& progress)
     : problem_(problem),

@@ -11,6 +11,8 @@
 
 namespace crownfit {
 
+inline constexpr int kFewestPaths = 48;  ///< per pixel: derivatives' errors come from groups
+
 /// What walks say of the point where they were made.
 struct GatheredWalks {
   WalkedStep step;

@@ -1,6 +1,7 @@
 #pragma once
 // The result of a fit, as data: what material.json, run.json, the summary and the figures are written from.
 
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -21,9 +22,11 @@ struct FitOptions {
   int threads = 0;
   size_t max_pixels_per_photograph = 6000;  ///< the fit takes every n-th pixel of larger ones; figures show them all
   size_t paths_per_photograph = 1250000;    ///< model path: walks of each of its last runs
-  bool twelve_taps = false;                 ///< blur by the thesis's 13 taps in place of 49
-  bool advises = true;                      ///< foresees which photograph would tell more, where something is weak
-  int profile_points = 2;                   ///< to either side, of likelihood profiles by fits; 0: parabolas
+  std::optional<double> target_de00, budget_s;  ///< for what model and walks are chosen before the fit (fit_plan.h)
+  std::string model_choice = "asked for";       ///< why `model`, where it is not auto
+  bool twelve_taps = false;                     ///< blur by the thesis's 13 taps in place of 49
+  bool advises = true;                          ///< foresees which photograph would tell more, where something is weak
+  int profile_points = 2;                       ///< to either side, of likelihood profiles by fits; 0: parabolas
 };
 
 /// One step of a fit by walks, in the free entries' own scales.

@@ -58,6 +58,14 @@ with tempfile.TemporaryDirectory() as folder:
     require(figures["de00_median"] < 0.8, f"fitted and photographed differ by {figures['de00_median']}")
     require((folder / "map.png").exists(), "compare wrote no map")
     run("compare", capture / "photos/back.exr", capture / "calib/camera.json", expect=2)
+    # A model chosen for what the fit is for.
+    plan = run("fit", capture, "-o", folder / "planned", "--target-de00", "20", "--budget-s", 500, "--max-pixels", "500", "--profiles", "0").stderr
+    material = json.loads((folder / "planned/material.json").read_text())
+    require(material["model"] == "shader" and material["provenance"]["model_choice"] in plan, f"a coarse target is not met by shader: {plan}")
+    refused = run("fit", capture, "-o", folder / "never", "--budget-s", 0.01, "--max-pixels", "500", expect=2).stderr
+    require("--budget-s" in refused and "walks a photograph" in refused, f"a budget that nothing keeps: {refused}")
+    run("fit", capture, "-o", folder / "never", "--budget-s", 100, "--model", "path", expect=2)
+    run("fit", capture, capture, "-o", folder / "never", "--budget-s", 100, expect=2)
 
 with tempfile.TemporaryDirectory() as folder:
     folder = Path(folder)
