@@ -25,6 +25,8 @@ std::string Number(double v) {
   return text;
 }
 
+std::string Seconds(double s) { return std::to_string(std::lround(std::ceil(s))) + " s"; }
+
 std::string Words(const FitPlan& plan) {
   if (plan.model == "shader") return "model shader";
   return "model path with " + std::to_string(plan.paths_per_photograph) + " walks a photograph";
@@ -137,7 +139,7 @@ SceneLook LookAtScene(const FitProblem& problem, const CrownInput& input, const 
   return look;
 }
 
-/// Stored costs, of one core (docs/validation.md, "A fit planned for a target").
+/// Stored costs, of one core (docs/validation.md, "Fits planned for a target").
 constexpr double kSecondsPerShare = 0.8e-6, kSecondsPerVertex = 13e-6, kSecondsPerWalk = 25e-6,
                  kSecondsPerWalkOfRough = 35e-6;
 
@@ -195,8 +197,8 @@ FitPlan ChoosePlan(const std::vector<FitPlan>& plans, const SceneLook& look, con
   const auto all = [&] {
     std::string text;
     for (const FitPlan& plan : plans)
-      text += (text.empty() ? "" : "; ") + Words(plan) + ": CIEDE2000 " + Number(plan.de00) + ", " +
-              Number(plan.seconds) + " s";
+      text +=
+          (text.empty() ? "" : "; ") + Words(plan) + ": CIEDE2000 " + Number(plan.de00) + ", " + Seconds(plan.seconds);
     return text;
   };
   if (!chosen)
@@ -205,10 +207,10 @@ FitPlan ChoosePlan(const std::vector<FitPlan>& plans, const SceneLook& look, con
                      "Ask for less, or choose with --model and --walks.");
   std::string asked;
   if (options.target_de00) asked += "CIEDE2000 " + Number(*options.target_de00);
-  if (options.budget_s) asked += (asked.empty() ? "" : " and ") + Number(*options.budget_s) + " s";
+  if (options.budget_s) asked += (asked.empty() ? "" : " and ") + Seconds(*options.budget_s);
   FitPlan plan = *chosen;
-  plan.why = Words(plan) + " for " + asked + ": about CIEDE2000 " + Number(chosen->de00) + " and " +
-             Number(chosen->seconds) + " s of two cores expected (model shader is off by " + Number(look.shader_de00) +
+  plan.why = Words(plan) + " for " + asked + ": about CIEDE2000 " + Number(chosen->de00) + ", at most about " +
+             Seconds(chosen->seconds) + " of two cores (model shader is off by " + Number(look.shader_de00) +
              " at the start values)";
   return plan;
 }
