@@ -12,6 +12,7 @@
 #include "fit_by_walks.h"
 
 namespace crownfit {
+
 WalkGatherer::WalkGatherer(const FitProblem& problem, CrownInput& input, FitState& at, const WalkUnknowns& unknowns,
                            Progress& progress)
     : problem_(problem),
