@@ -1,5 +1,5 @@
 #pragma once
-// What the user asked for. The command-line library is named in command_line.cpp only.
+// What the user asked for.
 
 #include <filesystem>
 #include <optional>

@@ -17,7 +17,9 @@ void AddCapture(CLI::App& app, CommandLine& line);
 /// A task of the command `capture`.
 void AddCaptureMeasured(CLI::App& capture, CommandLine& line);
 void AddExport(CLI::App& app, CommandLine& line);
+void AddMatch(CLI::App& app, CommandLine& line);
 void AddPredict(CLI::App& app, CommandLine& line);
 void AddShades(CLI::App& app, CommandLine& line);
+void AddView(CLI::App& app, CommandLine& line);
 
 }  // namespace crownfit

@@ -90,7 +90,7 @@ int RunFit(const CommandLine& line) {
   std::vector<Capture> captures;
   for (const auto& file : line.captures) captures.push_back(ReadCapture(file));
   FitOptions options = line.fit;
-  if (options.target_de00 || options.budget_s) {
+  if (options.is_planned()) {
     options = WithPlan(options, PlanFit(captures, options, progress));
     progress.Clear();
     std::fprintf(stderr, "Plan: %s.\n", options.model_choice.c_str());

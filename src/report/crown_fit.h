@@ -27,6 +27,8 @@ struct FitOptions {
   bool twelve_taps = false;                     ///< blur by the thesis's 13 taps in place of 49
   bool advises = true;                          ///< foresees which photograph would tell more, where something is weak
   int profile_points = 2;                       ///< to either side, of likelihood profiles by fits; 0: parabolas
+
+  bool is_planned() const { return target_de00 || budget_s; }
 };
 
 /// One step of a fit by walks, in the free entries' own scales.

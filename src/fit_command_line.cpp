@@ -1,0 +1,78 @@
+#include "fit_command_line.h"
+
+#include <CLI/CLI.hpp>
+#include <charconv>
+
+#include "command_line.h"
+
+namespace crownfit {
+
+std::vector<CLI::Option*> AddFitOptions(CLI::App* fit, CommandLine& line, FitText& text) {
+  return {
+      fit->add_option(
+          "--model", line.fit.model,
+          "shader: seconds, for looks. path: goes on from there to the optimum of random walks, minutes. auto "
+          "(default\n"
+          "of fit): path, unless the photographs can't tell shader from the truth. Default of batch: shader.\n"
+          "layered: of captures that hold measurements of flat samples alone; their default."),
+      fit->add_option(
+             "--target-de00", line.fit.target_de00,
+             "Choose --model and --walks before the fit: the cheapest whose pictures of this scene are within so\n"
+             "much CIEDE2000 of the truth. Looks at the scene by some walks first.")
+          ->check(CLI::PositiveNumber),
+      fit->add_option("--budget-s", line.fit.budget_s,
+                      "Choose --model and --walks before the fit: the most accurate that takes so many seconds on two\n"
+                      "cores, by stored costs and not by the clock. With --target-de00: the cheapest that keeps both.")
+          ->check(CLI::PositiveNumber),
+      fit->add_option("--fix", text.fixes,
+                      "NAME=VALUE or NAME=R,G,B: hold a parameter, such as dentine.absorption_per_mm=0.05.")
+          ->take_all(),
+      fit->add_option("--free", line.fit.overrides.free, "NAME: fit a parameter the capture holds fixed.")->take_all(),
+      fit->add_option(
+             "--prior", line.fit.prior,
+             "Material file (material.json of an earlier fit, or a class of materials) whose values and standard "
+             "deviations are\nthe priors; what they carry is called `prior` in the result.")
+          ->check(CLI::ExistingFile),
+      fit->add_flag("--no-priors", text.no_priors, "Let the photographs alone decide."),
+      fit->add_option("--seed", line.fit.seed, "Seed of random numbers (default 1); model shader uses none."),
+      fit->add_flag("--twelve-taps", line.fit.twelve_taps,
+                    "Blur by the thesis's 1 + 12 taps in place of 49: faster, coarser."),
+      fit->add_option(
+             "--walks", text.walks,
+             "Model path: walks per photograph of each last run (default 1250000); half as many, 1.4 times the noise.")
+          ->check(CLI::Range(size_t{1000}, size_t{10000000000})),
+      fit->add_option("--profiles", line.fit.profile_points,
+                      "Model shader: likelihood profiles in the report, by so many fits to either side of each weak\n"
+                      "parameter (default 2); 0: parabolas, no time. Default of batch: 0.")
+          ->check(CLI::Range(0, 50)),
+      fit->add_option("--max-pixels", line.fit.max_pixels_per_photograph,
+                      "Pixels per photograph that the fit uses (default 6000).")
+          ->check(CLI::Range(size_t{100}, size_t{100000000})),
+  };
+}
+
+void TakeFitText(const FitText& text, const std::function<void(const std::string&)>& complain, CommandLine& line) {
+  line.fit.use_priors = !text.no_priors;
+  if (line.fit.is_planned() && (line.fit.model != "auto" || text.walks))
+    complain("--target-de00 and --budget-s choose --model and --walks: leave those away, or say --model auto.");
+  if (text.walks) line.fit.paths_per_photograph = *text.walks;
+  for (const auto& fix : text.fixes) {
+    const size_t equals = fix.find('=');
+    const char* end = fix.data() + fix.size();
+    const char* next = equals == std::string::npos ? end : fix.data() + equals;
+    std::vector<double> values;
+    bool good = next != end;
+    while (good && next != end) {
+      values.push_back(0);
+      const auto [stop, error] = std::from_chars(next + 1, end, values.back());
+      good = error == std::errc() && (stop == end || *stop == ',');
+      next = stop;
+    }
+    if (!good || (values.size() != 1 && values.size() != kChannels))
+      complain("--fix " + fix + ": expected NAME=VALUE, or NAME=R,G,B with a number for each channel");
+    values.resize(kChannels, values[0]);
+    line.fit.overrides.fix.push_back({fix.substr(0, equals), {values[0], values[1], values[2]}});
+  }
+}
+
+}  // namespace crownfit
