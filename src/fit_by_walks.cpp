@@ -4,6 +4,8 @@
 #include <cmath>
 
 #include "base/linear_algebra.h"
+#include "fit/neighbouring_noise.h"
+#include "forward/predict.h"
 #include "gather_walks.h"
 
 namespace crownfit {
@@ -246,6 +248,10 @@ bool FitByWalks(const FitProblem& problem, CrownInput& input, FitState& at, bool
   if (problem.free.count() == 0) return true;
   const double to_beat = must_explain_more ? at.knowledge.block_chi2 : HUGE_VAL;
   const FitState before = at;
+  for (FitPixels& p : at.pixels)
+    p.stddev = NoiseOfNeighbours(p, at.cast.photographs[p.photograph],
+                                 PredictPixels(input.capture, at.cast, p.photograph, MaterialAt(problem.free, at.x),
+                                               at.scales.light, problem.options.threads));
   if (WalkFit(problem, input, at, progress).Run(to_beat)) return true;
   at = before;
   input.capture = Moved(problem.capture, problem.errors, at.calibration.amounts);

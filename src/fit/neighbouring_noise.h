@@ -1,0 +1,21 @@
+#pragma once
+// How noisy a pixel is, from its neighbours.
+
+#include <vector>
+
+#include "fit/nuisances.h"
+#include "geometry/cast_samples.h"
+
+namespace crownfit {
+
+/// Standard deviations of the fitted pixels' noise: their neighbours' variances in proportion to what is predicted of
+/// them and of the pixel (`predicted`, per pixel of the cast, without noise; any unit).
+///
+/// What a pixel's own variance is stated to be goes up and down with what it happened to record, whether a camera's
+/// noise model or a renderer's samples state it. Weights made of it count bright accidents less than dark ones, and
+/// pull the mean down (Mighell 1999 of counted photons): by the square of the relative noise where it is shot noise, by
+/// twice that and more where a renderer's own samples state it.
+std::vector<glm::dvec3> NoiseOfNeighbours(const FitPixels& p, const PhotographCast& cast,
+                                          const std::vector<glm::dvec3>& predicted);
+
+}  // namespace crownfit

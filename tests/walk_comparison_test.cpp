@@ -1,0 +1,89 @@
+// What a fit by walks takes a photograph's noise to be.
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <numeric>
+
+#include "base/random.h"
+#include "fit/neighbouring_noise.h"
+
+namespace crownfit {
+namespace {
+
+struct Scene {
+  PhotographCast cast;
+  FitPixels pixels;
+  std::vector<glm::dvec3> truth;  ///< per pixel of the cast
+};
+
+/// A square of pixels, `stride` apart, whose light is a ramp with a highlight.
+Scene Square(int side, int stride) {
+  Scene s{{}, {0, -1, {}, {}, {}, {}, {0}, {}, {}}, {}};
+  for (int y = 0; y < side; ++y)
+    for (int x = 0; x < side; ++x) {
+      PixelCast& pixel = s.cast.pixels.emplace_back();
+      pixel.x = stride * x, pixel.y = stride * y;
+      const double across = static_cast<double>(x) / side, down = static_cast<double>(y) / side;
+      const double highlight = 20.0 * std::exp(-200.0 * (std::pow(across - 0.5, 2) + std::pow(down - 0.3, 2)));
+      s.truth.push_back((0.2 + across + highlight) * glm::dvec3(1.0, 0.8, 0.5));
+    }
+  FitPixels& p = s.pixels;
+  p.pixels.resize(s.truth.size());
+  std::iota(p.pixels.begin(), p.pixels.end(), 0);
+  p.sources = p.pixels;
+  for (int i = 0; i < static_cast<int>(s.truth.size()); ++i) {
+    p.terms.push_back({i, 1.0f});
+    p.first_term.push_back(i + 1);
+  }
+  return s;
+}
+
+/// Factor by which pixels are brighter than the truth, weighted by their noise, green; and its error.
+std::pair<double, double> Level(const Scene& s, const std::vector<glm::dvec3>& stddev) {
+  double weight = 0, sum = 0;
+  for (size_t i = 0; i < s.truth.size(); ++i) {
+    const double w = 1.0 / (stddev[i].y * stddev[i].y);
+    weight += w * s.truth[i].y * s.truth[i].y;
+    sum += w * s.truth[i].y * s.pixels.values[i].y;
+  }
+  return {sum / weight, 1.0 / std::sqrt(weight)};
+}
+
+TEST(NoiseOfNeighbours, LeavesTheLevelOfPixelsWhoseOwnVarianceGoesWithTheirValue) {
+  // Each the mean of a few paths that find light by chance; the variance that these few show.
+  constexpr int kPaths = 8;
+  Scene s = Square(60, 1);
+  for (size_t i = 0; i < s.truth.size(); ++i) {
+    glm::dvec3 mean(0.0), square(0.0);
+    for (int path = 0; path < kPaths; ++path) {
+      const glm::dvec3 found = -std::log(1.0 - Uniform(Key(3, i), path)) * s.truth[i];
+      mean += found / static_cast<double>(kPaths);
+      square += found * found / static_cast<double>(kPaths);
+    }
+    s.pixels.values.push_back(mean);
+    s.pixels.stddev.push_back(glm::sqrt((square - mean * mean) / (kPaths - 1.0)));
+  }
+  EXPECT_LT(Level(s, s.pixels.stddev).first, 0.8) << "own variances make it dark";
+  const auto [level, error] = Level(s, NoiseOfNeighbours(s.pixels, s.cast, s.truth));
+  EXPECT_NEAR(level, 1.0, 4.0 * error);
+  EXPECT_LT(error, 0.01);
+}
+
+TEST(NoiseOfNeighbours, FollowsTheLightIntoAHighlight) {
+  for (const int stride : {1, 7}) {
+    Scene s = Square(40, stride);
+    for (const glm::dvec3& truth : s.truth) s.pixels.stddev.push_back(glm::sqrt(1e-4 * truth));  // shot noise
+    const auto found = NoiseOfNeighbours(s.pixels, s.cast, s.truth);
+    for (size_t i = 0; i < found.size(); ++i) EXPECT_NEAR(found[i].y / s.pixels.stddev[i].y, 1.0, 1e-9) << stride;
+  }
+}
+
+TEST(NoiseOfNeighbours, IsThePixelsOwnWhereItHasNone) {
+  Scene s = Square(2, 1);
+  s.pixels.stddev = {glm::dvec3(0.1), glm::dvec3(0.2), glm::dvec3(0.3), glm::dvec3(0.4)};
+  EXPECT_EQ(NoiseOfNeighbours(s.pixels, s.cast, s.truth), s.pixels.stddev);
+}
+
+}  // namespace
+}  // namespace crownfit
