@@ -129,11 +129,12 @@ std::vector<FitPixels> ChoosePixels(const CrownInput& input, const CastState& st
     const PhotographCast& cast = state.photographs[i];
     const Photograph& photo = input.photographs[i];
     const std::vector<int> usable = ComparablePixels(spec, cast, photo, 0);
-    const double every = std::sqrt(static_cast<double>(usable.size()) / static_cast<double>(max_pixels));
-    const int stride = std::max(1, static_cast<int>(std::ceil(every)));
+    const double every = static_cast<double>(usable.size()) / static_cast<double>(max_pixels);
+    const int rows = std::max(1, static_cast<int>(std::sqrt(every))),
+              columns = static_cast<int>(std::ceil(every / rows));
     for (int k : usable) {
       const PixelCast& pixel = cast.pixels[k];
-      if (pixel.x % stride || pixel.y % stride) continue;
+      if (pixel.x % columns || pixel.y % rows) continue;
       const glm::dvec3 variance = VarianceAt(photo, pixel);
       glm::dvec3 value;
       for (int c = 0; c < kChannels; ++c) value[c] = photo.linear.at(pixel.x, pixel.y, c);

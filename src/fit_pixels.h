@@ -25,7 +25,7 @@ std::string ExposureGroup(const PhotographSpec& spec);
 std::vector<int> ComparablePixels(const PhotographSpec& spec, const PhotographCast& cast, const Photograph& photo,
                                   int threads);
 
-/// Pixels for the fit: comparable ones, every n-th in both directions when there are more than `max_pixels`. Holdouts
+/// Pixels for the fit: comparable ones, of every n-th row and column when there are more than `max_pixels`. Holdouts
 /// are left out. Throws InputError when a photograph offers none.
 std::vector<FitPixels> ChoosePixels(const CrownInput& input, const CastState& state, size_t max_pixels);
 

@@ -8,8 +8,12 @@
 
 #include "base/parallel.h"
 #include "fit/flat_residuals.h"
+#include "fit/neighbouring_noise.h"
 #include "fit/walk_comparison.h"
 #include "fit_by_walks.h"
+#include "fit_pixels.h"
+#include "forward/predict.h"
+#include "optics/twelve_taps.h"
 
 namespace crownfit {
 
@@ -24,6 +28,30 @@ WalkGatherer::WalkGatherer(const FitProblem& problem, CrownInput& input, FitStat
       slopes_(at.pixels.size()) {
   for (const SlopeParameter& p : DifferencedParameters(problem.capture))
     if (unknowns_.IsFree(p) && p.quantity != Quantity::kRoughness) differenced_.push_back(p);
+  TakeNoiseFromNeighbours();
+}
+
+void WalkGatherer::TakePixels(size_t at_most) {
+  MoveInput();
+  const Material material = MaterialAt(problem_.free, at_.x);
+  at_.pixels = ChoosePixels(input_, at_.cast, at_most);
+  if (!at_.calibration.slopes.empty()) {
+    CastOptions options;
+    options.threads = problem_.options.threads;
+    if (problem_.options.twelve_taps) options.kernel = TwelveTapKernel();
+    at_.calibration.slopes = SlopesOf(input_, problem_.capture, problem_.errors, at_.calibration.amounts, at_.cast,
+                                      material, at_.scales.light, options, at_.pixels, progress_);
+  }
+  slopes_.assign(at_.pixels.size(), {});
+  TakeNoiseFromNeighbours();
+}
+
+void WalkGatherer::TakeNoiseFromNeighbours() {
+  const Material material = MaterialAt(problem_.free, at_.x);
+  for (FitPixels& p : at_.pixels)
+    p.stddev = NoiseOfNeighbours(
+        p, CastOf(p),
+        PredictPixels(input_.capture, at_.cast, p.photograph, material, at_.scales.light, problem_.options.threads));
 }
 
 /// The capture with its calibration and lamps where the fit has moved them.

@@ -26,6 +26,8 @@ class WalkGatherer {
   WalkGatherer(const FitProblem& problem, CrownInput& input, FitState& at, const WalkUnknowns& unknowns,
                Progress& progress);
 
+  /// From now on at most so many pixels a photograph are compared.
+  void TakePixels(size_t at_most);
   /// Walks every photograph once for values and once for derivatives, so many paths each. Counts an iteration.
   GatheredWalks Gather(double paths, double slope_paths, const std::string& stage);
   /// Patches' squares over their noise's, by few walks: to tell a good start from a bad one.
@@ -40,6 +42,7 @@ class WalkGatherer {
     PooledSlopes slopes;
   };
   void MoveInput();
+  void TakeNoiseFromNeighbours();
   const PhotographSpec& SpecOf(const FitPixels& p) const { return input_.capture.photographs[p.photograph]; }
   const PhotographCast& CastOf(const FitPixels& p) const { return at_.cast.photographs[p.photograph]; }
   std::vector<Shared> SharedWalks() const;
