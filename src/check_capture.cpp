@@ -63,7 +63,7 @@ FitState StateAtStart(const FitProblem& problem, const CrownInput& input, Evalua
   FitState at;
   at.x = StartVector(problem.free);
   at.cast = CastAll(input, ThicknessesOf(problem.capture, MaterialAt(problem.free, at.x)), cast_options, progress);
-  at.pixels = ChoosePixels(input, at.cast, problem.options.max_pixels_per_photograph);
+  at.pixels = ChoosePixels(input, at.cast, problem.options.max_pixels_by_walks());
   e = ImageResiduals(problem.capture, at.cast, problem.free, at.pixels, {}, {3.0, problem.options.threads})
           .Evaluate(at.x, true);
   at.scales = e.scales;

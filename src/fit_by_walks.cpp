@@ -20,7 +20,7 @@ class WalkFit {
     ChooseStart();
     ChooseValley();
     if (at_.steps.back().block_chi2 > to_beat) return false;
-    gatherer_.TakePixels(kMorePixels * problem_.options.max_pixels_per_photograph);
+    gatherer_.TakePixels(problem_.options.max_pixels_by_walks());
     constexpr size_t kMostRuns = 8;
     std::vector<Estimate> runs{LongRun()};
     size_t lost = 0;
@@ -36,7 +36,6 @@ class WalkFit {
  private:
   static constexpr double kSettled = 3.0;                          // gain of chi2 over that of noise alone
   static constexpr double kSearchShare = 0.2, kMiddleShare = 0.4;  // of a long run's paths
-  static constexpr size_t kMorePixels = 2;    // in long runs: they tell more, for the same number of paths
   static constexpr double kSlopeShare = 0.4;  // in long runs; derivatives of several runs are averaged
 
   struct Estimate {

@@ -46,7 +46,7 @@ std::vector<CLI::Option*> AddFitOptions(CLI::App* fit, CommandLine& line, FitTex
                       "parameter (default 2); 0: parabolas, no time. Default of batch: 0.")
           ->check(CLI::Range(0, 50)),
       fit->add_option("--max-pixels", line.fit.max_pixels_per_photograph,
-                      "Pixels per photograph that the fit uses (default 6000).")
+                      "Pixels per photograph that the fit uses (default 6000; long runs of model path twice as many).")
           ->check(CLI::Range(size_t{100}, size_t{100000000})),
   };
 }

@@ -155,7 +155,9 @@ class Foreseer {
     FitPixels p{number, base.exposure >= 0 ? 0 : -1, {}, {}, {}, {}, {0}, {}, {}};
     const auto& cast = idea_.photographs.back().pixels;
     const double shown = coarser * coarser * static_cast<double>(cast.size());
-    const double used = std::min(shown, static_cast<double>(problem_.options.max_pixels_per_photograph));
+    const FitOptions& options = problem_.options;
+    const size_t at_most = IsByWalks() ? options.max_pixels_by_walks() : options.max_pixels_per_photograph;
+    const double used = std::min(shown, static_cast<double>(at_most));
     for (size_t k = 0; k < cast.size(); ++k) {
       if (cast[k].at_silhouette) continue;
       const glm::dvec3 value = exposure * predicted[k];
@@ -167,8 +169,7 @@ class Foreseer {
       p.sources.push_back(static_cast<int>(k));
       p.first_term.push_back(static_cast<int>(p.terms.size()));
     }
-    return Thinned(
-        IsByWalks() ? WithNoiseOfWalks(std::move(p), static_cast<double>(problem_.options.paths_per_photograph)) : p);
+    return Thinned(IsByWalks() ? WithNoiseOfWalks(std::move(p), static_cast<double>(options.paths_per_photograph)) : p);
   }
 
   const FitProblem& problem_;

@@ -55,9 +55,9 @@ std::vector<ImageLayer> DerivativeLayers(const DifferentiatedPhotograph& d, cons
     Image slope(d.photo.width, d.photo.height, 3), stddev = slope;
     for (size_t p = 0; p < d.photo.pixels.size(); ++p)
       for (int c = 0; c < kChannels; ++c) {
-        const double brightness = photo.exposure_scale * slopes.brightness(c, p);
-        slope.values[3 * p + c] = static_cast<float>(brightness * slopes.At(j, c, p));
-        stddev.values[3 * p + c] = static_cast<float>(brightness * slopes.Stddev(j, c, p));
+        const PooledSlopes::OfPixel of_pixel = slopes.SlopeOf(j, c, p);
+        slope.values[3 * p + c] = static_cast<float>(photo.exposure_scale * of_pixel.value);
+        stddev.values[3 * p + c] = static_cast<float>(photo.exposure_scale * of_pixel.stddev);
       }
     if (photo.blur) {  // errors of a polynomial go together over more pixels than a lens spreads light
       slope = Seen(slope, *photo.blur, threads);

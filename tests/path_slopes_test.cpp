@@ -221,6 +221,31 @@ TEST(PooledSlopes, HaveTheSumOfTheirPathsAndErrorsThatTheyMake) {
   }
 }
 
+TEST(PooledSlopes, OfPixelsAroundTheObjectAreThoseOfTheirOwnPaths) {
+  const KnownScene scene = SmoothIncisor(16, false);
+  PathOptions options{.paths_per_pixel = 400};
+  options.slopes = true;
+  const PathPhotograph photo =
+      RenderByPaths(scene.capture, BodyOf(scene), {}, StatedMaterial(scene.capture), 0, options, [](double) {});
+  const PooledSlopes pooled(photo);
+  constexpr size_t kDentine = 1, kAbsorptionOfDentine = 3 * kDentine + 1;
+  double rim = 0, all = 0, rim_of_paths = 0, all_of_paths = 0;
+  for (size_t p = 0; p < photo.pixels.size(); ++p) {
+    double of_paths = 0;
+    for (size_t g = 0; g < photo.groups; ++g)
+      of_paths += photo.slopes[(p * photo.groups + g) * photo.layers + kDentine].absorption[1];
+    of_paths /= static_cast<double>(photo.groups);
+    const PooledSlopes::OfPixel slope = pooled.SlopeOf(kAbsorptionOfDentine, 1, p);
+    all += slope.value, all_of_paths += of_paths;
+    if (photo.pixels[p].on_object) continue;
+    rim += slope.value, rim_of_paths += of_paths;
+    EXPECT_EQ(slope.stddev > 0, slope.value != 0) << p;
+  }
+  EXPECT_LT(rim, 0.005 * all) << "a picture of 16 x 16 pixels has a rim";
+  EXPECT_NEAR(rim, rim_of_paths, 1e-9 * std::abs(rim));
+  EXPECT_NEAR(all, all_of_paths, 0.03 * std::abs(all_of_paths));
+}
+
 TEST(PooledSlopes, AreNothingWhereThereIsNoLightOrNoObject) {
   KnownScene scene = SmoothIncisor(8, false);
   scene.capture.lights[0].shape = DomeLight{{1.0, 0.0, 1.0}};

@@ -28,6 +28,8 @@ struct FitOptions {
   bool advises = true;                          ///< foresees which photograph would tell more, where something is weak
   int profile_points = 2;                       ///< to either side, of likelihood profiles by fits; 0: parabolas
 
+  /// Long runs of a fit by walks: more pixels tell more, for the same number of paths.
+  size_t max_pixels_by_walks() const { return 2 * max_pixels_per_photograph; }
   bool is_planned() const { return target_de00 || budget_s; }
 };
 

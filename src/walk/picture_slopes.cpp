@@ -41,6 +41,7 @@ PooledSlopes::PooledSlopes(const PathPhotograph& photo, const std::vector<Differ
       parameters_.push_back({l, q});
   for (const DifferenceSlopes& d : differences) parameters_.push_back(d.parameter);
   FindPlaces(photo);
+  KeepRim(photo, differences);
   std::vector<size_t> used;  // ranks of pixels on the object
   for (size_t rank = 0; rank < places_.size(); ++rank)
     if (places_[rank].on_object) used.push_back(rank);
@@ -147,6 +148,41 @@ PooledSlopes::PooledSlopes(const PathPhotograph& photo, const std::vector<Differ
       fields_[j * kChannels + c] = std::move(fits[chosen]);
     }
   }
+}
+
+void PooledSlopes::KeepRim(const PathPhotograph& photo, const std::vector<DifferenceSlopes>& differences) {
+  const size_t layers = photo.layers, groups = photo.groups, entries = parameters_.size() * kChannels;
+  const double n = static_cast<double>(groups);
+  for (size_t rank = 0; rank < places_.size(); ++rank) {
+    if (places_[rank].on_object) continue;
+    Eigen::ArrayXXd of_group(static_cast<Eigen::Index>(entries), static_cast<Eigen::Index>(groups));
+    for (size_t g = 0; g < groups; ++g) {
+      Eigen::Index entry = 0;
+      const auto put = [&](const glm::vec3& slope) {
+        for (int c = 0; c < kChannels; ++c) of_group(entry++, static_cast<Eigen::Index>(g)) = slope[c];
+      };
+      for (size_t l = 0; l < layers; ++l) {
+        const GroupSlopes& s = photo.slopes[(rank * groups + g) * layers + l];
+        put(s.scattering), put(s.absorption), put(s.asymmetry);
+      }
+      for (const DifferenceSlopes& d : differences) put(d.values[rank * groups + g]);
+    }
+    if ((of_group == 0.0).all()) continue;
+    std::vector<OfPixel>& kept = rim_[rank];
+    for (Eigen::Index entry = 0; entry < of_group.rows(); ++entry) {
+      const double mean = of_group.row(entry).mean();
+      kept.push_back({mean, std::sqrt((of_group.row(entry) - mean).square().sum() / (n * (n - 1.0)))});
+    }
+  }
+}
+
+PooledSlopes::OfPixel PooledSlopes::SlopeOf(size_t parameter, int channel, size_t place) const {
+  if (IsOnObject(place)) {
+    const double here = brightness(channel, place);
+    return {here * At(parameter, channel, place), here * Stddev(parameter, channel, place)};
+  }
+  const auto rim = rim_.find((*ranks_)[place]);
+  return rim == rim_.end() ? OfPixel{} : rim->second[parameter * kChannels + channel];
 }
 
 void PooledSlopes::FindPlaces(const PathPhotograph& photo) {

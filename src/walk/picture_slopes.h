@@ -8,6 +8,7 @@
 
 #include <array>
 #include <cstddef>
+#include <map>
 #include <vector>
 
 #include "calibration/parameters.h"
@@ -27,7 +28,7 @@ struct DifferenceSlopes {
   std::vector<glm::vec3> values;  ///< index as PathPhotograph::group_values
 };
 
-/// d ln(pixel) by every parameter, on the object.
+/// d ln(pixel) by every parameter, on the object; of pixels that see but its rim, d pixel.
 class PooledSlopes {
  public:
   /// `photo`: rendered with PathOptions::slopes, at least 4 samples a pixel. Slopes of a channel without light are 0.
@@ -49,6 +50,12 @@ class PooledSlopes {
   double brightness(int channel, size_t place) const {
     return IsOnObject(place) ? places_[(*ranks_)[place]].brightness[channel] : 0.0;
   }
+  /// d pixel by a parameter, and its error: on the object brightness times At, elsewhere what the pixel's own paths
+  /// say.
+  struct OfPixel {
+    double value = 0, stddev = 0;
+  };
+  OfPixel SlopeOf(size_t parameter, int channel, size_t place) const;
 
  private:
   static constexpr int kMaxDegree = 5;
@@ -63,6 +70,7 @@ class PooledSlopes {
     std::vector<std::vector<double>> without;  ///< per group
   };
   void FindPlaces(const PathPhotograph& photo);
+  void KeepRim(const PathPhotograph& photo, const std::vector<DifferenceSlopes>& differences);
   static constexpr int kMaxTerms = 56;
   std::array<double, kMaxTerms> TermsAt(int degree, int channel, size_t rank) const;
   bool IsOnObject(size_t place) const {
@@ -74,6 +82,8 @@ class PooledSlopes {
   std::shared_ptr<const std::vector<uint32_t>> ranks_;  ///< of places in the picture
   std::vector<Place> places_;                           ///< by rank
   std::vector<Field> fields_;                           ///< per parameter and channel
+  /// Of pixels whose centre is off the object and some of whose paths meet it, by rank: per parameter and channel.
+  std::map<size_t, std::vector<OfPixel>> rim_;
 };
 
 }  // namespace crownfit
