@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 
 #include "base/linear_algebra.h"
 #include "gather_walks.h"
@@ -18,16 +19,17 @@ class WalkFit {
   bool Run(double to_beat) {
     at_.converged = false;
     ChooseStart();
-    ChooseValley();
-    if (at_.steps.back().block_chi2 > to_beat) return false;
+    if (ChooseValley() > to_beat) return false;
     gatherer_.TakePixels(problem_.options.max_pixels_by_walks());
     constexpr size_t kMostRuns = 8;
     std::vector<Estimate> runs{LongRun()};
     size_t lost = 0;
     while (runs.size() + lost < kMostRuns && !(at_.converged && !WouldGainByWalks())) {
       runs.push_back(LongRun());
-      // Those that were still on their way only led here.
+      // Those that were still on their way only led here; so did those whose derivatives were too noisy to tell what
+      // later ones, which know those of several runs, do.
       if (runs.end()[-2].is_on_its_way || runs.back().is_on_its_way) runs.erase(runs.begin(), runs.end() - 1), ++lost;
+      if (runs.back().tells_all) lost += std::erase_if(runs, [](const Estimate& e) { return !e.tells_all; });
       at_.converged = Conclude(runs) && runs.size() > 1;
     }
     return true;
@@ -45,6 +47,7 @@ class WalkFit {
     double chi2 = 0, block_chi2 = 0;
     std::vector<std::vector<glm::dvec3>> values;
     bool is_on_its_way;  ///< the step was cut short, and led somewhere
+    bool tells_all;      ///< its derivatives do, of every direction
   };
 
   static double ChiSquare(const Eigen::VectorXd& off, const Eigen::MatrixXd& covariance) {
@@ -60,15 +63,15 @@ class WalkFit {
            ChiSquare(whole, covariance) > freedom + kUnlikely * std::sqrt(2.0 * freedom);
   }
 
-  /// Whether walks make more than half of the variance of what they could tell: photographs alone would tell it within
-  /// a factor 4.
+  /// Whether walks make more than half of the variance of what they could tell and have not told precisely yet:
+  /// photographs alone would tell it within a factor 4.
   bool WouldGainByWalks() const {
-    constexpr double kShareOfWalks = 0.5, kTold = 0.35;
+    constexpr double kShareOfWalks = 0.5, kTold = 0.35, kPrecise = 0.02;  // in ln
     double share = 0;
     int told = 0;
     for (int k = 0; k < unknowns_.material(); ++k) {
-      const double of_walks = at_.knowledge.of_walks[k];
-      if ((1.0 - of_walks) * at_.knowledge.covariance(k, k) > kTold * kTold) continue;
+      const double of_walks = at_.knowledge.of_walks[k], variance = at_.knowledge.covariance(k, k);
+      if (variance < kPrecise * kPrecise || (1.0 - of_walks) * variance > kTold * kTold) continue;
       share += of_walks;
       ++told;
     }
@@ -101,44 +104,53 @@ class WalkFit {
   }
 
   /// Searches. A free roughness may have several optima (a lobe that reaches the camera and one that does not make the
-  /// same level): it is searched for from small, middle and large ones too, and the best is kept.
-  void ChooseValley() {
-    constexpr double kSameValley = 1.6;
-    const auto search = [&] {
-      for (const double share : {kSearchShare, kMiddleShare}) Search(share * Paths());
-    };
+  /// same level): it is searched for from small, middle and large ones too, and the best is kept. How far patches are
+  /// off.
+  double ChooseValley() {
+    const double same_valley = std::log(1.6);
+    std::vector<std::pair<double, Eigen::VectorXd>> found;  // misfit, where
     const int roughness = unknowns_.EntryOf(RoughnessOf(problem_.capture));
-    if (roughness < 0) return search();
+    const auto was_found = [&](const Eigen::VectorXd& here) {
+      return std::any_of(found.begin(), found.end(),
+                         [&](const auto& f) { return std::abs(f.second[roughness] - here[roughness]) < same_valley; });
+    };
+    const auto search = [&] {
+      for (const double share : {kSearchShare, kMiddleShare}) Search(share * Paths(), was_found);
+    };
+    if (roughness < 0) {
+      search();
+      return at_.steps.back().block_chi2;
+    }
     const Eigen::VectorXd from = unknowns_.Here();
     std::vector<double> starts{from[roughness]};
     for (const double r : {0.1, 0.25, 0.55}) {
       const double start = unknowns_.InItsScale(roughness, r);
-      if (std::none_of(starts.begin(), starts.end(),
-                       [&](double s) { return std::abs(s - start) < std::log(kSameValley); }))
+      if (std::none_of(starts.begin(), starts.end(), [&](double s) { return std::abs(s - start) < same_valley; }))
         starts.push_back(start);
     }
-    std::vector<std::pair<double, Eigen::VectorXd>> found;  // misfit, where
     for (const double start : starts) {
       Eigen::VectorXd there = from;
       there[roughness] = start;
       unknowns_.GoTo(there);
       search();
+      if (was_found(unknowns_.Here())) continue;
       const Estimate e = LongRun();
       found.emplace_back(e.block_chi2, e.unknowns);
     }
-    unknowns_.GoTo(std::min_element(found.begin(), found.end(), [](const auto& a, const auto& b) {
-                     return a.first < b.first;
-                   })->second);
+    const auto& [misfit, where] =
+        *std::min_element(found.begin(), found.end(), [](const auto& a, const auto& b) { return a.first < b.first; });
+    unknowns_.GoTo(where);
+    return misfit;
   }
 
-  /// Steps until they gain no more than noise does. Where one made things worse it is taken back, and derivatives get
-  /// twice the paths.
-  void Search(double paths) {
+  /// Steps until they gain no more than noise does, or lead to where a search was before. Where one made things worse
+  /// it is taken back, and derivatives get twice the paths.
+  void Search(double paths, const std::function<bool(const Eigen::VectorXd&)>& was_found) {
     constexpr double kReach = 0.4, kLongest = 0.7, kWorse = 1.5;
     constexpr int kMostSteps = 20;
     double slope_paths = paths, best = HUGE_VAL;
     Eigen::VectorXd best_at = unknowns_.Here();
-    for (int i = 0; i < kMostSteps; ++i) {
+    for (int i = 0; i < kMostSteps && !was_found(unknowns_.Here()); ++i) {
       stage_ = "walking, step " + std::to_string(at_.steps.size() + 1);
       GatheredWalks g = gatherer_.Gather(paths, slope_paths, stage_);
       if (g.block_chi2 > kWorse * best && slope_paths < Paths()) {
@@ -176,7 +188,8 @@ class WalkFit {
                g.chi2,
                g.block_chi2,
                std::move(g.values),
-               IsOnItsWay(whole, step, s.covariance)};
+               IsOnItsWay(whole, step, s.covariance),
+               data.seen};
     unknowns_.GoTo(e.unknowns);
     return e;
   }

@@ -71,7 +71,8 @@ WalkedStep::Prior WalkUnknowns::Prior(double reach, From from) const {
   };
   for (int k = 0; k < material_; ++k) {
     const FreeEntry& e = problem_.free.entries[k];
-    want(k, reach * (e.scale == Scale::kLog ? 1.0 : e.prior_stddev), 0.0);
+    const double of_range = (e.high - e.low) / std::sqrt(12.0);  // where nothing in it is likelier
+    want(k, std::min(of_range, reach * (e.scale == Scale::kLog ? 1.0 : e.prior_stddev)), 0.0);
     if (from == From::kAll && problem_.options.use_priors) want(k, e.prior_stddev, e.prior_mean - at_.x[k]);
   }
   if (const EntryKnowledge& others = problem_.others; from == From::kAll && !others.names.empty()) {

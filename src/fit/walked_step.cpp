@@ -135,23 +135,21 @@ Eigen::MatrixXd WalkedStep::NormalWithout(size_t group) const {
   return normal;
 }
 
+namespace {
+
+Eigen::MatrixXd InverseOfScaled(const Eigen::MatrixXd& m, const Eigen::VectorXd& unit) {
+  return unit.asDiagonal() * InverseOfSymmetric(unit.asDiagonal() * m * unit.asDiagonal()) * unit.asDiagonal();
+}
+
+}  // namespace
+
 WalkedStep::Solution WalkedStep::Solve(const Prior& prior, const std::vector<int>& held, Noise noise) const {
   Check(prior.precision.rows() == unknowns_ && prior.precision.cols() == unknowns_ && prior.pull.size() == unknowns_,
         "a prior of all unknowns");
   constexpr double kTold = 1.5;  // standard deviations: of the square of a slope, whose own are twice as many
   const auto groups = static_cast<Eigen::Index>(normal_without_.size());
   const double jackknife = static_cast<double>(groups - 1) / static_cast<double>(groups);
-  // In units of what the pixels say about each unknown alone; those held say nothing.
-  Eigen::VectorXd unit = (normal_.diagonal() + prior.precision.diagonal()).unaryExpr([](double v) {
-    return v > 0 ? 1.0 / std::sqrt(v) : 1.0;
-  });
-  Eigen::VectorXd inverse_unit = unit.cwiseInverse();
-  for (const int k : held) unit[k] = inverse_unit[k] = 0.0;
-  const auto scaled = [&](const Eigen::MatrixXd& m) -> Eigen::MatrixXd {
-    return unit.asDiagonal() * (0.5 * (m + m.transpose())) * unit.asDiagonal();
-  };
   const Eigen::MatrixXd normal = noise == Noise::kTakenOff ? Eigen::MatrixXd(normal_ - noise_) : normal_;
-  const auto [values, directions] = EigenOfSymmetric(scaled(normal));
 
   std::vector<Eigen::MatrixXd> normal_by_group;  // of the groups, from their mean
   Eigen::MatrixXd right_by_group(unknowns_, groups), normal_mean = Eigen::MatrixXd::Zero(unknowns_, unknowns_);
@@ -161,27 +159,55 @@ WalkedStep::Solution WalkedStep::Solve(const Prior& prior, const std::vector<int
     right_by_group.col(g) << right_without_[static_cast<size_t>(g)], right_.tail(unknowns_ - of_slopes_);
   }
   right_by_group.colwise() -= right_by_group.rowwise().mean().eval();
-  Eigen::VectorXd variances = Eigen::VectorXd::Zero(unknowns_);  // of `values`
-  for (Eigen::MatrixXd& off : normal_by_group) {
-    off -= normal_mean;
-    variances += jackknife * (directions.transpose() * scaled(off) * directions).diagonal().cwiseAbs2();
+  for (Eigen::MatrixXd& off : normal_by_group) off -= normal_mean;
+
+  // In units of what the pixels say about each unknown alone; those held say nothing.
+  const Eigen::VectorXd all_units = (normal_.diagonal() + prior.precision.diagonal()).unaryExpr([](double v) {
+    return v > 0 ? 1.0 / std::sqrt(v) : 1.0;
+  });
+  std::vector<int> asked;
+  for (int k = 0; k < unknowns_; ++k)
+    if (!std::count(held.begin(), held.end(), k)) asked.push_back(k);
+  // Along some direction slopes may tell no better than noise would. The unknown that it is mostly made of is then
+  // known from the prior alone, and the others as they follow it.
+  std::vector<int> told = asked, loose;
+  Eigen::MatrixXd inverse_told;
+  while (true) {
+    const Eigen::VectorXd unit = all_units(told);
+    const auto scaled = [&](const Eigen::MatrixXd& m) -> Eigen::MatrixXd {
+      const Eigen::MatrixXd part = m(told, told);
+      return unit.asDiagonal() * (0.5 * (part + part.transpose())) * unit.asDiagonal();
+    };
+    const auto [values, directions] = EigenOfSymmetric(scaled(normal));
+    Eigen::VectorXd variances = Eigen::VectorXd::Zero(values.size());
+    for (const Eigen::MatrixXd& off : normal_by_group)
+      variances += jackknife * (directions.transpose() * scaled(off) * directions).diagonal().cwiseAbs2();
+    Eigen::Index least = -1;
+    double told_by = kTold;
+    for (Eigen::Index i = 0; i < values.size(); ++i)
+      if (const double by = values[i] / std::sqrt(variances[i]); !(by > told_by)) least = i, told_by = by;
+    if (least < 0) {
+      inverse_told = unit.asDiagonal() * directions * values.cwiseInverse().asDiagonal() * directions.transpose() *
+                     unit.asDiagonal();
+      break;
+    }
+    Eigen::Index most = 0;
+    directions.col(least).cwiseAbs().maxCoeff(&most);
+    loose.push_back(told[static_cast<size_t>(most)]);
+    told.erase(told.begin() + most);
   }
-  // Along directions that slopes tell no better than noise would, nothing is known beside the prior.
-  Eigen::VectorXd told = values;
-  for (Eigen::Index i = 0; i < told.size(); ++i)
-    if (!(told[i] > kTold * std::sqrt(variances[i]))) told[i] = 0.0;
-  const Eigen::VectorXd is_told = told.unaryExpr([](double v) { return v > 0 ? 1.0 : 0.0; });
-  const Eigen::MatrixXd project =
-      inverse_unit.asDiagonal() * directions * is_told.asDiagonal() * directions.transpose() * unit.asDiagonal();
-  Eigen::MatrixXd with_prior = directions * told.asDiagonal() * directions.transpose() + scaled(prior.precision);
-  for (const int k : held) with_prior(k, k) = 1.0;
-  const Eigen::MatrixXd inverse = unit.asDiagonal() * InverseOfSymmetric(with_prior) * unit.asDiagonal();
+  Eigen::MatrixXd project = Eigen::MatrixXd::Zero(unknowns_, unknowns_);
+  for (const int k : told) project(k, k) = 1.0;
+  project(loose, told) = normal(loose, told) * inverse_told;
+  Eigen::MatrixXd inverse = Eigen::MatrixXd::Zero(unknowns_, unknowns_);
+  const Eigen::MatrixXd with_prior = project * normal * project.transpose() + prior.precision;
+  inverse(asked, asked) = InverseOfScaled(with_prior(asked, asked), all_units(asked));
   const auto spread = [&](const Eigen::MatrixXd& m) -> Eigen::MatrixXd {
     return inverse * project * m * project.transpose() * inverse;
   };
 
   Solution s;
-  s.seen = is_told.sum() >= static_cast<double>(unknowns_) - static_cast<double>(held.size());
+  s.seen = loose.empty();
   s.step = inverse * (project * right_ + prior.pull);
   s.gain = s.step.dot(2.0 * right_ - normal * s.step);
   Eigen::MatrixXd off(unknowns_, groups);

@@ -83,7 +83,7 @@ class WalkedStep {
     Eigen::MatrixXd walk_covariance;   ///< the prediction's walks' and the slopes' share
     Eigen::MatrixXd slope_covariance;  ///< the slopes' share
     double gain = 0, noise_gain = 0;   ///< what the step takes off the photographs' chi2; what its noise alone would
-    bool seen = true;  ///< false: slopes tell some directions no better than noise would; they get the prior alone
+    bool seen = true;  ///< false: slopes tell some unknowns no better than noise would; those get the prior alone
   };
   enum class Noise { kTakenOff, kLeft };
   /// The least-squares step in which the slopes' own noise, that would pull it towards zero, is taken off the normal
