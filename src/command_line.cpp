@@ -1,6 +1,8 @@
 #include "command_line.h"
 
 #include <CLI/CLI.hpp>
+#include <cmath>
+#include <cstdlib>
 #include <iostream>
 #include <sstream>
 
@@ -10,6 +12,18 @@
 
 namespace crownfit {
 namespace {
+
+/// CLI11's own checks of a range let `nan` pass. The first option that has it, or infinity, for a number.
+const CLI::Option* NotFinite(const CLI::App& app) {
+  for (const CLI::Option* option : app.get_options()) {
+    if (option->get_type_name().find("FLOAT") == std::string::npos) continue;
+    for (const std::string& text : option->results())
+      if (!std::isfinite(std::strtod(text.c_str(), nullptr))) return option;
+  }
+  for (const CLI::App* command : app.get_subcommands())
+    if (const CLI::Option* option = NotFinite(*command)) return option;
+  return nullptr;
+}
 
 /// Parses; complaints go to `errors`, with the command's help unless they are to be `brief`.
 CommandLine Parse(const std::vector<std::string>& arguments, std::ostream& errors, bool brief) {
@@ -56,13 +70,7 @@ CommandLine Parse(const std::vector<std::string>& arguments, std::ostream& error
   fit->add_flag("--json", line.json, "Print material.json on stdout in place of the summary.");
   AddCommonOptions(fit, line);
 
-  app.add_subcommand(
-         "report",
-         "Makes report.html of a result again, for a browser, without network: the verdict in plain words,\n"
-         "photographs against predictions, colours by thirds of the crown, parameters with intervals, their\n"
-         "correlation, convergence and provenance. `crownfit fit` makes it too. docs/report.md explains it.")
-      ->add_option("RESULT", line.output, "Folder that `crownfit fit` wrote, wherever it was moved to.")
-      ->required();
+  AddReport(app, line);
 
   auto* check = app.add_subcommand(
       "check",
@@ -136,6 +144,8 @@ CommandLine Parse(const std::vector<std::string>& arguments, std::ostream& error
   try {
     std::vector<std::string> backwards(arguments.rbegin(), arguments.rend() - 1);
     app.parse(backwards);
+    if (const CLI::Option* option = NotFinite(app))
+      throw CLI::ValidationError(option->get_name(), "is no finite number. Write one, as 0.5 or 1e-3.");
   } catch (const CLI::ParseError& e) {
     if (brief) errors << e.what() << "\n";
     const int code = brief ? e.get_exit_code() : app.exit(e, std::cout, errors);

@@ -19,11 +19,11 @@ std::vector<CLI::Option*> AddFitOptions(CLI::App* fit, CommandLine& line, FitTex
              "--target-de00", line.fit.target_de00,
              "Choose --model and --walks before the fit: the cheapest whose pictures of this scene are within so\n"
              "much CIEDE2000 of the truth. Looks at the scene by some walks first.")
-          ->check(CLI::PositiveNumber),
+          ->check(CLI::Range(0.001, 1e7)),
       fit->add_option("--budget-s", line.fit.budget_s,
                       "Choose --model and --walks before the fit: the most accurate that takes so many seconds on two\n"
                       "cores, by stored costs and not by the clock. With --target-de00: the cheapest that keeps both.")
-          ->check(CLI::PositiveNumber),
+          ->check(CLI::Range(0.001, 1e7)),
       fit->add_option("--fix", text.fixes,
                       "NAME=VALUE or NAME=R,G,B: hold a parameter, such as dentine.absorption_per_mm=0.05.")
           ->take_all(),

@@ -25,7 +25,11 @@ std::string Number(double v) {
   return text;
 }
 
-std::string Seconds(double s) { return std::to_string(std::lround(std::ceil(s))) + " s"; }
+std::string Seconds(double s) {
+  char text[32];
+  std::snprintf(text, sizeof text, s < 1e6 ? "%.0f s" : "%.2g s", std::ceil(s));
+  return text;
+}
 
 std::string Words(const FitPlan& plan) {
   if (plan.model == "shader") return "model shader";
@@ -34,7 +38,7 @@ std::string Words(const FitPlan& plan) {
 
 /// How a scene at its start values looks by walks and by `shader`.
 struct SceneLook {
-  double shader_de00 = 0;  ///< shader against walks, the walks' own noise taken off
+  double shader_de00 = 0;  ///< shader against walks, the walks' own noise taken off; at most
   double noise_de00 = 0;   ///< of the walks: median over blocks
   double paths_per_block = 0;
 };
@@ -118,7 +122,9 @@ SceneLook Look(const FitProblem& problem, const CrownInput& input, const FitStat
                      "its photographs show too few pixels to look at", "Choose with --model and --walks.");
   off /= blocks;
   noise /= blocks;
-  return {std::sqrt(std::max(0.0, off * off - noise * noise)), noise, paths_per_pixel * pixels / blocks};
+  constexpr double kHidden = 0.5;  // a difference of so much of the noise may not show
+  return {std::sqrt(std::max(0.0, off * off - noise * noise) + kHidden * kHidden * noise * noise), noise,
+          paths_per_pixel * pixels / blocks};
 }
 
 /// By which a fit by so many walks is off. Its numbers take over the noise of as many means as a photograph has numbers
@@ -128,13 +134,17 @@ double PathDe00(const FitProblem& problem, const FitState& at, const SceneLook& 
   return 2.0 * look.noise_de00 * std::sqrt(told * look.paths_per_block / paths);
 }
 
-SceneLook LookAtScene(const FitProblem& problem, const CrownInput& input, const FitState& at, double wanted_de00,
-                      Progress& progress) {
+/// Looks until it is known whether `shader` keeps a target, or walks' noise is half of that; at what they cost where
+/// only a budget is stated.
+SceneLook LookAtScene(const FitProblem& problem, const CrownInput& input, const FitState& at, Progress& progress) {
   constexpr int kFewest = 48, kMost = 768;  // whole groups, with three channels that scatter differently too
+  constexpr double kEnough = 0.5, kWithoutTarget = 1.0;
+  const std::optional<double>& target = problem.options.target_de00;
   SceneLook look;
   for (int paths = kFewest; paths <= kMost; paths *= 4) {
     look = Look(problem, input, at, paths, progress);
-    if (look.noise_de00 <= 2.0 * wanted_de00) break;
+    if (look.noise_de00 <= (target ? kEnough * *target : kWithoutTarget)) break;
+    if (target && look.shader_de00 - 2.0 * look.noise_de00 > *target) break;
   }
   return look;
 }
@@ -234,8 +244,7 @@ FitPlan PlanFit(const std::vector<Capture>& captures, const FitOptions& options,
   const FitProblem problem{input.capture, free, no_errors, options};
   Evaluation ignored;
   const FitState at = StateAtStart(problem, input, ignored, progress);
-  constexpr double kCloseLook = 0.5;  // where no accuracy is asked for
-  const SceneLook look = LookAtScene(problem, input, at, options.target_de00.value_or(kCloseLook), progress);
+  const SceneLook look = LookAtScene(problem, input, at, progress);
   return ChoosePlan(PlansFor(problem, at, look), look, options);
 }
 
