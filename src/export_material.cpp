@@ -140,8 +140,9 @@ std::string Notes(const Exporter& exporter, const std::filesystem::path& materia
   text +=
       "\n## Pictures to compare with\n\nBy crownfit's random walk, " + std::to_string(paths) +
       " paths a pixel, of the scene as it is exported (without what is lost of the capture). A pixel is the mean of "
-      "k x k pixels of the photograph; the EXR's layer `variance` is that of its noise. Means of blocks of pixels "
-      "should agree within 4 standard errors of both programs; what a format loses comes on top (docs/exchange.md)."
+      "k x k pixels of the photograph; the EXR's layer `variance` is that of its noise.\n\nTolerance: means of blocks "
+      "of pixels within 4 standard errors of both programs, and what this format loses. " +
+      exporter.tolerance +
       "\n\n| file | k | mean on the object R, G, B | its standard error | median noise of a pixel |\n"
       "|---|---|---|---|---|\n";
   for (const Reference& r : references)
@@ -193,7 +194,8 @@ std::vector<std::string> ExportMaterial(const std::filesystem::path& material_fi
   std::vector<std::string> names;
   for (const PhotographSpec& photo : capture.photographs) names.push_back(photo.name);
   names = FileNames(names);
-  for (size_t p = 0; p < names.size(); ++p)
+  const bool makes_pictures = *exporter.tolerance != '\0';
+  for (size_t p = 0; makes_pictures && p < names.size(); ++p)
     references.push_back(RenderReference(*input, bodies->Of(carried), carried, p, names[p], options, folder, progress));
   WriteTextFile(folder / "README.md", Notes(exporter, material_file, scene, references, options.paths_per_pixel));
   for (const std::string& what : left_out) said.push_back("left out: " + what);

@@ -41,7 +41,8 @@ Exporter MaterialX() {
 
 Exporter Mitsuba() {
   return {
-      WriteMitsuba, "Mitsuba 3",
+      WriteMitsuba,
+      "Mitsuba 3",
       "`material.xml` holds a medium and a boundary for every layer. With a capture every photograph is a scene:\n\n"
       "    mitsuba -m scalar_rgb PHOTOGRAPH.xml -o PHOTOGRAPH.exr -Dspp=1024\n\n"
       "Use an RGB variant: colours stand for the camera's channels. `-Dintegrator=volpath` is faster where all "
@@ -51,12 +52,15 @@ Exporter Mitsuba() {
       "- Light that meets a rough surface's facets more than once: Mitsuba's `roughdielectric` drops it, and a path "
       "crosses the surface about six times (how much: docs/exchange.md, Mitsuba).\n"
       "- A layer that stands out of the one around it (a root) is given the index step to the layer, not to air.\n"
-      "- Environment maps are read between pixels, not pixel by pixel. Intervals.\n"};
+      "- Environment maps are read between pixels, not pixel by pixel. Intervals.\n",
+      "Measured with Mitsuba 3.9.1, smooth surfaces: whole pictures within 0.7 %, blocks of 6 x 6 pixels within 4 "
+      "standard errors. Rough surfaces come out darker, by 26 % at roughness 0.3."};
 }
 
 Exporter Pbrt() {
   return {
-      WritePbrt, "pbrt-v4",
+      WritePbrt,
+      "pbrt-v4",
       "`material.pbrt` holds a medium and a boundary for every layer. With a capture every photograph is a scene:\n\n"
       "    pbrt PHOTOGRAPH.pbrt\n\n"
       "The picture is the photograph: radiances of lamps are multiplied by pi x exposure_scale.\n",
@@ -67,12 +71,14 @@ Exporter Pbrt() {
       "- `isotropic_fraction`: pbrt scatters by Henyey and Greenstein with (1 - i) g.\n"
       "- Light that meets a rough surface's facets more than once is dropped.\n"
       "- Lamps block light and are seen; environment maps are left out (pbrt wants squares of equal area).\n"
-      "- An opaque neck is seen from outside too. Intervals.\n"};
+      "- An opaque neck is seen from outside too. Intervals.\n",
+      "Unknown: no picture of pbrt was compared. The media and boundaries are those of the Mitsuba export."};
 }
 
 Exporter Gltf() {
   return {
-      WriteGltf, "glTF 2.0",
+      WriteGltf,
+      "glTF 2.0",
       "`crown.glb`: the outer surface with normals (metres), the photographs' cameras, and a material that looks like "
       "the crown in viewers that draw surfaces. Without a capture it holds the material alone.\n",
       "| layers | reflectance R and transmittance T of a flat sample of them at normal incidence, by adding-doubling "
@@ -84,7 +90,9 @@ Exporter Gltf() {
       "| `ior` | KHR_materials_ior, over the index outside |\n",
       "- Light that leaves elsewhere than it entered: no lateral spread. Layers, g, intervals.\n"
       "- Thickness as it varies: one mean for all of the crown. Without known thicknesses nothing shines through.\n"
-      "- Lamps, tiles, scenery; a principal point off the picture's centre.\n"};
+      "- Lamps, tiles, scenery; a principal point off the picture's centre.\n",
+      "None can be promised: a surface has no depth. A flat sample under even light has the stated colour; a curved "
+      "crown by one lamp was off by CIEDE2000 17 to 31 at the terminator with every flat model that was tried."};
 }
 
 Exporter Iad() {
@@ -100,7 +108,8 @@ Exporter Iad() {
 
 Exporter Blender() {
   return {
-      WriteBlender, "Blender (Cycles)",
+      WriteBlender,
+      "Blender (Cycles)",
       "`crown.py` builds the material and, with a capture, the scene of a photograph:\n\n"
       "    blender --background --python crown.py -- PHOTOGRAPH            # one medium: Principled BSDF, subsurface\n"
       "    blender --background --python crown.py -- PHOTOGRAPH --layers   # every layer a Principled Volume: slow\n\n"
@@ -116,7 +125,10 @@ Exporter Blender() {
       "none).\n"
       "- With `--layers`: the isotropic fraction (Henyey and Greenstein with (1 - i) g), and Cycles' limit of 1024 "
       "bounces; a root outside its layer.\n"
-      "- What an opaque neck returns. Intervals.\n"};
+      "- What an opaque neck returns. Intervals.\n",
+      "Measured with Blender 5.0.1, whole pictures. With `--layers`: within 2 % on smooth surfaces, 5 % on rough "
+      "ones. Without: 1 to 3 % on thick pieces lit from the front, too dark by up to a half where they are thin or "
+      "lit from behind."};
 }
 
 }  // namespace

@@ -17,6 +17,8 @@ struct Exporter {
   const char* how_to;   ///< Markdown: what is where, and the command that renders it
   const char* what_is;  ///< Markdown table rows: quantity | becomes | formula
   const char* is_lost;  ///< Markdown list: what this format can't hold of any material or scene
+  /// How near its pictures come to those by crownfit's walks, as measured (docs/exchange.md); empty: it makes none.
+  const char* tolerance = "";
 };
 
 /// By the word after --to.
