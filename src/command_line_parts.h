@@ -19,6 +19,7 @@ void AddCaptureMeasured(CLI::App& capture, CommandLine& line);
 void AddExport(CLI::App& app, CommandLine& line);
 void AddMatch(CLI::App& app, CommandLine& line);
 void AddPredict(CLI::App& app, CommandLine& line);
+void AddReport(CLI::App& app, CommandLine& line);
 void AddShades(CLI::App& app, CommandLine& line);
 void AddView(CLI::App& app, CommandLine& line);
 

@@ -101,8 +101,9 @@ int RunFit(const CommandLine& line) {
   const std::chrono::duration<double> wall = std::chrono::steady_clock::now() - begin;
   const RunRecord run{line.text, line.fit.threads, wall.count()};
   for (size_t i = 0; i < fit.together.size(); ++i)
-    WriteResult(line.output / "captures" / fit.together[i].name, fits[i], run);
-  WriteResult(line.output, fit, run);
+    WriteResultWithPage(line, line.output / "captures" / fit.together[i].name, fits[i], run, progress);
+  WriteResultWithPage(line, line.output, fit, run, progress);
+  progress.Clear();
   PrintMessages(fit.messages);
   if (line.json) {
     std::fputs(MaterialJson(fit).c_str(), stdout);

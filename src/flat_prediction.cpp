@@ -23,11 +23,18 @@ constexpr std::array<double, 12> kMaskingSteps_mm{0.25, 0.5, 0.75, 1.0, 1.25, 1.
                                                   2.0,  2.5, 3.0,  4.0, 6.0,  kThickest_mm};
 constexpr double kTenth_mm = 0.1;
 
-/// As an instrument sees a slab at several thicknesses: for each, one answer per wave of its aperture.
+/// As an instrument sees a slab at several thicknesses: for each, one answer per wave of its aperture. Of what is lost
+/// past the aperture's edge `edge_loss_error` is not.
 class Views {
  public:
-  Views(const FlatQuestion& q, const Slab& slab, const std::vector<std::vector<double>>& thicknesses_mm) {
-    waves_ = q.aperture_mm ? ApertureWaves(*q.aperture_mm) : std::vector<ApertureWave>{{0.0, 1.0}};
+  Views(const FlatQuestion& q, const Slab& slab, const std::vector<std::vector<double>>& thicknesses_mm,
+        double edge_loss_error) {
+    waves_ = {{0.0, 1.0}};
+    if (q.aperture_mm) {
+      waves_[0].weight = edge_loss_error;
+      for (const ApertureWave& wave : ApertureWaves(*q.aperture_mm))
+        waves_.push_back({wave.wave_number_per_mm, (1.0 - edge_loss_error) * wave.weight});
+    }
     for (const ApertureWave& wave : waves_)
       of_wave_.push_back(ViewSlab(UnderWave(slab, wave.wave_number_per_mm), thicknesses_mm, q.geometry, {12}));
   }
@@ -89,7 +96,8 @@ double MaskedFrom(const std::vector<double>& de00, double threshold) {
 }
 
 /// Every figure for one set of values.
-std::vector<FlatGroup> Evaluate(const FlatQuestion& q, const Material& material, const Material* cement) {
+std::vector<FlatGroup> Evaluate(const FlatQuestion& q, const Material& material, const Material* cement,
+                                double edge_loss_error) {
   std::vector<std::vector<double>> thicknesses{q.design_mm};
   for (const double total : q.other_totals_mm) thicknesses.push_back(Scaled(q.design_mm, total));
   const size_t groups = thicknesses.size();
@@ -105,7 +113,7 @@ std::vector<FlatGroup> Evaluate(const FlatQuestion& q, const Material& material,
   std::vector<glm::dvec3> reflectance(groups), transmittance(groups);
   for (int c = 0; c < kChannels; ++c) {
     Slab slab = SlabOf(material, c);
-    const Views dry(q, slab, thicknesses);
+    const Views dry(q, slab, thicknesses, edge_loss_error);
     const auto plain = ViewSlab(slab, thicknesses, q.geometry, {12});
     for (size_t t = 0; t < groups; ++t) {
       over_card[t][0][c] = dry.Over(t, q.black[c]);
@@ -119,7 +127,7 @@ std::vector<FlatGroup> Evaluate(const FlatQuestion& q, const Material& material,
       slab.ior_below = cement ? cement->layers[0][Quantity::kIor][c] : std::max(1.0, q.stump_ior);
       if (cement) slab.layers.push_back(SlabOf(*cement, c).layers[0]);
     }
-    const Views wet(q, slab, of_cemented);
+    const Views wet(q, slab, of_cemented, edge_loss_error);
     for (size_t t = 0; t < of_cemented.size(); ++t) {
       over[t][0][c] = wet.Over(t, stump);
       over[t][1][c] = wet.Over(t, target);
@@ -145,18 +153,19 @@ std::vector<FlatGroup> Evaluate(const FlatQuestion& q, const Material& material,
     g.Add("stump_shows", Ciede2000(lab(over[t][0]), lab(over[t][1])), "dE00");
     g.AddBands("reflectance", reflectance[t]);
     g.AddBands("transmittance", transmittance[t]);
+    const double total = std::accumulate(thicknesses[t].begin(), thicknesses[t].end(), 0.0);
+    glm::dvec3 k, s;
+    for (int c = 0; c < kChannels; ++c) {
+      const KubelkaMunk km =
+          KubelkaMunkFromCards(over_card[t][0][c], over_card[t][1][c], q.black[c], q.white[c], total);
+      k[c] = km.absorption_per_mm, s[c] = km.scattering_per_mm;
+    }
+    g.AddBands("kubelka_munk_k", k, "1/mm");
+    g.AddBands("kubelka_munk_s", s, "1/mm");
     if (t == 0) {
       g.Add("change_of_0.1_mm_less", Ciede2000(lab(over[groups][0]), lab(over[0][0])), "dE00");
       g.Add("masked_from_pt", MaskedFrom(masking, kPerceptible), "mm");
       g.Add("masked_from_at", MaskedFrom(masking, kAcceptable), "mm");
-      glm::dvec3 k, s;
-      for (int c = 0; c < kChannels; ++c) {
-        const KubelkaMunk km =
-            KubelkaMunkFromCards(over_card[0][0][c], over_card[0][1][c], q.black[c], q.white[c], design);
-        k[c] = km.absorption_per_mm, s[c] = km.scattering_per_mm;
-      }
-      g.AddBands("kubelka_munk_k", k, "1/mm");
-      g.AddBands("kubelka_munk_s", s, "1/mm");
     }
     answer.push_back(g.Take());
   }
@@ -210,9 +219,9 @@ FlatPrediction PredictFlat(const FlatQuestion& q, const std::function<void(doubl
   const auto lab_of = [](const FlatGroup& g) {
     return glm::dvec3(g["over_stump.L"].value, g["over_stump.a"].value, g["over_stump.b"].value);
   };
-  p.groups = Evaluate(q, q.material.material, q.cement ? &q.cement->material : nullptr);
+  p.groups = Evaluate(q, q.material.material, q.cement ? &q.cement->material : nullptr, 0.0);
   p.lab = lab_of(p.groups[0]);
-  if (!IsUncertain(q.material) && !(q.cement && IsUncertain(*q.cement))) return p;
+  if (!IsUncertain(q.material) && !(q.cement && IsUncertain(*q.cement)) && !q.aperture_mm) return p;
 
   std::vector<std::vector<FlatGroup>> draws(q.draws);
   constexpr size_t kAtOnce = 32;
@@ -223,7 +232,7 @@ FlatPrediction PredictFlat(const FlatQuestion& q, const std::function<void(doubl
       const Material material = Drawn(q.material, key);
       std::optional<Material> cement;
       if (q.cement) cement = Drawn(*q.cement, Key(key, 1));
-      draws[begin + i] = Evaluate(q, material, cement ? &*cement : nullptr);
+      draws[begin + i] = Evaluate(q, material, cement ? &*cement : nullptr, kEdgeLossError * Gaussian(Key(key, 2), 0));
     });
   }
   for (const auto& d : draws) p.lab_of_draws.push_back(lab_of(d[0]));

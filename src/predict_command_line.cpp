@@ -29,12 +29,43 @@ void AddLayUp(CLI::App* app, CommandLine& line) {
                   "photographs.")
       ->check(CLI::Range(0.5, 100.0));
   app->add_option("--colour", p.colour, "colour.json of the camera. Without it its bands are taken as linear sRGB.");
-  app->add_option("--draws", p.draws, "Materials drawn for the intervals (default 400).")
+}
+
+void AddDraws(CLI::App* app, CommandLine& line) {
+  app->add_option("--draws", line.predict.draws, "Materials drawn for the intervals (default 400).")
       ->check(CLI::Range(40, 100000));
   app->add_option("--seed", line.fit.seed, "Seed of the draws (default 1).");
 }
 
+/// What it is compared with.
+void AddTargets(CLI::App* app, CommandLine& line) {
+  app->add_option("--target", line.predict.target,
+                  "Over what the result is to look the same, written as --stump is: masking is measured against it "
+                  "(default white).");
+  app->add_option("--black", line.predict.black, "The black card, where it is not ideal; written as --stump is.");
+  app->add_option("--white", line.predict.white, "The white card, where it is not ideal.");
+}
+
 }  // namespace
+
+void AddReport(CLI::App& app, CommandLine& line) {
+  auto* report = app.add_subcommand(
+      "report",
+      "Makes report.html of a result again, for a browser, without network: the verdict in plain words,\n"
+      "photographs against predictions, colours by thirds of the crown, parameters with intervals, their\n"
+      "correlation, convergence, the material as a flat piece, provenance. `crownfit fit` makes it too, over black.\n"
+      "With any of the options below the flat piece is laid up anew. docs/report.md explains it.");
+  report->add_option("RESULT", line.output, "Folder that `crownfit fit` wrote, wherever it was moved to.")->required();
+  AddLayUp(report, line);
+  AddTargets(report, line);
+  report->add_option("--tabs", line.predict.tabs,
+                     "Tabs (`crownfit shades`): the report names the three nearest; also those that tab:NAME names.");
+  report->final_callback([report, &line] {
+    for (const CLI::Option* option : report->get_options())
+      line.predict.is_asked |= option->count() > 0 && !option->get_positional();
+  });
+  AddCommonOptions(report, line);
+}
 
 void AddPredict(CLI::App& app, CommandLine& line) {
   auto* predict = app.add_subcommand(
@@ -44,11 +75,8 @@ void AddPredict(CLI::App& app, CommandLine& line) {
       "Kubelka-Munk's K and S; at the design thickness and at 0.5, 1, 1.5 and 2 mm. docs/dental.md explains each.");
   predict->add_option("MATERIAL", line.material, "material.json or truth.json.")->required();
   AddLayUp(predict, line);
-  predict->add_option("--target", line.predict.target,
-                      "Over what the result is to look the same, written as --stump is: masking is measured against it "
-                      "(default white).");
-  predict->add_option("--black", line.predict.black, "The black card, where it is not ideal; written as --stump is.");
-  predict->add_option("--white", line.predict.white, "The white card, where it is not ideal.");
+  AddDraws(predict, line);
+  AddTargets(predict, line);
   predict->add_option("--tabs", line.predict.tabs, "Tabs (`crownfit shades`) that tab:NAME names.");
   predict->add_option("-o,--output", line.output, "PNG with the colours as swatches.");
   predict->add_flag("--json", line.json, "Print JSON.");
@@ -95,6 +123,7 @@ void AddShades(CLI::App& app, CommandLine& line) {
   nearest->add_option("--tabs", line.predict.tabs, "The set of tabs.")->required();
   nearest->add_option("--stddev", line.shades.stddev, "SL,SA,SB: standard deviations of a colour L,a,b.");
   AddLayUp(nearest, line);
+  AddDraws(nearest, line);
   nearest->add_flag("--json", line.json, "Print JSON.");
   AddCommonOptions(nearest, line);
 }

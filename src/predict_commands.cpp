@@ -1,10 +1,10 @@
 #include <cmath>
 #include <cstdio>
 
-#include "base/json_file.h"
 #include "commands.h"
 #include "photo/image_io.h"
 #include "predict_question.h"
+#include "prediction_file.h"
 #include "report/swatches.h"
 
 namespace crownfit {
@@ -30,29 +30,6 @@ std::string TextOf(const FlatFigure& figure) {
   number(*figure.high95, high, sizeof high);
   std::snprintf(text, sizeof text, "%s %s  95 %% [%s, %s]", value, figure.unit.c_str(), low, high);
   return text;
-}
-
-JsonValue JsonOf(const FlatFigure& figure) {
-  JsonValue::Object o{{"value", figure.value}, {"unit", figure.unit}};
-  if (figure.stddev) {
-    o.emplace_back("stddev", *figure.stddev);
-    o.emplace_back("interval95", std::vector<double>{*figure.low95, *figure.high95});
-  }
-  return o;
-}
-
-std::string JsonText(const FlatQuestion& q, const FlatPrediction& p, const std::vector<std::string>& assumptions) {
-  JsonValue::Object root{{"format", "crownfit-prediction/1"}, {"assumptions", assumptions}, {"groups", {}}};
-  JsonValue::Array groups;
-  for (const FlatGroup& g : p.groups) {
-    JsonValue::Object thickness, figures;
-    for (size_t l = 0; l < g.thickness_mm.size(); ++l)
-      thickness.emplace_back(q.material.material.layers[l].name, g.thickness_mm[l]);
-    for (const FlatFigure& f : g.figures) figures.emplace_back(f.name, JsonOf(f));
-    groups.push_back(JsonValue::Object{{"name", g.name}, {"thickness_mm", thickness}, {"figures", figures}});
-  }
-  root.back().second = groups;
-  return ToJsonText(root);
 }
 
 /// What is left to JSON, so that a page holds the rest.
@@ -87,15 +64,9 @@ int RunPredict(const CommandLine& line) {
       PredictFlat(question, [&](double share) { progress.Show("drawing materials", share); });
   progress.Clear();
   if (!line.output.empty()) WriteImageFile(line.output, FigureOf(question, prediction));
-  std::vector<std::string> assumptions = AssumptionsOf(line, question);
-  assumptions.push_back(prediction.lab_of_draws.empty()
-                            ? "the material states no standard deviations: no intervals"
-                            : "intervals by " + std::to_string(question.draws) +
-                                  (question.material.joint
-                                       ? " materials drawn from what the fit knows of all its values together"
-                                       : " materials drawn from the standard deviations, each parameter by itself"));
+  const std::vector<std::string> assumptions = AssumptionsOf(line, question, prediction);
   if (line.json) {
-    std::fputs(JsonText(question, prediction, assumptions).c_str(), stdout);
+    std::fputs(ToJsonText(PredictionContent(question, prediction, assumptions)).c_str(), stdout);
     return 0;
   }
   for (const FlatGroup& group : prediction.groups) {

@@ -139,7 +139,8 @@ FlatQuestion FlatQuestionOf(const CommandLine& line, const std::filesystem::path
   return q;
 }
 
-std::vector<std::string> AssumptionsOf(const CommandLine& line, const FlatQuestion& q) {
+std::vector<std::string> AssumptionsOf(const CommandLine& line, const FlatQuestion& q,
+                                       const FlatPrediction& prediction) {
   const PredictLine& p = line.predict;
   std::vector<std::string> said;
   said.push_back(p.colour ? "colours by " + p.colour->string() + ", D65, 2 degrees"
@@ -152,6 +153,13 @@ std::vector<std::string> AssumptionsOf(const CommandLine& line, const FlatQuesti
                  : q.is_cemented ? "cemented with clear cement: no air below"
                                  : "not cemented: air below");
   said.push_back("black and white cards behind a gap of air");
+  said.push_back(prediction.lab_of_draws.empty()
+                     ? "the material states no standard deviations: no intervals"
+                     : "intervals by " + std::to_string(q.draws) +
+                           (q.material.joint
+                                ? " materials drawn from what the fit knows of all its values together"
+                                : " materials drawn from the standard deviations, each parameter by itself") +
+                           (q.aperture_mm ? ", and 5 % of what is lost past the aperture's edge" : ""));
   return said;
 }
 

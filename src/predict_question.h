@@ -9,7 +9,8 @@ namespace crownfit {
 /// Reads the material, cement, colour and tabs that the options name. Throws InputError.
 FlatQuestion FlatQuestionOf(const CommandLine& line, const std::filesystem::path& material);
 
-/// What was assumed, in words: a line each.
-std::vector<std::string> AssumptionsOf(const CommandLine& line, const FlatQuestion& question);
+/// What was assumed, and what the intervals are, in words: a line each.
+std::vector<std::string> AssumptionsOf(const CommandLine& line, const FlatQuestion& question,
+                                       const FlatPrediction& prediction);
 
 }  // namespace crownfit

@@ -6,13 +6,12 @@
 
 #include "base/error.h"
 #include "base/json_file.h"
-#include "base/random.h"
 #include "calibration/colour_file.h"
 #include "commands.h"
 #include "exchange/shades_file.h"
+#include "nearest_tabs.h"
 #include "photo/photograph.h"
 #include "predict_question.h"
-#include "report/colour_difference.h"
 
 namespace crownfit {
 namespace {
@@ -103,17 +102,7 @@ int WriteSet(const CommandLine& line, ShadeSet set) {
   return 0;
 }
 
-/// A colour and how it scatters.
-struct Sample {
-  glm::dvec3 lab;
-  std::vector<glm::dvec3> draws;
-};
-
-glm::dvec3 Scatter(const glm::dvec3& stddev, uint64_t key) {
-  return stddev * glm::dvec3(Gaussian(key, 0), Gaussian(key, 1), Gaussian(key, 2));
-}
-
-Sample SampleOf(const CommandLine& line) {
+ColourSample SampleOf(const CommandLine& line) {
   const auto lab = ThreeNumbers(line.shades.sample);
   if (!lab) {
     if (!line.shades.stddev.empty())
@@ -122,80 +111,28 @@ Sample SampleOf(const CommandLine& line) {
     FlatQuestion question = FlatQuestionOf(line, line.shades.sample);
     question.other_totals_mm.clear();
     const FlatPrediction p = PredictFlat(question, [&](double share) { progress.Show("drawing materials", share); });
-    for (const std::string& a : AssumptionsOf(line, question)) std::fprintf(stderr, "note: %s\n", a.c_str());
+    for (const std::string& a : AssumptionsOf(line, question, p)) std::fprintf(stderr, "note: %s\n", a.c_str());
     return {p.lab, p.lab_of_draws};
   }
   const auto stddev = line.shades.stddev.empty() ? glm::dvec3(0.0) : ThreeNumbers(line.shades.stddev);
   if (!stddev || std::min({stddev->x, stddev->y, stddev->z}) < 0)
     throw InputError("", "--stddev", "'" + line.shades.stddev + "' is not three standard deviations",
                      "Write SL,SA,SB.");
-  Sample sample{*lab, {}};
-  for (int d = 0; d < line.predict.draws; ++d)
-    sample.draws.push_back(*lab + Scatter(*stddev, Key(line.fit.seed, 0x636f6c6f7572ull, d)));
-  return sample;
-}
-
-struct Neighbour {
-  const ShadeTab* tab;
-  double de00;
-  std::vector<double> draws;
-};
-
-std::array<double, 2> Interval(std::vector<double> values) {
-  std::sort(values.begin(), values.end());
-  const auto at = [&](double share) { return values[std::lround(share * static_cast<double>(values.size() - 1))]; };
-  return {at(0.025), at(0.975)};
-}
-
-std::vector<Neighbour> NearestOf(const Sample& sample, const ShadeSet& set, uint64_t seed, int draws) {
-  std::vector<Neighbour> all;
-  for (size_t t = 0; t < set.tabs.size(); ++t) {
-    const ShadeTab& tab = set.tabs[t];
-    all.push_back({&tab, Ciede2000(sample.lab, tab.lab), {}});
-    for (int d = 0; d < draws; ++d)
-      all.back().draws.push_back(Ciede2000(sample.draws.empty() ? sample.lab : sample.draws[d],
-                                           tab.lab + Scatter(tab.stddev, Key(seed, 0x746162ull, t, d))));
-  }
-  std::stable_sort(all.begin(), all.end(), [](const Neighbour& a, const Neighbour& b) { return a.de00 < b.de00; });
-  all.resize(std::min<size_t>(all.size(), 3));
-  return all;
+  return ScatteredColour(*lab, *stddev, line.predict.draws, line.fit.seed);
 }
 
 int Nearest(const CommandLine& line) {
-  const ShadeSet set = ReadShades(*line.predict.tabs);
-  const std::vector<Neighbour> nearest = NearestOf(SampleOf(line), set, line.fit.seed, line.predict.draws);
-  // The nearest two are told apart when one is nearer in 95 % of the draws, and by more than an eye can see.
-  std::vector<std::string> verdict;
-  bool can_tell = true;
-  if (nearest.size() > 1) {
-    std::vector<double> gap;
-    for (size_t d = 0; d < nearest[0].draws.size(); ++d) gap.push_back(nearest[1].draws[d] - nearest[0].draws[d]);
-    const bool is_seen = nearest[1].de00 - nearest[0].de00 >= kPerceptible, is_sure = Interval(gap)[0] > 0;
-    can_tell = is_seen && is_sure;
-    const std::string two = nearest[0].tab->name + " and " + nearest[1].tab->name;
-    if (!is_sure) verdict.push_back(two + " can't be told apart: their difference is within its uncertainty");
-    if (!is_seen) verdict.push_back(two + " are too close to tell: their distances differ by less than 0.8");
-  }
-  if (nearest[0].de00 > kAcceptable)
-    verdict.push_back("no tab is acceptable: the nearest is " + nearest[0].tab->name + ", more than 1.8 away");
-  JsonValue::Array list;
-  for (size_t i = 0; i < nearest.size(); ++i) {
-    const Neighbour& n = nearest[i];
-    const auto ends = Interval(n.draws);
-    list.push_back(JsonValue::Object{
-        {"name", n.tab->name}, {"de00", n.de00}, {"interval95", std::vector<double>{ends[0], ends[1]}}});
-    if (!line.json)
-      std::printf("nearest_%zu.%s %.2f dE00  95 %% [%.2f, %.2f]\n", i + 1, n.tab->name.c_str(), n.de00, ends[0],
-                  ends[1]);
-  }
+  const NearestTabs nearest =
+      NearestTabsOf(SampleOf(line), ReadShades(*line.predict.tabs), line.predict.draws, line.fit.seed);
   if (line.json) {
-    std::fputs(
-        ToJsonText(JsonValue::Object{{"nearest", list}, {"can_tell_first_from_second", can_tell}, {"verdict", verdict}})
-            .c_str(),
-        stdout);
+    std::fputs(ToJsonText(NearestJson(nearest)).c_str(), stdout);
     return 0;
   }
-  for (const std::string& v : verdict) std::printf("%s\n", v.c_str());
+  for (size_t i = 0; i < nearest.tabs.size(); ++i) {
+    const NearTab& n = nearest.tabs[i];
+    std::printf("nearest_%zu.%s %.2f dE00  95 %% [%.2f, %.2f]\n", i + 1, n.name.c_str(), n.de00, n.low95, n.high95);
+  }
+  for (const std::string& v : nearest.verdict) std::printf("%s\n", v.c_str());
   return 0;
 }
 

@@ -148,7 +148,10 @@ TEST(PlainWords, AskForPhotographsThatTheCaptureLacksAndForNoOthers) {
   more.scenery = {0};
   more.polarisation = Polarisation::kNone;
   fit.capture.photographs.push_back(more);
-  EXPECT_TRUE(asked().empty());
+  EXPECT_EQ(asked().size(), 1);
+  EXPECT_TRUE(Says(asked(), "None is known"));
+  for (FittedParameter& p : fit.uncertainty.parameters) p.status = Status::kFitted;
+  EXPECT_TRUE(asked().empty()) << "nothing is left open";
 }
 
 TEST(Profiles, AWeakParameterIsOneWhoseIntervalIsWiderThanAFactorOfOneAndAHalf) {

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "calibrate/draw.h"
+#include "calibration/colour_file.h"
 #include "photo/photograph.h"
 
 namespace crownfit {
@@ -58,24 +59,7 @@ Product ColourProduct(const Chart& chart, const std::vector<PatchReading>& found
     if (source.picture) product.picture = ColourPicture(chart, readings, nullptr, *source.picture);
     return product;
   }
-  const auto rows = [](auto column_of, int columns) {
-    JsonValue::Array all;
-    for (int r = 0; r < 3; ++r) {
-      std::vector<double> row;
-      for (int c = 0; c < columns; ++c) row.push_back(column_of(c)[r]);
-      all.emplace_back(row);
-    }
-    return all;
-  };
-  const ColourTransform& transform = estimate->transform;
-  product.content = {
-      {"linear_rgb_from_sensor_rgb", rows([&](int c) { return transform.matrix[c]; }, 3)},
-      {"white_sensor_rgb", std::vector<double>{estimate->white.x, estimate->white.y, estimate->white.z}}};
-  if (transform.root_polynomial)
-    product.content.emplace_back(
-        "polynomial",
-        JsonValue::Object{{"terms", "root2"},
-                          {"coefficients", rows([&](int c) { return (*transform.root_polynomial)[c]; }, 6)}});
+  product.content = ColourContent({estimate->transform, estimate->white});
   JsonValue::Object residual{{"de00_mean", estimate->mean}, {"de00_worst", estimate->worst}}, of_patch;
   for (size_t p = 0; p < readings.size(); ++p) of_patch.emplace_back(chart.patches[p].name, estimate->de00[p]);
   residual.emplace_back("de00", of_patch);
@@ -88,7 +72,7 @@ Product ColourProduct(const Chart& chart, const std::vector<PatchReading>& found
                      {"tone_slope", estimate->tone_slope, ""},
                      {"fall_off", 100 * estimate->fall_off, "% across the chart"},
                      {"fall_off_stddev", 100 * estimate->fall_off_stddev, "%"}};
-  if (transform.root_polynomial)
+  if (estimate->transform.root_polynomial)
     product.notes.push_back("a root polynomial predicts left-out patches better than a matrix and is used.");
   for (size_t p = 0; p < readings.size(); ++p)
     if (!readings[p].damage.empty())
@@ -160,14 +144,7 @@ Product GreyCardProduct(const Image& linear, const std::array<double, 4>& rectan
     squares += balance * balance / static_cast<double>(parts.size());
   }
   const glm::dvec3 white = mean / reflectance;
-  JsonValue::Array rows;
-  for (int r = 0; r < 3; ++r) {
-    std::vector<double> row(3, 0.0);
-    row[r] = 1.0 / white[r];
-    rows.emplace_back(row);
-  }
-  product.content = {{"linear_rgb_from_sensor_rgb", rows},
-                     {"white_sensor_rgb", std::vector<double>{white.x, white.y, white.z}}};
+  product.content = ColourContent({{glm::dmat3({1 / white.x, 0, 0}, {0, 1 / white.y, 0}, {0, 0, 1 / white.z})}, white});
   product.figures = {{"red_over_green", mean.x / mean.y, ""},
                      {"red_over_green_scatter", std::sqrt(squares.x), ""},
                      {"blue_over_green", mean.z / mean.y, ""},

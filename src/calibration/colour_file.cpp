@@ -49,4 +49,26 @@ BandColour ReadBandColour(const std::filesystem::path& file) {
   return {ReadColourTransform(file), ReadSensorWhite(file)};
 }
 
+JsonValue::Object ColourContent(const BandColour& colour) {
+  const auto rows = [](auto column_of, int columns) {
+    JsonValue::Array all;
+    for (int r = 0; r < 3; ++r) {
+      std::vector<double> row;
+      for (int c = 0; c < columns; ++c) row.push_back(column_of(c)[r]);
+      all.emplace_back(row);
+    }
+    return all;
+  };
+  const ColourTransform& transform = colour.rgb_from_sensor;
+  const glm::dvec3& white = colour.white_sensor;
+  JsonValue::Object content{{"linear_rgb_from_sensor_rgb", rows([&](int c) { return transform.matrix[c]; }, 3)},
+                            {"white_sensor_rgb", std::vector<double>{white.x, white.y, white.z}}};
+  if (transform.root_polynomial)
+    content.emplace_back(
+        "polynomial",
+        JsonValue::Object{{"terms", "root2"},
+                          {"coefficients", rows([&](int c) { return (*transform.root_polynomial)[c]; }, 6)}});
+  return content;
+}
+
 }  // namespace crownfit

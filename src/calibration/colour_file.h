@@ -3,6 +3,7 @@
 
 #include <filesystem>
 
+#include "base/json_file.h"
 #include "photo/colour.h"
 
 namespace crownfit {
@@ -14,5 +15,8 @@ glm::dvec3 ReadSensorWhite(const std::filesystem::path& file);
 
 /// Both.
 BandColour ReadBandColour(const std::filesystem::path& file);
+
+/// What such a file holds of them.
+JsonValue::Object ColourContent(const BandColour& colour);
 
 }  // namespace crownfit

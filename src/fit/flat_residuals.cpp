@@ -4,6 +4,7 @@
 #include <algorithm>
 
 #include "base/parallel.h"
+#include "optics/aperture.h"
 #include "optics/flat_reading.h"
 
 namespace crownfit {

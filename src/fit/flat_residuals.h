@@ -37,8 +37,4 @@ class FlatResiduals {
   std::vector<Group> groups_;
 };
 
-/// Share of the modelled edge loss by which it may be wrong, one standard deviation: against walks the model loses 2 to
-/// 6 % too much (docs/dental.md).
-inline constexpr double kEdgeLossError = 0.05;
-
 }  // namespace crownfit

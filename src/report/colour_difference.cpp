@@ -23,6 +23,48 @@ glm::dvec3 PixelOf(const Image& image, size_t i) {
   return {image.values[3 * i], image.values[3 * i + 1], image.values[3 * i + 2]};
 }
 
+/// Sums over any rectangle of the compared pixels of both pictures, from sums over all that lies above and left.
+class RectangleSums {
+ public:
+  struct Sum {
+    glm::dvec3 photograph{0.0}, prediction{0.0};
+    double pixels = 0;
+  };
+  RectangleSums(int width, int height)
+      : width_(width), height_(height), sums_(static_cast<size_t>(width + 1) * (height + 1)) {}
+  void Add(int x, int y, const glm::dvec3& photograph, const glm::dvec3& prediction) {
+    At(x + 1, y + 1) = {photograph, prediction, 1.0};
+  }
+  void Accumulate() {
+    for (int y = 1; y <= height_; ++y)
+      for (int x = 1; x <= width_; ++x) {
+        Put(At(x, y), At(x - 1, y), 1.0);
+        Put(At(x, y), At(x, y - 1), 1.0);
+        Put(At(x, y), At(x - 1, y - 1), -1.0);
+      }
+  }
+  /// Of the kBlock x kBlock pixels around one.
+  Sum Around(int x, int y) {
+    const int x0 = std::max(0, x - kBlock / 2), y0 = std::max(0, y - kBlock / 2), x1 = std::min(width_, x + kBlock / 2),
+              y1 = std::min(height_, y + kBlock / 2);
+    Sum sum = At(x1, y1);
+    Put(sum, At(x0, y1), -1.0);
+    Put(sum, At(x1, y0), -1.0);
+    Put(sum, At(x0, y0), 1.0);
+    return sum;
+  }
+
+ private:
+  Sum& At(int x, int y) { return sums_[static_cast<size_t>(y) * (width_ + 1) + x]; }
+  static void Put(Sum& to, const Sum& from, double sign) {
+    to.photograph += sign * from.photograph;
+    to.prediction += sign * from.prediction;
+    to.pixels += sign * from.pixels;
+  }
+  int width_, height_;
+  std::vector<Sum> sums_;
+};
+
 }  // namespace
 
 double ComparisonScale(const Image& photograph, const std::vector<uint8_t>& mask,
@@ -43,6 +85,7 @@ ColourDifference ComparePictures(const Image& photograph, const Image& predictio
   const double scale = common_scale ? *common_scale : ComparisonScale(photograph, mask, rgb_from_sensor);
   std::map<std::pair<int, int>, std::array<glm::dvec3, 3>> blocks;  // sums of both, and the count
   std::vector<double> per_pixel;
+  RectangleSums sums(photograph.width, photograph.height);
   for (int y = 0; y < photograph.height; ++y) {
     for (int x = 0; x < photograph.width; ++x) {
       const size_t i = static_cast<size_t>(y) * photograph.width + x;
@@ -50,13 +93,22 @@ ColourDifference ComparePictures(const Image& photograph, const Image& predictio
       const glm::dvec3 a = scale * rgb_from_sensor(PixelOf(photograph, i)),
                        b = scale * rgb_from_sensor(PixelOf(prediction, i));
       per_pixel.push_back(Ciede2000(LabFromLinearRgb(a), LabFromLinearRgb(b)));
-      result.map.values[i] = static_cast<float>(per_pixel.back());
+      sums.Add(x, y, a, b);
       auto& block = blocks.try_emplace({y / kBlock, x / kBlock}, std::array<glm::dvec3, 3>{}).first->second;
       block[0] += a;
       block[1] += b;
       block[2].x += 1;
     }
   }
+  sums.Accumulate();
+  for (int y = 0; y < photograph.height; ++y)
+    for (int x = 0; x < photograph.width; ++x) {
+      const size_t i = static_cast<size_t>(y) * photograph.width + x;
+      if (!mask[i]) continue;
+      const RectangleSums::Sum near = sums.Around(x, y);
+      result.map.values[i] = static_cast<float>(
+          Ciede2000(LabFromLinearRgb(near.photograph / near.pixels), LabFromLinearRgb(near.prediction / near.pixels)));
+    }
   std::vector<double> per_block;
   std::array<glm::dvec3, 2> all{};
   for (const auto& [place, sum] : blocks) {

@@ -17,7 +17,7 @@ struct ColourDifference {
   double pixel_median = 0, pixel_p95 = 0;
   size_t pixels = 0, blocks = 0;
   glm::dvec3 photograph_lab{0.0}, prediction_lab{0.0};  ///< of the mean colours
-  Image map;                                            ///< per pixel, 1 channel; negative where nothing was compared
+  Image map;  ///< 1 channel: of means over the 8 x 8 pixels around each; negative where nothing was compared
 };
 
 /// Compares two linear pictures where `mask` is set; both are scaled so that the 95th percentile of the first one's

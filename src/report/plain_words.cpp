@@ -23,6 +23,21 @@ std::string PlainName(std::string name) {
   return name;
 }
 
+/// A sentence with every name of what was fitted as people say it; the longest first, as one may begin another.
+std::string InPlainNames(std::string text, const CrownFit& fit) {
+  std::vector<std::string> names;
+  for (const FreeEntry& e : fit.entries) names.push_back(e.name);
+  for (const FittedParameter& p : fit.uncertainty.parameters) names.push_back(p.name);
+  std::sort(names.begin(), names.end(), [](const auto& a, const auto& b) { return a.size() > b.size(); });
+  for (const std::string& name : names)
+    for (size_t at = text.find(name); at != text.npos; at = text.find(name)) {
+      const std::string plain = PlainName(name);
+      if (plain == name) break;
+      text.replace(at, name.size(), plain);
+    }
+  return text;
+}
+
 std::string Listed(const std::vector<std::string>& names) {
   std::string list;
   for (size_t i = 0; i < names.size(); ++i) list += (i == 0 ? "" : i + 1 == names.size() ? " and " : ", ") + names[i];
@@ -152,7 +167,7 @@ std::vector<std::string> Advice(const CrownFit& fit) {
     shows_surface |= p.polarisation != Polarisation::kCross;
   }
   std::vector<std::string> advice;
-  if (!fit.advice.empty()) advice.push_back(fit.advice + ".");
+  if (!fit.advice.empty()) advice.push_back(InPlainNames(fit.advice, fit) + ".");
   if (is_open(Quantity::kAbsorption, Quantity::kReducedScattering) && backings.size() < 2)
     advice.push_back("The front on a black and on a white tile: tells absorption from scattering.");
   if (is_open(Quantity::kThickness, Quantity::kThicknessScale, Quantity::kReducedScattering) && !has_edge)
@@ -161,6 +176,10 @@ std::vector<std::string> Advice(const CrownFit& fit) {
         "Better still, measure the thickness.");
   if (is_open(Quantity::kRoughness, Quantity::kWetness) && !shows_surface)
     advice.push_back("The front without polarisers, or with parallel ones: shows the surface's reflection.");
+  if (advice.empty() && !open.empty())
+    advice.push_back(
+        "None is known that would tell what was left open. Another thickness of the same material, fitted together, or "
+        "a measured flat sample may.");
   return advice;
 }
 

@@ -21,10 +21,11 @@ JsonValue EntriesJson(const CrownFit& fit) {
   JsonValue::Array entries;
   for (size_t k = 0; k < fit.entries.size(); ++k) {
     const FreeEntry& e = fit.entries[k];
-    entries.push_back(JsonValue::Object{{"name", e.name},
-                                        {"unit", RowOf(e.quantity).unit},
-                                        {"scale", e.scale == Scale::kLog ? "log" : "linear"},
-                                        {"value", InItsUnit(e, fit.best[static_cast<Eigen::Index>(k)])}});
+    entries.push_back(
+        JsonValue::Object{{"name", e.name},
+                          {"unit", e.role == FreeEntry::Role::kPowerExponent ? "1" : RowOf(e.quantity).unit},
+                          {"scale", e.scale == Scale::kLog ? "log" : "linear"},
+                          {"value", InItsUnit(e, fit.best[static_cast<Eigen::Index>(k)])}});
   }
   return entries;
 }

@@ -10,8 +10,8 @@ namespace crownfit {
 /// Writes both. Nothing in them depends on when, on which machine or with how many threads the fit ran.
 void WriteReportFiles(const std::filesystem::path& folder, const CrownFit& fit);
 
-/// Makes report.html from material.json, run.json, report.json and the pictures of a result folder, wherever that was
-/// moved to. Returns its path. Throws InputError when something of it is missing or damaged.
+/// Makes report.html from material.json, run.json, report.json, the pictures and, if there, prediction.json of a result
+/// folder, wherever that was moved to. Returns its path. Throws InputError when something of it is missing or damaged.
 std::filesystem::path WriteReportPage(const std::filesystem::path& folder);
 
 }  // namespace crownfit

@@ -82,6 +82,14 @@ std::filesystem::path WriteReportPage(const std::filesystem::path& folder) {
   const JsonObject root = report.RootOfFormat(
       "crownfit-report/1", {"title", "headline", "sentences", "photographs_that_would_help", "photographs",
                             "difference_legend", "entries", "profiles", "convergence"});
+  // Of results of earlier versions there is none.
+  const auto elsewhere = folder / "prediction.json";
+  JsonValue prediction;
+  if (std::filesystem::exists(elsewhere)) {
+    const JsonFile file(elsewhere, Bytes(elsewhere));
+    file.RootOfFormat("crownfit-prediction/1", {"assumptions", "groups", "nearest_tabs", "missing"});
+    prediction = file.value;
+  }
   const std::string title = Html(root.Require("title").String());
   // For readers that run no scripts, such as previews of mail: what matters most stands in the page itself.
   std::string plain = "<p><strong>" + Html(root.Require("headline").String()) + "</strong></p>\n";
@@ -90,6 +98,7 @@ std::filesystem::path WriteReportPage(const std::filesystem::path& folder) {
   const std::string data = InScript(JsonValue::Object{{"material", material.value},
                                                       {"run", run.value},
                                                       {"report", report.value},
+                                                      {"prediction", prediction},
                                                       {"pictures", Pictures(folder, root)}});
   const auto file = folder / "report.html";
   WriteTextFile(file, Filled(PageText("report.html"), {{"title", title},

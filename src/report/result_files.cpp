@@ -257,7 +257,6 @@ void WriteResult(const std::filesystem::path& folder, const CrownFit& fit, const
                                              {"fitted_pixels", static_cast<double>(fit.fitted_pixels)}}));
   WriteReportFiles(folder, fit);
   WriteTextFile(folder / "material.json", MaterialJson(fit));
-  WriteReportPage(folder);
 }
 
 std::string Summary(const CrownFit& fit) {

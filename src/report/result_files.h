@@ -1,6 +1,6 @@
 #pragma once
-// What a fit leaves in its folder: material.json, run.json, figures/<photograph>.png, report.html and what that is made
-// from; and its summary for the terminal.
+// What a fit leaves in its folder: material.json, run.json, figures/<photograph>.png and what report.html is made from;
+// and its summary for the terminal.
 
 #include <filesystem>
 #include <string>
@@ -16,8 +16,8 @@ struct RunRecord {
   double wall_s = 0;
 };
 
-/// Writes everything. Of the result material.json comes last, so that its presence says the result is whole; only the
-/// page that shows it follows.
+/// Writes everything but the page. Of the result material.json comes last, so that its presence says the result is
+/// whole; only the page that shows it follows.
 void WriteResult(const std::filesystem::path& folder, const CrownFit& fit, const RunRecord& run);
 
 /// The contract's material.json.

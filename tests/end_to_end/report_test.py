@@ -43,6 +43,11 @@ with tempfile.TemporaryDirectory() as folder:
         assert profile["by"] == "fits" and profile["delta_chi2"][1] < 0.1 and min(profile["delta_chi2"][0], profile["delta_chi2"][2]) > 1, profile
     assert report["profiles"], "nothing is weak"
 
+    # The material as a flat piece: what predict says of the same file.
+    prediction = json.loads((result / "prediction.json").read_text())
+    said = json.loads(run("predict", result / "material.json", "--json", "--draws", 100).stdout)
+    assert prediction["groups"] == said["groups"] and [g["name"] for g in said["groups"]] == ["design"] + [f"at_{mm}_mm" for mm in ("0.50", "1.00", "1.50", "2.00")]
+
     with Page(page) as shown:
         assert shown.value("document.title").startswith("<img src=x"), shown.value("document.title")
         assert shown.value("document.querySelector('#verdict h2').textContent").endswith(report["headline"])
@@ -58,6 +63,14 @@ with tempfile.TemporaryDirectory() as folder:
             for (let i = 3; i < data.length; i += 4) ink += data[i] > 0;
             return ink / (c.width * c.height); })""")
         assert len(inks) == 2 + len(report["profiles"]) and min(inks) > 0.005, inks
+
+        # A row for every thickness, with its translucency and interval.
+        rows = shown.value("[...document.querySelectorAll('#elsewhere > .wide tbody tr')].map(row => row.innerText)")
+        for group, text in zip(prediction["groups"], rows, strict=True):
+            tp00 = group["figures"]["tp00"]
+            for v in (tp00["value"], *tp00["interval95"]):
+                assert f"{float(f'{v:.3g}'):g}" in text, (group["name"], v, text)
+        assert shown.value("document.querySelectorAll('#elsewhere details tbody tr').length") == 4 * len(rows)
 
         # The wipe shows the photograph on the left of the slider and the prediction on its right.
         edge = "getComputedStyle(document.querySelector('.first')).clipPath"
@@ -116,6 +129,20 @@ with tempfile.TemporaryDirectory() as folder:
     (moved / "report.html").unlink()
     assert run("report", moved).stdout.strip() == str(moved / "report.html")
     assert (moved / "report.html").read_bytes() == first
+
+    # Laid up anew: over a stump, with the laboratory's tabs, two of which are nearly one.
+    design = prediction["groups"][0]["figures"]
+    lab = [design[f"over_black.{c}"]["value"] for c in "Lab"]
+    (folder / "tabs.csv").write_text("name,L,a,b\n" + "".join(f"{name},{lab[0] + off},{lab[1]},{lab[2]}\n" for name, off in
+                                                              (("near", 0.1), ("beside", 0.3), ("far", 8), ("farther", 16))))
+    run("shades", "measured", folder / "tabs.csv", "-o", folder / "tabs.json")
+    run("report", moved, "--stump", "black", "--cement", "air", "--tabs", folder / "tabs.json")
+    with Page(moved / "report.html") as shown:
+        nearest = shown.value("document.querySelector('#elsewhere').innerText")
+        assert all(name in nearest for name in ("near", "beside", "far")) and "farther" not in nearest, nearest
+        assert "near and beside are too close to tell" in nearest and not shown.said, (nearest, shown.said)
+    said = run("report", moved, "--stump", "40,3", expect=2).stderr
+    assert "--stump" in said, said
 
     # What is missing or damaged is named.
     picture = moved / report["photographs"][0]["pictures"]["photograph"]

@@ -1,6 +1,6 @@
 'use strict';
-// Lays out what #data holds: material.json, run.json, report.json and the pictures of one result folder.
-const {material, run, report, pictures} = JSON.parse(document.getElementById('data').textContent);
+// Lays out what #data holds: material.json, run.json, report.json, prediction.json and the pictures of one result folder.
+const {material, run, report, prediction, pictures} = JSON.parse(document.getElementById('data').textContent);
 
 /// An element with properties and children; texts become text, never markup.
 function make(tag, properties, ...children) {
@@ -95,8 +95,8 @@ function showPhotographs() {
   }));
   section('photographs', 'Photographs',
       make('p', {className: 'soft screen'}, 'Move the slider, or drag over the picture.'),
-      make('p', {className: 'soft'}, 'The map shows CIEDE2000 (D65, 2°) of every pixel; ' +
-          'the figures are over means of 8 × 8 pixels. Differences are the prediction less the photograph.'),
+      make('p', {className: 'soft'}, 'Map and figures are CIEDE2000 (D65, 2°) between means over 8 × 8 pixels, ' +
+          'so that the noise of single pixels is not taken for a difference of colour. Differences are the prediction less the photograph.'),
       legend,
       report.photographs.map(photograph => {
         const error = material.image_error.photographs[photograph.name] ?? {};
@@ -262,6 +262,45 @@ function showConvergence() {
   if (!shader.length && !walks.length) part.append(make('p', {}, 'Nothing was free to fit.'));
 }
 
+function showElsewhere() {
+  if (!prediction) return;
+  const title = 'As a flat piece';
+  if (prediction.missing) return void section('elsewhere', title, make('p', {}, prediction.missing));
+  const {assumptions, groups, nearest_tabs: tabs} = prediction, thickest = 8;
+  const plain = v => v == null ? `over ${thickest}` : number(v);
+  const withInterval = figure => make('td', {className: 'n'}, plain(figure.value),
+      figure.interval95 ? make('small', {}, make('br'), `${plain(figure.interval95[0])} to ${plain(figure.interval95[1])}`) : null);
+  const total = group => Object.values(group.thickness_mm).reduce((sum, mm) => sum + mm, 0);
+  const thickness = group => (group.name === 'design' ? 'design, ' : '') + `${fixed(total(group))} mm`;
+  const colour = (group, over) => {
+    const patch = make('i', {className: 'patch'}), of = key => group.figures[`over_${over}.${key}`].value;
+    patch.style.background = `rgb(${['R', 'G', 'B'].map(c => Math.round(255 * of(`srgb_${c}`))).join(' ')})`;
+    return make('td', {}, patch, ` ${['L', 'a', 'b'].map(c => of(c).toFixed(1)).join('  ')}`);
+  };
+  const [design] = groups;
+  const part = section('elsewhere', title,
+      make('p', {className: 'soft'}, `The fitted layers flat, ${Object.entries(design.thickness_mm).map(([name, mm]) => `${name} ${fixed(mm)} mm`).join(' and ')}, ` +
+          'and scaled to other thicknesses. Colours are L* a* b*. TP₀₀ is CIEDE2000 between black and white card; contrast ratio is Y over black through Y over white; ' +
+          'stump shows: CIEDE2000 between the piece over the stump and over the target, seen from 0.8, accepted to 1.8. Under a figure: its 95 % interval.'),
+      table(['thickness', 'over black', 'over white', 'over the stump', 'TP₀₀', 'contrast ratio', 'stump shows'], groups.map(group => row([
+        thickness(group), colour(group, 'black'), colour(group, 'white'), colour(group, 'stump'),
+        withInterval(group.figures.tp00), withInterval(group.figures.contrast_ratio), withInterval(group.figures.stump_shows)]))));
+  const {masked_from_pt: seen, masked_from_at: accepted, 'change_of_0.1_mm_less': less} = design.figures;
+  part.append(list([
+    `The stump is hidden from ${plain(seen.value)} mm (not seen), and well enough from ${plain(accepted.value)} mm (accepted).`,
+    `A tenth of a millimetre less changes the colour over the stump by CIEDE2000 ${fixed(less.value, 1)}.`]));
+  if (tabs)
+    part.append(make('h3', {}, 'Nearest tabs, over the stump'), list(tabs.verdict),
+        table(['tab', 'CIEDE2000', '95 % interval'], tabs.nearest.map(tab => row([
+          tab.name, figureCell(fixed(tab.de00)), `${fixed(tab.interval95[0])} to ${fixed(tab.interval95[1])}`]))));
+  const bands = [['reflectance', 'reflectance'], ['transmittance', 'transmittance'], ['kubelka_munk_k', 'Kubelka-Munk K, 1/mm'], ['kubelka_munk_s', 'Kubelka-Munk S, 1/mm']];
+  part.append(
+      make('details', {}, make('summary', {}, 'Reflectance, transmittance, Kubelka-Munk K and S'),
+          table(['thickness', 'quantity', ...material.channels.map(channel => channel.name)], groups.flatMap(group => bands.map(([key, name]) => row([
+            thickness(group), name, ...['R', 'G', 'B'].map(c => withInterval(group.figures[`${key}_${c}`]))]))))),
+      make('details', {}, make('summary', {}, 'What was assumed'), list(assumptions)));
+}
+
 function showProvenance() {
   const {provenance} = material, facts = make('dl');
   const fact = (name, value) => facts.append(make('dt', {}, name), make('dd', {}, String(value)));
@@ -288,6 +327,7 @@ showMeasurements();
 showParameters();
 showCorrelation();
 showProfiles();
+showElsewhere();
 showConvergence();
 showProvenance();
 paint();
