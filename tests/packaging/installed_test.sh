@@ -1,13 +1,24 @@
 #!/bin/sh
-# installed_test.sh SOURCE BUILD: what is installed runs from a folder that was moved after it was installed, in an empty
-# environment, with the trees it was made from out of sight.
+# installed_test.sh SOURCE BUILD: the archive of the program runs from wherever it is unpacked, in an empty environment,
+# with the trees it was made from out of sight; what is installed and the Debian package hold the same files.
 set -eu
 source=$1 build=$2
 folder=$(mktemp -d)
 trap 'rm -rf "$folder"' EXIT
 
-cmake --install "$build" --strip --prefix "$folder/first" >"$folder/log"
-mv "$folder/first" "$folder/moved here"
+cpack --config "$build/CPackConfig.cmake" -G TGZ -B "$folder" >"$folder/log"
+tar -xzf "$folder"/crownfit-*.tar.gz -C "$folder"
+rm "$folder"/crownfit-*.tar.gz
+mv "$folder"/crownfit-* "$folder/moved here"
+cmake --install "$build" --strip --prefix "$folder/installed" >"$folder/log"
+cpack --config "$build/CPackConfig.cmake" -G DEB -B "$folder" >"$folder/log"
+dpkg-deb -f "$folder"/crownfit_*.deb Depends | grep -q libembree3
+dpkg-deb -x "$folder"/crownfit_*.deb "$folder/debian"
+for tree in "installed" "debian/usr"; do
+  (cd "$folder/$tree" && find . -type f ! -name NEEDS | sort) >"$folder/files"
+  (cd "$folder/moved here" && find . -type f ! -name NEEDS | sort) | diff - "$folder/files"
+done
+"$folder/debian/usr/bin/crownfit" --version >"$folder/log"
 program="$folder/moved here/bin/crownfit" examples="$folder/moved here/share/crownfit/examples"
 
 for tree in "$source" "$build"; do
