@@ -3,6 +3,7 @@
 #include <cstdio>
 #include <functional>
 
+#include "base/error.h"
 #include "base/files.h"
 #include "command_line_parts.h"
 #include "commands.h"
@@ -102,6 +103,11 @@ void AddBenchmark(CLI::App& app, CommandLine& line) {
 }
 
 int RunBenchmark(const CommandLine& line) {
+  std::error_code error;
+  std::filesystem::create_directories(line.output / "pictures", error);
+  if (error)
+    throw InputError(line.output, "", "can't be written: " + error.message(),
+                     "Choose an output folder you may write to.");
   TradeOffOptions options = line.trade_off;
   options.threads = line.fit.threads;
   Progress progress(line.progress);

@@ -1,6 +1,7 @@
 #include "fit_command_line.h"
 
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <charconv>
 
 #include "command_line.h"
@@ -70,8 +71,14 @@ void TakeFitText(const FitText& text, const std::function<void(const std::string
     }
     if (!good || (values.size() != 1 && values.size() != kChannels))
       complain("--fix " + fix + ": expected NAME=VALUE, or NAME=R,G,B with a number for each channel");
-    values.resize(kChannels, values[0]);
-    line.fit.overrides.fix.push_back({fix.substr(0, equals), {values[0], values[1], values[2]}});
+    const std::string name = fix.substr(0, equals);
+    const auto& fixed = line.fit.overrides.fix;
+    const auto& freed = line.fit.overrides.free;
+    if (std::any_of(fixed.begin(), fixed.end(), [&](const auto& f) { return f.first == name; }) ||
+        std::count(freed.begin(), freed.end(), name))
+      complain("--fix " + name + ": what it is to be is said twice. Say it once, with --fix or with --free.");
+    values.resize(kChannels, values.empty() ? 0.0 : values[0]);
+    line.fit.overrides.fix.push_back({name, {values[0], values[1], values[2]}});
   }
 }
 

@@ -132,6 +132,65 @@ TEST(AddingDoubling, SplittingALayerOrAddingAClearOneChangesNothing) {
   }
 }
 
+/// Layers of indices that differ by a step, or from what is above and below.
+std::vector<Slab> Stepped(double step, double absorption, double g) {
+  const auto tissue = [&](double ior, double mm) { return Tissue(absorption, 2 / (1 - g), g, ior, mm); };
+  std::vector<Slab> slabs{Of({tissue(1 + step, 1)}), Of({tissue(1.54, .3), tissue(1.54 + step, 1)}),
+                          Of({tissue(1.54 + 2 * step, .3), tissue(1.54, .3), tissue(1.54 + step, 1)}),
+                          Of({tissue(1.54, 1)}), Of({tissue(1.54 + step, 1)})};
+  slabs[3].ior_below = 1.54 + step;
+  slabs[3].backing_reflectance = 0.5;
+  slabs[4].ior_above = 1.54;
+  return slabs;
+}
+constexpr double kSteps[] = {0,    1e-16, 1e-15, 1e-14, 1e-13, 1e-12, 1e-11,  1e-10,  1e-9, 2e-9, 1e-8,
+                             1e-7, 1e-6,  1e-5,  1e-4,  3e-4,  1e-3,  1.7e-3, 1.8e-3, 2e-3, 1e-2};
+
+TEST(AddingDoubling, IsContinuousWhereIndicesMeet) {
+  // A step acts on the share of light that it reflects totally, about twice the step, and no answer changes by more;
+  // 1e-8 is what other angles do to a sharp phase function. More angles give the same as they do elsewhere.
+  for (const auto& [g, tolerance] : {std::pair{0.0, 1e-9}, {0.8, 5e-8}, {0.96, 4e-5}}) {
+    const std::vector<Slab> without = Stepped(0, 0.05, g);
+    for (const double step : kSteps) {
+      const std::vector<Slab> with = Stepped(step, 0.05, g);
+      for (size_t i = 0; i < with.size(); ++i) {
+        const Totals t = Layered(with[i]), none = Layered(without[i]), finer = Layered(with[i], 36);
+        for (const auto part : {&Totals::UR1, &Totals::UT1, &Totals::URU, &Totals::UTU}) {
+          EXPECT_NEAR(t.*part, none.*part, 2 * step + 1e-8) << "slab " << i << ", g " << g << ", step " << step;
+          EXPECT_NEAR(t.*part, finer.*part, tolerance) << "slab " << i << ", g " << g << ", step " << step;
+        }
+        EXPECT_LE(t.UR1 + t.UT1, 1.0);
+        EXPECT_LE(t.URU + t.UTU, 1.0);
+      }
+    }
+  }
+}
+
+TEST(AddingDoubling, ConservesEnergyWhereIndicesMeet) {
+  for (const double g : {0.0, 0.96})
+    for (const double step : kSteps)
+      for (Slab slab : Stepped(step, 0, g)) {
+        slab.backing_reflectance = 0;
+        const Totals t = Layered(slab);
+        EXPECT_NEAR(t.UR1 + t.UT1, 1.0, 1e-12) << "g " << g << ", step " << step;
+        EXPECT_NEAR(t.URU + t.UTU, 1.0, 2e-9) << "g " << g << ", step " << step;
+      }
+}
+
+TEST(ViewSlab, IsContinuousWhereIndicesMeet) {
+  for (const MeasuredAt geometry : {MeasuredAt::k45_0, MeasuredAt::kD_8}) {
+    const auto seen = [&](double step) {
+      return ViewSlab(Stepped(step, 0.05, 0.8)[1], {{0.3, 1.0}}, geometry, {24})[0];
+    };
+    for (const double step : kSteps) {
+      const ViewedSlab with = seen(step), without = seen(0);
+      EXPECT_NEAR(with.mirrored, without.mirrored, 1e-15);
+      EXPECT_NEAR(with.reflectance, without.reflectance, step + 1e-8) << step;
+      EXPECT_NEAR(with.Over(0.8), without.Over(0.8), step + 1e-8) << step;
+    }
+  }
+}
+
 TEST(AddingDoubling, DiffuseTransmittanceIsTheSameFromBothSides) {
   const SlabLayer a = Tissue(.05, 6, .9, 1.62, 1), b = Tissue(.3, 28, .93, 1.4, 2);
   EXPECT_NEAR(Layered(Of({a, b})).UTU, Layered(Of({b, a})).UTU, 1e-9);

@@ -7,6 +7,7 @@
 
 #include "geometry/mesh_file.h"
 #include "optics/adding_doubling.h"
+#include "optics/fresnel_moments.h"
 #include "support/shapes.h"
 #include "support/temporary_folder.h"
 #include "support/walked.h"
@@ -101,6 +102,34 @@ TEST(RoughBoundary, TendsToTheSmoothOne) {
   EXPECT_NEAR(reflected.value(), 0.0891867128, 4 * reflected.error());  // Fresnel at 60 degrees, 1 to 1.5
 }
 
+TEST(RoughBoundary, OfIndicesThatMeetLetsLightGoStraightOn) {
+  // From a layer into the open, or through a film of water of the open's index. A lamp all over the sky finds all of
+  // it, whether by its own samples or by the surface's. Facets bend light by the step times a slope that is seldom
+  // large.
+  for (const double roughness : {0.01, 0.3})
+    for (const double wetness : {0.0, 0.5, 1.0})
+      for (const double step : {0.0, 1e-16, 1e-15, 1e-14, 1e-13, 1e-12, 1e-11, 1e-10, 1e-9, 2e-9, 1e-8, 1e-6, 1e-4}) {
+        const double open = wetness > 0 ? kFilmIor : 1.0, lamp_density = 1.0 / (2 * kPi);
+        const OuterBoundary boundary{roughness, wetness, open * (1.0 + step), open};
+        for (const double polar : {0.1, 0.7, 1.3}) {
+          const glm::dvec3 direction = Towards(polar, 0.4);
+          RandomStream random(13);
+          Mean found;
+          double farthest = 0;
+          for (int i = 0; i < 2000; ++i) {
+            const glm::dvec3 lamp = Towards(std::acos(random.Next()), 2 * kPi * random.Next());
+            TargetDensity d;
+            const Scattered s = boundary.Scatter(direction, {0, 0, 1}, random, {&lamp, 1}, {&d, 1});
+            const double share = s.density == kMirror ? 1.0 : s.density / (s.density + lamp_density);
+            found.Add((s.direction.z > 0 ? share : 0.0) + d.estimate / (d.approximate + lamp_density));
+            farthest = std::max(farthest, glm::length(s.direction - direction));
+          }
+          EXPECT_NEAR(found.value(), 1.0, 1e-3) << roughness << " " << wetness << " " << step << " " << polar;
+          EXPECT_LE(farthest, 1e3 * step + 1e-15) << roughness << " " << wetness << " " << step << " " << polar;
+        }
+      }
+}
+
 /// Six lamps of radiance 1/pi that close a cube around the object: a furnace whose light is found by sampling lamps.
 void LampCube(KnownScene& scene) {
   for (int axis = 0; axis < 3; ++axis)
@@ -143,6 +172,18 @@ TEST(WhiteFurnace, EveryMaterialWithoutAbsorptionDisappears) {
       EXPECT_NEAR(mean.value(), 1.0, 4 * mean.stated + 1e-6) << c.name << (dome ? ", dome" : ", lamps");
     }
   }
+}
+
+TEST(WhiteFurnace, RoughSurfacesOfTheIndexAroundThemDisappearToo) {
+  for (const double roughness : {0.01, 0.3})
+    for (const double step : {0.0, 1e-15, 1e-13, 1e-11, 2e-9, 1e-6}) {
+      KnownScene scene(Sphere(1.5, 12), 1, 0.4, 6, 1.8);
+      SetLayer(scene, 0, 1.0 + step, 0.6, 2.0, 0.0);
+      SetSurface(scene, roughness, 0.0);
+      LampCube(scene);
+      const Mean mean = RenderedMean(scene, 50);  // paths that all return 1 have no scatter
+      EXPECT_NEAR(mean.value(), 1.0, 1e-3) << roughness << " " << step;
+    }
 }
 
 TEST(WhiteFurnace, ExtremeMaterialsAndLayersThatTouchDisappearToo) {

@@ -14,7 +14,7 @@ namespace {
 
 constexpr size_t kMaxDepth = 64;
 constexpr size_t kMostKeys = 10000;  // of one object: each is compared with all before it
-constexpr size_t kLongestKey = 200, kLongestText = 65536;
+constexpr size_t kLongestKey = 200, kLongestText = 65536, kLongestName = 100;
 
 bool HasControlCharacter(const std::string& text) {
   return std::any_of(text.begin(), text.end(), [](unsigned char c) { return c < 0x20 || c == 0x7f; });
@@ -187,6 +187,12 @@ double JsonNode::Positive() const {
   return v;
 }
 
+double JsonNode::Positive(double most) const {
+  const double v = Positive();
+  if (v > most) Fail(NumberText(v) + " is more than " + NumberText(most));
+  return v;
+}
+
 int JsonNode::Integer(int low, int high) const {
   const double v = Number(low, high);
   if (v != std::floor(v)) Fail(NumberText(v) + " must be a whole number");
@@ -205,6 +211,14 @@ std::string JsonNode::String() const {
   if (HasControlCharacter(*v))
     Fail("the text holds a control character", "Write the name or path without NUL, tab or line end.");
   return *v;
+}
+
+std::string JsonNode::Name() const {
+  const std::string v = String();
+  if (v.empty()) Fail("the name is empty");
+  if (v.size() > kLongestName)
+    Fail("the name is longer than " + std::to_string(kLongestName) + " bytes", "Names become parts of file names.");
+  return v;
 }
 
 std::string JsonNode::OneOf(const std::vector<std::string>& choices) const {

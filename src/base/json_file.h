@@ -41,9 +41,11 @@ class JsonNode {
   double Number() const;                                                ///< finite
   double Number(double low, double high) const;                         ///< finite, low <= value <= high
   double Positive() const;                                              ///< finite, > 0
+  double Positive(double most) const;                                   ///< 0 < value <= most
   int Integer(int low, int high) const;                                 ///< whole number in [low, high]
   bool Bool() const;                                                    ///< true or false
   std::string String() const;                                           ///< text without control characters
+  std::string Name() const;                                             ///< such a text of 1 to 100 bytes
   std::string OneOf(const std::vector<std::string>& choices) const;     ///< one of the listed words
   std::vector<JsonNode> Items(size_t most = SIZE_MAX) const;            ///< a list of at most so many
   std::vector<double> Numbers(std::optional<size_t> count = {}) const;  ///< list of finite numbers, of given length

@@ -1,11 +1,16 @@
 #include "calibration/camera.h"
 
+#include <algorithm>
 #include <cmath>
 
 #include "base/json_file.h"
 
 namespace crownfit {
 namespace {
+
+// Of the picture's longer side: it sees 179 degrees, or 1 mm from 100 m. Pictures may be cut out beside the centre.
+constexpr double kShortest = 0.01, kLongest = 1e5, kFarthestCentre_px = 1e6;
+constexpr double kOutOfSight = 1e6;  // tangent of an angle
 
 glm::dvec2 Distorted(const std::array<double, 8>& d, const glm::dvec2& p) {
   const auto [k1, k2, p1, p2, k3, k4, k5, k6] = d;
@@ -24,10 +29,18 @@ Camera ReadCamera(const std::filesystem::path& path) {
   Camera camera;
   camera.width = root.Require("width").Integer(1, 20000);
   camera.height = root.Require("height").Integer(1, 20000);
-  camera.fx = root.Require("fx").Positive();
-  camera.fy = root.Require("fy").Positive();
-  camera.cx = root.Require("cx").Number();
-  camera.cy = root.Require("cy").Number();
+  const auto focal = [&](const char* key) {
+    const double side = std::max(camera.width, camera.height), f = root.Require(key).Positive();
+    if (f < kShortest * side || f > kLongest * side)
+      root.Require(key).Fail("no lens has such a focal length with a picture of " + std::to_string(camera.width) +
+                                 " x " + std::to_string(camera.height) + " pixels",
+                             "It is in pixels: half the width for a lens that sees 90 degrees.");
+    return f;
+  };
+  camera.fx = focal("fx");
+  camera.fy = focal("fy");
+  camera.cx = root.Require("cx").Number(-kFarthestCentre_px, kFarthestCentre_px);
+  camera.cy = root.Require("cy").Number(-kFarthestCentre_px, kFarthestCentre_px);
   if (const auto node = root.Find("distortion")) {
     const auto values = node->Numbers();
     if (values.size() != 0 && values.size() != 4 && values.size() != 5 && values.size() != 8)
@@ -63,6 +76,7 @@ glm::dvec3 DirectionFromPixel(const Camera& camera, const glm::dvec2& pixel) {
     const glm::dmat2 jacobian((Distorted(camera.distortion, p + glm::dvec2(kH, 0)) - here) / kH,
                               (Distorted(camera.distortion, p + glm::dvec2(0, kH)) - here) / kH);
     const glm::dvec2 change = glm::inverse(jacobian) * (wanted - here);
+    if (!(glm::length(change) < kOutOfSight)) break;  // the distortion has no inverse here
     p += change;
     if (glm::length(change) < 1e-14) break;
   }

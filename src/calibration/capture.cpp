@@ -12,8 +12,8 @@ namespace crownfit {
 namespace {
 
 // What people photograph is far below these; what only lists names is far above.
-constexpr size_t kMostLayers = 16, kMostThings = 10000, kMostMeasurements = 300;
-constexpr double kFarthest_mm = 1e5;  // rays are single precision: a step of 0.008 mm there
+constexpr size_t kMostLights = 256, kMostThings = 10000, kMostMeasurements = 300;
+constexpr double kSmallestTile_mm = 1e-3;
 
 /// Index of the item called `name`; complains about the key otherwise.
 template <class Item>
@@ -105,7 +105,9 @@ void ReadObject(const JsonNode& node, bool has_shape, Capture& capture) {
   for (const auto& item : layers.Items(kMostLayers)) {
     const JsonObject layer(item, layer_keys);
     LayerSpec spec;
-    spec.name = layer.Require("name").String();
+    spec.name = layer.Require("name").Name();
+    if (spec.name == "surface")
+      layer.Require("name").Fail("\"surface\" stands for what all layers share", "Name the layer otherwise.");
     for (const auto& other : capture.layers)
       if (other.name == spec.name) layer.Require("name").Fail("two layers are called '" + spec.name + "'");
     if (const auto surface = layer.Find("surface")) spec.surface = ReadPath(*surface, capture);
@@ -148,10 +150,8 @@ void ReadObject(const JsonNode& node, bool has_shape, Capture& capture) {
   if (const auto scenery = object.Find("scenery")) {
     for (const auto& item : scenery->Items(kMostThings)) {
       const JsonObject o(item, {"name", "mesh", "reflectance_rgb"});
-      ScenerySpec spec{o.Require("name").String(), ReadPath(o.Require("mesh"), capture), glm::dvec3(0.0)};
-      if (const auto rho = o.Find("reflectance_rgb")) spec.reflectance = ReadNonNegative(*rho);
-      if (std::any_of(&spec.reflectance.x, &spec.reflectance.x + 3, [](double r) { return r > 1.0; }))
-        o.Require("reflectance_rgb").Fail("a reflectance must lie in [0, 1]");
+      ScenerySpec spec{o.Require("name").Name(), ReadPath(o.Require("mesh"), capture), glm::dvec3(0.0)};
+      if (const auto rho = o.Find("reflectance_rgb")) spec.reflectance = ReadNonNegative(*rho, 1.0);
       for (const auto& other : capture.scenery)
         if (other.name == spec.name) o.Require("name").Fail("two things are called '" + spec.name + "'");
       capture.scenery.push_back(spec);
@@ -164,11 +164,11 @@ void ReadObject(const JsonNode& node, bool has_shape, Capture& capture) {
       spec.name = name;
       spec.has_place = o.Find("point_mm") || o.Find("normal");
       if (spec.has_place) {
-        spec.point_mm = ReadVector(o.Require("point_mm"));
+        spec.point_mm = ReadPlace(o.Require("point_mm"));
         spec.normal = ReadUnitVector(o.Require("normal"));
       }
-      if (const auto size = o.Find("size_mm")) spec.size_mm = size->Positive();
-      spec.reflectance = ReadNonNegative(o.Require("reflectance_rgb"));
+      if (const auto size = o.Find("size_mm")) spec.size_mm = size->Number(kSmallestTile_mm, kFarthestPlace_mm);
+      spec.reflectance = ReadNonNegative(o.Require("reflectance_rgb"), 1.0);
       if (const auto contact = o.Find("contact")) spec.in_contact = contact->Bool();
       capture.backings.push_back(spec);
     }
@@ -189,20 +189,24 @@ PhotographSpec ReadPhotographSpec(const JsonNode& node, Capture& capture) {
                             "variance", "saturation", "exposure_scale", "exposure_group", "use"});
   PhotographSpec photo;
   photo.key = node.key();
-  photo.name = o.Require("name").String();
+  photo.name = o.Require("name").Name();
   for (const auto& other : capture.photographs)
     if (other.name == photo.name) o.Require("name").Fail("two photographs are called '" + photo.name + "'");
-  if (photo.name.empty() || photo.name.find('/') != std::string::npos || photo.name[0] == '.')
-    o.Require("name").Fail("a photograph's name becomes a file name: no '/', no leading '.', not empty");
+  if (photo.name.find('/') != std::string::npos || photo.name[0] == '.')
+    o.Require("name").Fail("a photograph's name becomes a file name: no '/', no leading '.'");
   photo.files.image = ReadPath(o.Require("file"), capture);
   photo.camera_file = ReadPath(o.Require("camera"), capture);
   photo.camera = ReadCamera(photo.camera_file);
   const JsonNode pose = o.Require("camera_from_object");
   photo.camera_from_object = ReadRigidTransform(pose);
-  if (glm::length(photo.camera_from_object.translation_mm) > kFarthest_mm)
+  if (glm::length(photo.camera_from_object.translation_mm) > kFarthestPlace_mm)
     pose.Fail("photograph '" + photo.name + "' was taken from more than 100 m", "translation_mm is in mm.");
   photo.pose_covariance = ReadPoseCovariance(pose);
-  for (const auto& light : o.Require("lights").Items(kMostThings)) {
+  const auto lights = o.Require("lights").Items();
+  if (lights.size() > kMostLights)
+    o.Require("lights").Fail(std::to_string(lights.size()) + " lights are more than " + std::to_string(kMostLights),
+                             "Describe many small lamps as one: a ring, a rectangle, an environment map.");
+  for (const auto& light : lights) {
     photo.lights.push_back(IndexOf(capture.lights, light.String(), light, "light"));
     if (std::count(photo.lights.begin(), photo.lights.end(), photo.lights.back()) > 1)
       light.Fail("light '" + light.String() + "' stands twice", "It would count twice; scale it in the light rig.");
@@ -239,7 +243,7 @@ PhotographSpec ReadPhotographSpec(const JsonNode& node, Capture& capture) {
     const auto fixed = spec.Find("fixed"), initial = spec.Find("initial");
     if (fixed.has_value() == initial.has_value()) scale->Fail("expected either {\"fixed\": v} or {\"initial\": v}");
     photo.exposure_is_free = initial.has_value();
-    photo.exposure_scale = (fixed ? *fixed : *initial).Positive();
+    photo.exposure_scale = (fixed ? *fixed : *initial).Positive(kLargestFactor);
     if (const auto stddev = spec.Find("stddev"); stddev && fixed) photo.exposure_stddev = stddev->Positive();
   }
   photo.exposure_group = photo.name;
@@ -281,7 +285,7 @@ Capture ReadAs(const std::string& format, const std::filesystem::path& path, std
       channels->Fail("this version fits exactly 3 channels, found " + std::to_string(items.size()));
     for (int c = 0; c < kChannels; ++c) {
       const JsonObject channel(items[c], {"name", "wavelength_nm"});
-      capture.channel_names[c] = channel.Require("name").String();
+      capture.channel_names[c] = channel.Require("name").Name();
       capture.wavelengths_nm[c] = channel.Require("wavelength_nm").Number(200.0, 2500.0);
     }
   }

@@ -32,7 +32,7 @@ std::string TypeOf(const JsonNode& node) {
 }
 
 LightShape ReadShape(const JsonObject& o, const std::string& type, std::vector<std::filesystem::path>& files) {
-  const auto rgb = [&](const char* key) { return ReadNonNegative(o.Require(key)); };
+  const auto rgb = [&](const char* key) { return ReadNonNegative(o.Require(key), kBrightest); };
   if (type == "directional") {
     const auto radius = o.Find("angular_radius_deg");
     const double degrees = radius ? radius->Number(0.0, 90.0) : 1.0;
@@ -41,23 +41,25 @@ LightShape ReadShape(const JsonObject& o, const std::string& type, std::vector<s
   }
   if (type == "point") {
     // Default: seen from the origin of its frame under 1 degree, as a smooth surface cannot reach a light of no size.
-    const glm::dvec3 position = ReadVector(o.Require("position_mm"));
+    const glm::dvec3 position = ReadPlace(o.Require("position_mm"));
     const auto radius = o.Find("radius_mm");
-    return PointLight{position, rgb("radiant_intensity_rgb"),
-                      radius ? radius->Number(0.0, 1e6) : glm::length(position) * std::numbers::pi / 180.0};
+    return PointLight{
+        position, rgb("radiant_intensity_rgb"),
+        radius ? radius->Number(0.0, kFarthestPlace_mm) : glm::length(position) * std::numbers::pi / 180.0};
   }
   if (type == "disk")
-    return DiskLight{ReadVector(o.Require("centre_mm")), ReadUnitVector(o.Require("normal")), rgb("radiance_rgb"), 0.0,
-                     o.Require("radius_mm").Positive()};
+    return DiskLight{ReadPlace(o.Require("centre_mm")), ReadUnitVector(o.Require("normal")), rgb("radiance_rgb"), 0.0,
+                     o.Require("radius_mm").Positive(kFarthestPlace_mm)};
   if (type == "ring") {
-    const double inner = o.Require("inner_radius_mm").Number(0.0, 1e6), outer = o.Require("outer_radius_mm").Positive();
+    const double inner = o.Require("inner_radius_mm").Number(0.0, kFarthestPlace_mm),
+                 outer = o.Require("outer_radius_mm").Positive(kFarthestPlace_mm);
     if (inner >= outer) o.Require("outer_radius_mm").Fail("must be greater than inner_radius_mm");
-    return DiskLight{ReadVector(o.Require("centre_mm")), ReadUnitVector(o.Require("axis")), rgb("radiance_rgb"), inner,
+    return DiskLight{ReadPlace(o.Require("centre_mm")), ReadUnitVector(o.Require("axis")), rgb("radiance_rgb"), inner,
                      outer};
   }
   if (type == "rectangle") {
-    const RectangleLight light{ReadVector(o.Require("centre_mm")), ReadVector(o.Require("half_axis_u_mm")),
-                               ReadVector(o.Require("half_axis_v_mm")), rgb("radiance_rgb")};
+    const RectangleLight light{ReadPlace(o.Require("centre_mm")), ReadPlace(o.Require("half_axis_u_mm")),
+                               ReadPlace(o.Require("half_axis_v_mm")), rgb("radiance_rgb")};
     if (glm::length(glm::cross(light.half_axis_u_mm, light.half_axis_v_mm)) < 1e-12)
       o.Require("half_axis_v_mm").Fail("the two half axes span no area");
     return light;
@@ -65,7 +67,8 @@ LightShape ReadShape(const JsonObject& o, const std::string& type, std::vector<s
   if (type == "environment") {
     files.push_back(o.node().file().parent_path() / o.Require("file").String());
     const auto scale = o.Find("radiance_scale_rgb");
-    return EnvironmentLight{ReadEnvironmentMap(files.back()), scale ? ReadNonNegative(*scale) : glm::dvec3(1.0)};
+    return EnvironmentLight{ReadEnvironmentMap(files.back()),
+                            scale ? ReadNonNegative(*scale, kBrightest) : glm::dvec3(1.0)};
   }
   return DomeLight{rgb("radiance_rgb")};
 }
@@ -81,7 +84,7 @@ LightRig ReadLightRig(const std::filesystem::path& path) {
     const std::string type = TypeOf(item);
     const JsonObject object(item, KeysOf(type));
     Light light;
-    light.name = object.Require("name").String();
+    light.name = object.Require("name").Name();
     if (!names.insert(light.name).second) object.Require("name").Fail("two lights are called '" + light.name + "'");
     if (const auto frame = object.Find("frame")) light.in_camera_frame = frame->OneOf({"object", "camera"}) == "camera";
     if (const auto scale = object.Find("intensity_scale")) {
@@ -89,7 +92,7 @@ LightRig ReadLightRig(const std::filesystem::path& path) {
       const auto fixed = spec.Find("fixed"), initial = spec.Find("initial");
       if (fixed.has_value() == initial.has_value()) scale->Fail("expected either {\"fixed\": v} or {\"initial\": v}");
       light.scale_is_free = initial.has_value();
-      light.intensity_scale = (fixed ? *fixed : *initial).Positive();
+      light.intensity_scale = (fixed ? *fixed : *initial).Positive(kLargestFactor);
       if (const auto stddev = spec.Find("stddev"); stddev && fixed) light.intensity_stddev = stddev->Positive();
     }
     if (const auto stddev = object.Find("stddev_mm")) light.stddev_mm = stddev->Positive();

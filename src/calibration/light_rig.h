@@ -13,6 +13,9 @@
 
 namespace crownfit {
 
+/// Of radiance, irradiance and intensity in the photographs' unit; of factors on them. No product overflows a picture.
+inline constexpr double kBrightest = 1e15, kLargestFactor = 1e9;
+
 struct DirectionalLight {
   glm::dvec3 direction, irradiance;
   double angular_radius;

@@ -1,31 +1,53 @@
 #include "calibration/parameters.h"
 
-#include <cmath>
+#include <cstdio>
 
 namespace crownfit {
 namespace {
 
-std::array<double, kChannels> ReadValue(const JsonNode& node, const ParameterRow& row, bool& one_value) {
-  std::array<double, kChannels> value{};
-  one_value = node.IsNumber();
-  if (!one_value && !node.IsArray()) node.Number();  // complains about the type
-  if (!one_value && !row.per_channel) node.Fail("this parameter has one value, not one per channel");
-  const std::vector<double> numbers =
-      one_value ? std::vector<double>(kChannels, node.Number()) : node.Numbers(size_t{kChannels});
-  for (int c = 0; c < kChannels; ++c) {
-    value[c] = numbers[c];
-    // 0 is a meaningful fixed value of these: the white, the clear, the polished limit. Fits move in ln and keep above
-    // the lower bound.
-    const bool may_vanish = row.quantity == Quantity::kAbsorption || row.quantity == Quantity::kReducedScattering ||
-                            row.quantity == Quantity::kRoughness;
-    const double low = may_vanish ? 0.0 : row.low;
-    if (value[c] < low || value[c] > row.high)
-      node.Fail("the value is outside [" + std::to_string(low) + ", " + std::to_string(row.high) + "] " + row.unit);
+using Range = std::array<double, 2>;
+constexpr double kNarrowest = 1e-6;  // of a prior
+
+/// Wider than the table's, in which a fit moves in ln: 0 is the white, the clear, the polished limit. Rays need layers
+/// that are thicker than light is long.
+Range PhysicalRange(const ParameterRow& row) {
+  switch (row.quantity) {
+    case Quantity::kThickness:
+      return {1e-3, 1e3};
+    case Quantity::kAsymmetry:
+      return {row.low, 0.999};
+    case Quantity::kReducedScattering:
+      return {0.0, 1e4};
+    case Quantity::kAbsorption:
+      return {0.0, 1e3};
+    case Quantity::kRoughness:
+      return {0.0, row.high};
+    default:
+      return {row.low, row.high};
   }
-  return value;
+}
+
+/// One number, or one per channel, inside the range.
+std::array<double, kChannels> ReadValues(const JsonNode& node, const ParameterRow& row, const Range& range) {
+  const std::vector<double> numbers =
+      node.IsArray() ? node.Numbers(size_t{kChannels}) : std::vector<double>(kChannels, node.Number());
+  std::array<double, kChannels> values{};
+  for (int c = 0; c < kChannels; ++c) {
+    values[c] = numbers[c];
+    if (values[c] >= range[0] && values[c] <= range[1]) continue;
+    char text[120];
+    std::snprintf(text, sizeof text, "%g is outside [%g, %g]", values[c], range[0], range[1]);
+    node.Fail(std::string(text) + (std::string(row.unit) == "1" ? "" : std::string(" ") + row.unit),
+              "Check the sign, the decimal point and the unit.");
+  }
+  return values;
 }
 
 }  // namespace
+
+std::array<double, kChannels> ReadPhysicalValues(const JsonNode& node, const ParameterRow& row) {
+  return ReadValues(node, row, PhysicalRange(row));
+}
 
 ParameterSpec DefaultSpec(const ParameterRow& row) {
   ParameterSpec spec;
@@ -39,10 +61,13 @@ ParameterSpec DefaultSpec(const ParameterRow& row) {
 ParameterSpec ReadParameterSpec(const JsonNode& node, const ParameterRow& row) {
   ParameterSpec spec = DefaultSpec(row);
   spec.stated = true;
-  bool one_value = true;
-  if (node.IsNumber() || node.IsArray()) {
-    spec.value = ReadValue(node, row, one_value);
-    if (one_value) spec.sharing = Sharing::kOneValue;
+  const auto read = [&](const JsonNode& stated, const Range& range) {
+    if (stated.IsArray() && !row.per_channel) stated.Fail("this parameter has one value, not one per channel");
+    spec.value = ReadValues(stated, row, range);
+    if (stated.IsNumber()) spec.sharing = Sharing::kOneValue;
+  };
+  if (!node.IsObject()) {
+    read(node, PhysicalRange(row));
     return spec;
   }
   const JsonObject object(node, {"fixed", "initial", "bounds", "prior", "shared"});
@@ -50,8 +75,8 @@ ParameterSpec ReadParameterSpec(const JsonNode& node, const ParameterRow& row) {
   if (fixed && initial) node.Fail("\"fixed\" and \"initial\" exclude each other", "Keep one of them.");
   if (!fixed && !initial) node.Fail("expected {\"fixed\": v} or {\"initial\": v}");
   spec.fixed = fixed.has_value();
-  spec.value = ReadValue(spec.fixed ? *fixed : *initial, row, one_value);
-  if (one_value) spec.sharing = Sharing::kOneValue;
+  if (fixed) read(*fixed, PhysicalRange(row));
+  if (initial) read(*initial, {row.low, row.high});
   if (const auto shared = object.Find("shared")) {
     const std::string word = shared->OneOf({"channels", "none", "power_law"});
     spec.sharing = word == "channels" ? Sharing::kOneValue : word == "none" ? Sharing::kNone : Sharing::kPowerLaw;
@@ -73,8 +98,9 @@ ParameterSpec ReadParameterSpec(const JsonNode& node, const ParameterRow& row) {
   }
   if (const auto prior = object.Find("prior")) {
     const JsonObject p(*prior, {"mean", "log_stddev"});
-    spec.prior_mean = p.Require("mean").Number();
-    spec.prior_log_stddev = p.Require("log_stddev").Positive();
+    const auto [low, high] = PhysicalRange(row);
+    spec.prior_mean = p.Require("mean").Number(low, high);
+    spec.prior_log_stddev = p.Require("log_stddev").Number(kNarrowest, 1.0 / kNarrowest);
     if (row.scale == Scale::kLog) p.Require("mean").Positive();
   }
   return spec;

@@ -12,6 +12,7 @@
 namespace crownfit {
 
 inline constexpr int kChannels = 3;
+inline constexpr size_t kMostLayers = 16;
 
 enum class Quantity {
   kThickness,       ///< thickness_mm, where the layer below is an inward offset
@@ -29,7 +30,7 @@ enum class Quantity {
 enum class Scale { kLog, kLinear };  ///< in which the fit moves and priors are stated
 enum class Owner { kLayer, kSurface };
 
-/// One row of the table. Values outside [low, high] are refused; the fit keeps inside them.
+/// One row of the table. The fit starts and keeps inside [low, high].
 struct ParameterRow {
   Quantity quantity;
   const char* key;
@@ -71,6 +72,10 @@ struct ParameterSpec {
   std::optional<double> prior_mean, prior_log_stddev;
   Sharing sharing = Sharing::kOneValue;
 };
+
+/// One number, or one per channel, as any medium may have it: what is stated and not fitted may lie beyond [low, high].
+/// Throws InputError.
+std::array<double, kChannels> ReadPhysicalValues(const JsonNode& node, const ParameterRow& row);
 
 /// The default of the table (fixed).
 ParameterSpec DefaultSpec(const ParameterRow& row);

@@ -6,6 +6,8 @@
 
 namespace crownfit {
 
+constexpr double kWidest = 1e11;  // mm2: half a turn, seen from 100 m
+
 glm::dmat3 PlaceCovariance(const std::array<double, 36>& covariance, const glm::dvec3& p) {
   // A turn w and a shift t move the point by w x p + t: rows of 3 x 6.
   const double by[3][6] = {{0, p.z, -p.y, 1, 0, 0}, {-p.z, 0, p.x, 0, 1, 0}, {p.y, -p.x, 0, 0, 0, 1}};
@@ -24,8 +26,9 @@ std::optional<std::array<double, 36>> ReadPoseCovariance(const JsonNode& transfo
     const auto rows = covariance->Items();
     if (rows.size() != 6) covariance->Fail("expected 6 rows of 6 numbers");
     for (size_t r = 0; r < 6; ++r) {
-      const auto row = rows[r].Numbers(6);
-      std::copy(row.begin(), row.end(), result.begin() + static_cast<std::ptrdiff_t>(6 * r));
+      const auto row = rows[r].Items();
+      if (row.size() != 6) rows[r].Fail("expected 6 numbers, found " + std::to_string(row.size()));
+      for (size_t c = 0; c < 6; ++c) result[6 * r + c] = row[c].Number(r == c ? 0.0 : -kWidest, kWidest);
     }
     return result;
   }

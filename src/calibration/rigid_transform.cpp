@@ -1,5 +1,6 @@
 #include "calibration/rigid_transform.h"
 
+#include <algorithm>
 #include <cmath>
 
 namespace crownfit {
@@ -25,16 +26,24 @@ glm::dvec3 ReadVector(const JsonNode& node) {
   return {v[0], v[1], v[2]};
 }
 
-glm::dvec3 ReadUnitVector(const JsonNode& node) {
+glm::dvec3 ReadPlace(const JsonNode& node) {
   const glm::dvec3 v = ReadVector(node);
-  if (glm::length(v) < 1e-12) node.Fail("the direction has no length");
-  return glm::normalize(v);
+  if (glm::length(v) > kFarthestPlace_mm) node.Fail("reaches farther than 100 m", "Lengths are in mm.");
+  return v;
 }
 
-glm::dvec3 ReadNonNegative(const JsonNode& node) {
-  const glm::dvec3 v = node.IsNumber() ? glm::dvec3(node.Number()) : ReadVector(node);
-  if (v.x < 0 || v.y < 0 || v.z < 0) node.Fail("must not be negative");
-  return v;
+glm::dvec3 ReadUnitVector(const JsonNode& node) {
+  const glm::dvec3 v = ReadVector(node);
+  const double largest = std::max({std::abs(v.x), std::abs(v.y), std::abs(v.z)});
+  if (largest < 1e-12) node.Fail("the direction has no length");
+  return glm::normalize(v * std::exp2(-std::ilogb(largest)));  // exact, and no square overflows
+}
+
+glm::dvec3 ReadNonNegative(const JsonNode& node, double most) {
+  if (node.IsNumber()) return glm::dvec3(node.Number(0.0, most));
+  const auto items = node.Items();
+  if (items.size() != 3) node.Fail("expected 3 numbers, found " + std::to_string(items.size()));
+  return {items[0].Number(0.0, most), items[1].Number(0.0, most), items[2].Number(0.0, most)};
 }
 
 RigidTransform ReadRigidTransform(const JsonNode& node) {

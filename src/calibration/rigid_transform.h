@@ -35,8 +35,12 @@ RigidTransform ReadRigidTransform(const JsonNode& node);
 JsonValue::Object RigidTransformJson(const RigidTransform& transform);
 JsonValue VectorJson(const glm::dvec3& v);
 
-glm::dvec3 ReadVector(const JsonNode& node);       ///< three finite numbers
-glm::dvec3 ReadUnitVector(const JsonNode& node);   ///< three numbers, not all 0, normalised
-glm::dvec3 ReadNonNegative(const JsonNode& node);  ///< three numbers >= 0, or one number for all channels
+/// Of what is seen or shines: rays are single precision, a step is 0.008 mm there.
+inline constexpr double kFarthestPlace_mm = 1e5;
+
+glm::dvec3 ReadVector(const JsonNode& node);                    ///< three finite numbers
+glm::dvec3 ReadPlace(const JsonNode& node);                     ///< a vector in mm, not longer than kFarthestPlace_mm
+glm::dvec3 ReadUnitVector(const JsonNode& node);                ///< three numbers, not all 0, normalised
+glm::dvec3 ReadNonNegative(const JsonNode& node, double most);  ///< three numbers in [0, most], or one for all channels
 
 }  // namespace crownfit

@@ -25,6 +25,20 @@ std::vector<std::string> LayerKeys() {
   return keys;
 }
 
+/// The layers with their names, outermost first.
+std::vector<std::pair<std::string, JsonObject>> ReadLayers(const JsonNode& node) {
+  std::vector<std::pair<std::string, JsonObject>> layers;
+  for (const auto& item : node.Items(kMostLayers)) {
+    const JsonObject object(item, LayerKeys());
+    const std::string name = object.Require("name").Name();
+    for (const auto& other : layers)
+      if (other.first == name)
+        object.Require("name").Fail("two layers are called '" + name + "'", "Remove one, or name them apart.");
+    layers.emplace_back(name, object);
+  }
+  return layers;
+}
+
 /// An end that is not known is null.
 std::optional<std::array<double, 2>> ReadInterval(const JsonNode& node) {
   const auto ends = node.Items();
@@ -55,40 +69,32 @@ ParameterRecord ReadRecord(const JsonObject& object) {
 }
 
 /// A bare value, a list with one per channel, or an object that holds either as "value".
-ChannelValues ReadValues(JsonNode node, ParameterRecord& record) {
+ChannelValues ReadValues(JsonNode node, const ParameterRow& row, ParameterRecord& record) {
   if (node.IsObject()) {
     const JsonObject object(node, {"value", "stddev", "interval95", "status"});
     record = ReadRecord(object);
     node = object.Require("value");
   }
   record.is_stated = true;
-  ChannelValues values;
-  if (node.IsNumber()) {
-    values.fill(node.Number());
-  } else {
-    const auto list = node.Numbers(size_t{kChannels});
-    std::copy(list.begin(), list.end(), values.begin());
-  }
-  return values;
+  return ReadPhysicalValues(node, row);
 }
 
 void ReadOwner(const JsonObject& object, Owner owner, Material::Layer& out, MaterialRecord::Owner& records) {
   for (size_t i = 0; i < kParameters.size(); ++i)
     if (kParameters[i].owner == owner)
-      if (const auto node = object.Find(kParameters[i].key)) out.values[i] = ReadValues(*node, records[i]);
+      if (const auto node = object.Find(kParameters[i].key))
+        out.values[i] = ReadValues(*node, kParameters[i], records[i]);
 }
 
 /// The material with what the block "viewer" states in its place.
 Material ReadViewer(const JsonNode& node, Material material) {
   const JsonObject viewer(node, {"note", "layers", "roughness", "matched"});
   MaterialRecord::Owner ignored;
-  for (const auto& item : viewer.Require("layers").Items()) {
-    const JsonObject object(item, LayerKeys());
-    const std::string name = object.Require("name").String();
+  for (const auto& [name, object] : ReadLayers(viewer.Require("layers")))
     for (auto& layer : material.layers)
       if (layer.name == name) ReadOwner(object, Owner::kLayer, layer, ignored);
-  }
-  if (const auto roughness = viewer.Find("roughness")) material.surface[Quantity::kRoughness].fill(roughness->Number());
+  if (const auto roughness = viewer.Find("roughness"))
+    material.surface[Quantity::kRoughness] = ReadPhysicalValues(*roughness, RowOf(Quantity::kRoughness));
   return material;
 }
 
@@ -103,7 +109,7 @@ void ReadChannels(const JsonObject& root, MaterialOutline& outline) {
   for (size_t c = 0; c < items.size(); ++c) {
     const JsonObject channel(items[c], {"name", "wavelength_nm"});
     (*outline.channel_names)[c] = channel.Require("name").String();
-    (*outline.wavelengths_nm)[c] = channel.Require("wavelength_nm").Positive();
+    (*outline.wavelengths_nm)[c] = channel.Require("wavelength_nm").Number(200.0, 2500.0);
   }
 }
 
@@ -130,19 +136,14 @@ MaterialRecord ReadMaterialRecord(const std::filesystem::path& path, const Captu
   MaterialRecord record;
   record.material = StatedMaterial(capture);
   if (const auto status = root.Find("status")) record.is_usable = status->String() != "not_usable";
-  const JsonNode layers = root.Require("layers");
+  const auto layers = ReadLayers(root.Require("layers"));
   for (auto& layer : record.material.layers) {
     record.layers.emplace_back();
-    bool found = false;
-    for (const auto& item : layers.Items()) {
-      const JsonObject object(item, LayerKeys());
-      if (object.Require("name").String() != layer.name) continue;
-      ReadOwner(object, Owner::kLayer, layer, record.layers.back());
-      found = true;
-    }
-    if (!found)
-      layers.Fail("holds no layer called '" + layer.name + "', which the capture has",
-                  "Give the material that was fitted to this capture, or name its layers alike.");
+    const auto found = std::find_if(layers.begin(), layers.end(), [&](const auto& l) { return l.first == layer.name; });
+    if (found == layers.end())
+      root.Require("layers").Fail("holds no layer called '" + layer.name + "', which the capture has",
+                                  "Give the material that was fitted to this capture, or name its layers alike.");
+    ReadOwner(found->second, Owner::kLayer, layer, record.layers.back());
   }
   if (const auto surface = root.Find("surface"))
     ReadOwner(JsonObject(*surface, ParameterKeys(Owner::kSurface)), Owner::kSurface, record.material.surface,
@@ -208,8 +209,7 @@ MaterialOutline ReadMaterialOutline(const std::filesystem::path& path) {
   const JsonObject root = RootOf(file);
   MaterialOutline outline;
   const JsonNode layers = root.Require("layers");
-  for (const auto& item : layers.Items())
-    outline.layers.push_back(JsonObject(item, LayerKeys()).Require("name").String());
+  for (const auto& layer : ReadLayers(layers)) outline.layers.push_back(layer.first);
   if (outline.layers.empty()) layers.Fail("holds no layer", "State at least one.");
   if (const auto status = root.Find("status")) outline.status = status->String();
   if (const auto reasons = root.Find("reasons"))

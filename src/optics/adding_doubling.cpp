@@ -4,7 +4,6 @@
 #include <numbers>
 
 #include "base/error.h"
-#include "optics/shading_terms.h"
 #include "optics/stack.h"
 
 namespace crownfit {
@@ -27,10 +26,14 @@ struct Assembly {
   Assembly(const Slab& slab, int nodes, const std::vector<double>& views)
       : all(IndicesOf(slab), nodes, views), above(all.In(slab.ior_above)), below(all.In(BelowIor(slab))) {
     for (const auto& layer : slab.layers) {
+      // Phase functions that peak backwards want an even number: what delta-M cuts off must not be less than nothing.
+      const int moments = layer.g < 0 ? 2 * nodes : 2 * nodes - 1;
       inside.push_back(all.In(layer.ior));
-      modes.emplace_back(layer, inside.back(), 2 * nodes - 1);
+      modes.emplace_back(layer, inside.back(), moments);
     }
   }
+  /// By the first surface, per direction.
+  VectorXd Mirrored() const { return Interface(above, inside[0]).reflect_down; }
   Stack OfThicknesses(const std::vector<double>& mm) const {
     Stack stack = Add(Interface(above, inside[0]), modes[0].OfThickness(mm[0]));
     for (size_t i = 1; i < modes.size(); ++i)
@@ -62,11 +65,7 @@ SlabAnswer SolveByAddingDoubling(const Slab& slab, const AddingDoublingOptions& 
   const Index normal = assembly.all.NormalIncidence();
   answer.value.reflectance_collimated = reflected[normal] - answer.specular;
   answer.value.transmittance_collimated = transmitted[normal];
-  double mirrored = 0;  // by the first surface, over the same directions
-  for (Index i = 0; i < above.size(); ++i)
-    mirrored +=
-        in[i] / in.sum() * Terms<double>::FresnelReflectance(above.cosine[i], slab.layers[0].ior / slab.ior_above);
-  answer.value.reflectance_diffuse = reflected.dot(in) / in.sum() - mirrored;
+  answer.value.reflectance_diffuse = (reflected - assembly.Mirrored()).dot(in) / in.sum();
   answer.value.transmittance_diffuse = transmitted.dot(in) / in.sum();
   return answer;
 }
@@ -85,10 +84,7 @@ std::vector<ViewedSlab> ViewSlab(const Slab& slab, const std::vector<std::vector
   VectorXd light = VectorXd::Constant(in.size(), 1.0 / in.sum()), eye = in;
   if (!is_lit_around) light = VectorXd::Unit(in.size(), normal) / in[normal];
   if (!collects) eye = VectorXd::Unit(in.size(), assembly.all.View(0));
-  double mirrored = 0;
-  for (Index i = 0; i < in.size(); ++i)
-    mirrored += eye[i] * light[i] *
-                Terms<double>::FresnelReflectance(assembly.above.cosine[i], slab.layers[0].ior / slab.ior_above);
+  const double mirrored = eye.dot(assembly.Mirrored().cwiseProduct(light));
   std::vector<ViewedSlab> views;
   for (const auto& mm : thicknesses_mm) {
     const Stack stack = assembly.OfThicknesses(mm);

@@ -1,6 +1,7 @@
 #pragma once
-// Integrals of the Fresnel reflectance over the hemisphere, by quadrature in the rare side's cosine, where the
-// integrand has no kink. theory: Fdr_int = 1 - (1 - Fdr_ext) / n^2 is exact (etendue).
+// Integrals of the Fresnel reflectance over the hemisphere, by quadrature in the root of the rare side's cosine, where
+// the integrand has no kink and small steps, which mirror at grazing incidence alone, have nodes enough: within 1e-9 of
+// exact for any index. theory: Fdr_int = 1 - (1 - Fdr_ext) / n^2 is exact (etendue).
 
 #include <type_traits>
 
@@ -11,6 +12,10 @@ namespace crownfit {
 
 /// 32 Gauss-Legendre nodes on [0, 1], computed once.
 const Quadrature& UnitIntervalQuadrature();
+
+/// Indices that differ by no larger share count as equal: the step between them would mirror 2e-9 of diffuse light, and
+/// turn the rest by 1e-9 times the slope it meets.
+inline constexpr double kSameIndex = 1e-9;
 
 inline constexpr double kFilmIor = 1.333;  ///< water; saliva is within 0.002 of it
 
@@ -44,8 +49,10 @@ template <class T>
 FresnelMoments<T> MomentsOf(const WetSurface<T>& surface) {
   const auto& q = UnitIntervalQuadrature();
   T outside(0.0);
-  for (size_t i = 0; i < q.node.size(); ++i)
-    outside += 2.0 * q.weight[i] * q.node[i] * surface.Reflectance(T(q.node[i]));
+  for (size_t i = 0; i < q.node.size(); ++i) {
+    const double root = q.node[i], cosine = root * root;
+    outside += 4.0 * q.weight[i] * root * cosine * surface.Reflectance(T(cosine));
+  }
   FresnelMoments<T> m;
   m.diffuse_outside = outside;
   m.diffuse_inside = 1.0 - (1.0 - outside) / (surface.relative_ior * surface.relative_ior);

@@ -6,6 +6,7 @@
 #include <map>
 #include <mutex>
 
+#include "optics/fresnel_moments.h"
 #include "optics/shading_terms.h"
 
 namespace crownfit {
@@ -14,57 +15,81 @@ namespace {
 using Matrix = Eigen::MatrixXd;
 using Vector = Eigen::VectorXd;
 
-/// Radau nodes on [0, 1]; found once, as finding them takes longer than a slab.
-const Quadrature& UnitRadau(int nodes) {
+/// Radau nodes on [low, 1]; found once, as finding them takes longer than a slab.
+Quadrature Radau(int nodes, double low) {
   static std::mutex mutex;
-  static std::map<int, Quadrature> known;
+  static std::map<std::pair<int, double>, Quadrature> known;
   const std::lock_guard<std::mutex> lock(mutex);
-  const auto [at, is_new] = known.try_emplace(nodes);
-  if (is_new) at->second = GaussRadau(nodes, 0.0, 1.0);
+  const auto [at, is_new] = known.try_emplace({nodes, low});
+  if (is_new) at->second = GaussRadau(nodes, low, 1.0);
   return at->second;
 }
+
+/// Cosine in the denser medium of light that grazes in the rarer; exact however little they differ.
+double CriticalCosine(double rare, double dense) { return std::sqrt((dense - rare) / dense * (1.0 + rare / dense)); }
 
 Matrix Identity(Eigen::Index n) { return Matrix::Identity(n, n); }
 
 }  // namespace
 
-AllDirections::AllDirections(std::vector<double> indices, int nodes, const std::vector<double>& views)
-    : indices_(std::move(indices)), normal_(nodes - 1) {
-  std::sort(indices_.begin(), indices_.end());
-  indices_.erase(std::unique(indices_.begin(), indices_.end()), indices_.end());
-  groups_.push_back(UnitRadau(nodes));
-  constexpr double kNextToNothing = 1e-12;
-  for (const double view : views) {
-    groups_[0].node.push_back(view);
-    groups_[0].weight.push_back(kNextToNothing);
+AllDirections::AllDirections(const std::vector<double>& indices, int nodes, const std::vector<double>& views)
+    : normal_(nodes - 1) {
+  std::vector<double> ascending = indices;
+  std::sort(ascending.begin(), ascending.end());
+  for (const double n : ascending)
+    if (indices_.empty() || n > (1.0 + kSameIndex) * indices_.back()) indices_.push_back(n);
+  for (size_t k = 0; k < indices_.size(); ++k) {
+    const double end = k == 0 ? 1.0 : CriticalCosine(indices_[k - 1], indices_[k]);
+    const double next = k + 1 < indices_.size() ? CriticalCosine(indices_[k], indices_[k + 1]) : HUGE_VAL;
+    // Short of the group's fourth node nothing would resolve where the denser medium's cosines bend.
+    const bool is_narrow = next < std::pow(6.0 / nodes, 2) * end;
+    const double begin = is_narrow ? 0.2 * end : 0.0;
+    Quadrature q = k == 0 ? Radau(nodes, begin) : GaussLegendre(nodes, begin, end);
+    if (k == 0) {
+      constexpr double kNextToNothing = 1e-12;
+      q.node.insert(q.node.end(), views.begin(), views.end());
+      q.weight.insert(q.weight.end(), views.size(), kNextToNothing);
+    }
+    if (is_narrow) {
+      // Cosines next sinh(t) here and next cosh(t) there: t has nothing to resolve.
+      const Quadrature t = GaussLegendre(nodes, 0.0, std::asinh(begin / next));
+      for (size_t i = 0; i < t.node.size(); ++i) {
+        q.node.push_back(next * std::sinh(t.node[i]));
+        q.weight.push_back(next * std::cosh(t.node[i]) * t.weight[i]);
+      }
+    }
+    groups_.push_back(std::move(q));
   }
-  for (size_t k = 1; k < indices_.size(); ++k)
-    groups_.push_back(GaussLegendre(nodes, 0.0, std::sqrt(1.0 - std::pow(indices_[k - 1] / indices_[k], 2))));
 }
 
 Directions AllDirections::In(double ior) const {
+  const auto end = std::upper_bound(indices_.begin(), indices_.end(), ior);
+  const double same = *std::prev(end);
   std::vector<double> cosine, weight;
-  for (size_t k = 0; k < indices_.size() && indices_[k] <= ior; ++k) {
-    const double ratio = indices_[k] / ior;
+  for (size_t k = 0; k < static_cast<size_t>(end - indices_.begin()); ++k) {
+    const double ratio = indices_[k] / same, critical = CriticalCosine(indices_[k], same);
     for (size_t i = 0; i < groups_[k].node.size(); ++i) {
       const double mu = groups_[k].node[i];
-      cosine.push_back(std::sqrt(1.0 - ratio * ratio * (1.0 - mu) * (1.0 + mu)));
+      cosine.push_back(std::hypot(critical, ratio * mu));
       weight.push_back(groups_[k].weight[i] * ratio * ratio * mu / cosine.back());
     }
   }
   const auto n = static_cast<Eigen::Index>(cosine.size());
-  return {Eigen::Map<Vector>(cosine.data(), n), Eigen::Map<Vector>(weight.data(), n), ior};
+  return {Eigen::Map<Vector>(cosine.data(), n), Eigen::Map<Vector>(weight.data(), n), same};
 }
 
 /// Total reflection for directions that only the denser side has; a rounding short of 1: light trapped in a clear
-/// layer, which nothing ever enters, would be 0 / 0.
+/// layer, which nothing ever enters, would be 0 / 0. The others' Fresnel reflectance is taken on the rarer side, where
+/// nothing cancels.
 Interface::Interface(const Directions& above, const Directions& below)
     : reflect_down(above.size()), reflect_up(below.size()), transmit(std::min(above.size(), below.size())) {
   constexpr double kTotal = 1.0 - 0x1.0p-50;
   reflect_down.setConstant(kTotal);
   reflect_up.setConstant(kTotal);
+  const bool is_denser_below = above.ior < below.ior;
+  const Directions &rare = is_denser_below ? above : below, &dense = is_denser_below ? below : above;
   for (Eigen::Index i = 0; i < transmit.size(); ++i) {
-    const double f = Terms<double>::FresnelReflectance(above.cosine[i], below.ior / above.ior);
+    const double f = Terms<double>::FresnelReflectance(rare.cosine[i], dense.ior / rare.ior);
     reflect_down[i] = reflect_up[i] = f;
     transmit[i] = 1.0 - f;
   }
@@ -104,18 +129,21 @@ LayerModes::LayerModes(const SlabLayer& layer, const Directions& d, int moments)
   };
   const Eigen::LLT<Matrix> factors(symmetric(odd));  // E = L L'
   const Matrix lower = factors.matrixL();
-  const Eigen::SelfAdjointEigenSolver<Matrix> eigen(lower.transpose() * symmetric(even) * lower);
-  decay_ = eigen.eigenvalues().cwiseMax(0.0).cwiseSqrt();
-  // Eigenvalues are exact to a share of the largest, which grazing directions make 1e4 and more; the smallest is what a
-  // thick layer transmits by. By its Rayleigh quotient in a form in which nothing cancels: what is absorbed, and
-  // differences between directions.
+  // L'FL has the modes and their squared decays s. Solvers are exact to a share of the largest eigenvalue, and the s of
+  // grazing directions are too large for that; 1 / (1 + s) is small for those and at most 1.
+  Matrix one_plus = lower.transpose() * symmetric(even) * lower;
+  one_plus.diagonal().array() += 1.0;
+  const Eigen::SelfAdjointEigenSolver<Matrix> eigen(Matrix(one_plus.llt().solve(Identity(n))));
+  decay_ = (eigen.eigenvalues().cwiseInverse().array() - 1.0).cwiseMax(0.0).sqrt();
+  // The smallest is what a thick layer transmits by, and much less than 1. By its Rayleigh quotient in a form in which
+  // nothing cancels: what is absorbed, and differences between directions.
   const double absorbed = layer.absorption_per_mm / extinction_per_mm_;  // 1 - albedo
-  const Vector y = (lower * eigen.eigenvectors().col(0)).cwiseQuotient(root_of_flux_);
+  const Vector y = (lower * eigen.eigenvectors().col(n - 1)).cwiseQuotient(root_of_flux_);
   double square = absorbed * y.cwiseAbs2().dot(d.weight);
   for (Eigen::Index i = 0; i < n; ++i)
     for (Eigen::Index j = 0; j < i; ++j)
       square += albedo * even(i, j) * d.weight[i] * d.weight[j] * (y[i] - y[j]) * (y[i] - y[j]);
-  decay_[0] = std::sqrt(std::max(0.0, square));
+  decay_[n - 1] = std::sqrt(std::max(0.0, square));
   absorbs_ = layer.absorption_per_mm > 0;
   modes_ = factors.matrixU().solve(eigen.eigenvectors());
 }

@@ -21,17 +21,19 @@ struct Directions {
 };
 
 /// Groups of directions by index, the rarest medium first: Radau cosines there (with normal incidence), and for every
-/// denser one the Gauss cosines that are totally reflected towards the next rarer.
+/// denser one the Gauss cosines that are totally reflected towards the next rarer. Where the next denser medium is so
+/// little denser that their smallest cosines change in it on a finer scale than they lie apart, the group has as many
+/// more there. Indices that differ by less than kSameIndex are one.
 class AllDirections {
  public:
   /// `views`: cosines in the rarest medium that are looked along and carry next to no light of their own.
-  AllDirections(std::vector<double> indices, int nodes, const std::vector<double>& views = {});
+  AllDirections(const std::vector<double>& indices, int nodes, const std::vector<double>& views = {});
   Directions In(double ior) const;
   Eigen::Index NormalIncidence() const { return normal_; }
   Eigen::Index View(size_t i) const { return normal_ + 1 + static_cast<Eigen::Index>(i); }
 
  private:
-  std::vector<double> indices_;
+  std::vector<double> indices_;  ///< ascending, all different
   std::vector<Quadrature> groups_;
   Eigen::Index normal_;
 };

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "base/error.h"
 #include "base/files.h"
 #include "base/random.h"
 
@@ -60,10 +61,14 @@ class CaptureMaker {
   /// The file that `path` names moves along; `from_sub` and `to_sub` are where the file that names it stands.
   void Copy(JsonValue& path, const std::filesystem::path& from_sub = {}, const std::filesystem::path& to_sub = {}) {
     const std::string from = std::get<std::string>(path.data);
-    const auto to = Inside(from);
-    std::filesystem::create_directories((folder_ / to_sub / to).parent_path());
-    std::filesystem::copy_file(recipe_.capture.folder / from_sub / from, folder_ / to_sub / to,
-                               std::filesystem::copy_options::overwrite_existing);
+    const auto to = Inside(from), file = folder_ / to_sub / to;
+    std::error_code error;
+    std::filesystem::create_directories(file.parent_path(), error);
+    if (!error)
+      std::filesystem::copy_file(recipe_.capture.folder / from_sub / from, file,
+                                 std::filesystem::copy_options::overwrite_existing, error);
+    if (error)
+      throw InputError(file, "", "can't be written: " + error.message(), "Choose an output folder you may write to.");
     path = to.generic_string();
   }
 
@@ -82,15 +87,15 @@ class CaptureMaker {
   void FreeParameters() {
     JsonValue& object = *Find(root_, "object");
     for (size_t k = 0; k < recipe_.free.size(); ++k) {
-      const std::string &name = recipe_.free[k], owner_name = name.substr(0, name.find('.')),
-                        key = name.substr(name.find('.') + 1);
-      JsonValue* owner = owner_name == "surface" ? Find(object, "surface") : nullptr;
+      const std::string &name = recipe_.free[k], owner_name = name.substr(0, name.rfind('.')),
+                        key = name.substr(name.rfind('.') + 1);
+      const auto row =
+          std::find_if(kParameters.begin(), kParameters.end(), [&](const auto& r) { return r.key == key; });
+      JsonValue* owner = row->owner == Owner::kSurface ? Find(object, "surface") : nullptr;
       if (!owner)
         for (auto& layer : Items(*Find(object, "layers")))
           if (std::get<std::string>(Find(layer, "name")->data) == owner_name) owner = &layer;
       JsonValue* parameter = Find(*owner, key);
-      const auto row =
-          std::find_if(kParameters.begin(), kParameters.end(), [&](const auto& r) { return r.key == key; });
       const double factor = k % 2 == 0 ? recipe_.initial_factor : 1.0 / recipe_.initial_factor;
       const auto off = [&](double v) { return JsonValue(std::clamp(v * factor, row->low, row->high)); };
       JsonValue* stated = Find(*parameter, "fixed");

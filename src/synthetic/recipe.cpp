@@ -51,6 +51,8 @@ Recipe ReadRecipe(const std::filesystem::path& path) {
   }
   if (const auto free = o.Find("free"))
     for (const auto& item : free->Items()) {
+      if (std::find(recipe.free.begin(), recipe.free.end(), item.String()) != recipe.free.end())
+        item.Fail("'" + item.String() + "' stands twice", "Name it once.");
       recipe.free.push_back(item.String());
       if (std::find(names.begin(), names.end(), recipe.free.back()) == names.end())
         item.Fail("the object states no parameter '" + recipe.free.back() + "'",

@@ -23,6 +23,10 @@ glm::dvec3 Refracted(const glm::dvec3& from, const glm::dvec3& normal, double re
   return glm::normalize((c / relative_ior - inside) * normal - from / relative_ior);
 }
 
+/// Between indices so alike light goes straight on, on facets of any slope. Half vectors, whose length is the step, and
+/// densities would be made of rounding.
+bool BendsNothing(double relative_ior) { return std::abs(relative_ior - 1.0) <= kSameIndex; }
+
 glm::dvec3 Mirrored(const glm::dvec3& from, const glm::dvec3& normal) {
   return glm::normalize(2.0 * glm::dot(from, normal) * normal - from);
 }
@@ -110,7 +114,7 @@ constexpr size_t kMaxTargets = 32;
 glm::dvec3 ScatterAtSmoothBoundary(const glm::dvec3& direction, const glm::dvec3& normal, double relative_ior,
                                    RandomStream& random) {
   const glm::dvec3 n = glm::dot(direction, normal) < 0 ? normal : -normal;
-  if (relative_ior == 1.0) return direction;
+  if (BendsNothing(relative_ior)) return direction;
   const double reflectance = Term::FresnelReflectance(-glm::dot(direction, n), relative_ior);
   return random.Next() < reflectance ? Mirrored(-direction, n) : Refracted(-direction, n, relative_ior);
 }
@@ -151,7 +155,7 @@ Scattered OuterBoundary::Scatter(const glm::dvec3& direction, const glm::dvec3& 
   if (wetness > 0 && random.Next() < wetness) return ScatterUnderFilm(direction, normal, random, targets, densities);
   const bool outside = glm::dot(direction, normal) < 0;
   const double relative_ior = outside ? inside_ior / outside_ior : outside_ior / inside_ior;
-  if (relative_ior == 1.0) return {direction, kMirror};
+  if (BendsNothing(relative_ior)) return {direction, kMirror};
   if (is_smooth()) return {ScatterAtSmoothBoundary(direction, normal, relative_ior, random), kMirror};
   const Frame frame(outside ? normal : -normal);
   std::array<glm::dvec3, kMaxTargets> local;
@@ -170,6 +174,7 @@ Scattered OuterBoundary::ScatterUnderFilm(const glm::dvec3& direction, const glm
                                           std::span<TargetDensity> densities) const {
   const glm::dvec3 up(0, 0, 1);
   const double into_film = kFilmIor / outside_ior, into_layer = inside_ior / kFilmIor;
+  const bool is_mirror = is_smooth() || BendsNothing(into_layer);
   const Frame frame(normal);
   const auto out_of_film = [&](double cosine_outside, double cosine_film) {  // transmittance x d(solid angle)
     return (1.0 - Term::FresnelReflectance(cosine_outside, into_film)) * cosine_outside /
@@ -196,7 +201,7 @@ Scattered OuterBoundary::ScatterUnderFilm(const glm::dvec3& direction, const glm
     const double flip = in_layer ? -1.0 : 1.0, ior = in_layer ? 1.0 / into_layer : into_layer;
     glm::dvec3 from = -w * flip;
     from.z = std::max(from.z, 1e-9);
-    if (is_smooth()) {
+    if (is_mirror) {
       w = flip * ScatterAtSmoothBoundary(-from, up, ior, random);
     } else {
       for (size_t k = 0; k < targets.size(); ++k) {
@@ -214,9 +219,9 @@ Scattered OuterBoundary::ScatterUnderFilm(const glm::dvec3& direction, const glm
     if (w.z < 0) return {frame.OutOf(w), kMirror};  // into the layer, where no lamp is
     if (random.Next() >= Term::FresnelReflectance(w.z, 1.0 / into_film)) {
       const glm::dvec3 out = Refracted(-w, -up, 1.0 / into_film);
-      const double density = is_smooth() ? kMirror
-                                         : out_of_film(out.z, w.z) * Microsurface{roughness}.FirstBounce(
-                                                                         first_from, w * first_flip, first_ior);
+      const double density = is_mirror ? kMirror
+                                       : out_of_film(out.z, w.z) *
+                                             Microsurface{roughness}.FirstBounce(first_from, w * first_flip, first_ior);
       return {frame.OutOf(out), density};
     }
     w.z = -w.z;

@@ -65,6 +65,12 @@ with tempfile.TemporaryDirectory() as folder:
     refused = run("fit", capture, "-o", folder / "never", "--budget-s", 0.01, "--max-pixels", "500", expect=2).stderr
     require("--budget-s" in refused and "walks a photograph" in refused, f"a budget that nothing keeps: {refused}")
     run("fit", capture, "-o", folder / "never", "--budget-s", 100, "--model", "path", expect=2)
+    for words in (("fit", capture, "-o", folder / "never", "--budget-s", "nan"), ("fit", capture, "-o", folder / "never", "--target-de00", "inf"),
+                  ("render", capture, "-o", folder / "never", "--noise", "nan"), ("predict", capture / "truth.json", "--aperture", "nan")):
+        said = run(*words, expect=2).stderr
+        require(words[-2] in said, f"{words[-2:]} is no number: {said}")
+    said = run("fit", capture, "-o", folder / "never", "--fix", "surface.roughness=0.2", "--fix", "surface.roughness=0.3", expect=2).stderr
+    require("surface.roughness" in said and "twice" in said, f"one parameter fixed twice: {said}")
     run("fit", capture, capture, "-o", folder / "never", "--budget-s", 100, expect=2)
 
 with tempfile.TemporaryDirectory() as folder:

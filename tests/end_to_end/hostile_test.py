@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
-"""hostile_test.py CROWNFIT CAPTURE: files that are made to break a reader. Each must be refused by `check`: exit code 2
-within 20 s, with a message that names the file and what is wrong; none may crash, hang or be read as something else.
-What only looks odd (links, .., raised limits) must still be read."""
+"""hostile_test.py CROWNFIT CAPTURE: files that are made to break a reader. Each must be refused by `check`, or by the
+command that reads it: exit code 2 within 20 s, with a message that names the file and what is wrong; none may crash, hang
+or be read as something else. What only looks odd (links, .., raised limits) must still be read."""
 import json
 import os
 import re
@@ -15,8 +15,12 @@ from pathlib import Path
 
 program, source = sys.argv[1], Path(sys.argv[2])
 doc = json.loads((source / "capture.json").read_text())
+truth = json.loads((source / "truth.json").read_text())
 photo = doc["photographs"][0]["file"]
 camera = doc["photographs"][0]["camera"]
+free = truth["layers"][0]["name"] + ".absorption_per_mm"
+render = ["render", ".", "--material", "truth.json", "-o", "made"]
+predict = ["predict", "truth.json", "--thickness", ",".join(layer["name"] + "=1" for layer in truth["layers"])]
 faults = []
 
 
@@ -74,6 +78,73 @@ def edited(what, change, why, **more):
     return (what, breaker, [why], more)
 
 
+def beside(what, name, change, why, **more):
+    """A file that capture.json names, changed."""
+
+    def breaker(d):
+        changed = json.loads((d / name).read_text())
+        change(changed)
+        (d / name).write_text(json.dumps(changed))
+
+    return (what, breaker, [re.escape(Path(name).name), why], more)
+
+
+def camera_with(values, why):
+    return beside(f"camera: {values}", camera, lambda c: c.update(values), why)
+
+
+def lamp(what, values, why):
+    """In place of the first photograph's first."""
+
+    def change(rig):
+        name = doc["photographs"][0]["lights"][0]
+        at = [light["name"] for light in rig["lights"]].index(name)
+        rig["lights"][at] = dict({"name": name, "frame": "object"}, **values)
+
+    return beside(f"lamp: {what}", doc["light_rig"], change, why)
+
+
+def tile(values, why):
+    def change(c):
+        c["object"]["backings"]["black"].update(values)
+        c["photographs"][0]["backing"] = "black"
+
+    return edited(f"tile: {values}", change, why)
+
+
+def posed(what, values, why):
+    return edited(what, lambda c: c["photographs"][0]["camera_from_object"].update(values), why)
+
+
+def material(key, value, why):
+    """truth.json with another value in its first layer, or on the surface."""
+
+    def breaker(d):
+        changed = json.loads(json.dumps(truth))
+        (changed["surface"] if key in changed["surface"] else changed["layers"][0])[key] = value
+        (d / "truth.json").write_text(json.dumps(changed))
+
+    return (f"material: {key} {value}", breaker, [r"truth\.json.*" + key, why], {"command": predict})
+
+
+def recipe(what, change, why, **more):
+    """The capture as a recipe: every parameter at its true value."""
+
+    def breaker(d):
+        changed = json.loads(json.dumps(doc))
+        changed["format"] = "crownfit-recipe/1"
+        changed["object"]["surface"].update(truth["surface"])
+        for layer, true in zip(changed["object"]["layers"], truth["layers"]):
+            layer.update(true)
+        for p in changed["photographs"]:
+            p.pop("variance", None)
+        changed["synthesis"] = {"paths_per_pixel": 2, "free": [free]}
+        change(changed)
+        (d / "recipe.json").write_text(json.dumps(changed))
+
+    return (f"recipe: {what}", breaker, [why], {"command": ["synthesize", "recipe.json", "-o", "made"], **more})
+
+
 def mask(value):
     def breaker(d):
         (d / "mask.png").write_bytes(png(width, height, (b"\0" + bytes([value]) * width) * height, colour=0))
@@ -107,6 +178,7 @@ faces = [(0, 2, 1), (0, 1, 3), (0, 3, 2), (1, 2, 3)]
 obj_corners = "".join(f"v {x} {y} {z}\n" for x, y, z in tetrahedron)
 obj_faces = "".join(f"f {a + 1} {b + 1} {c + 1}\n" for a, b, c in faces)
 floats = b"".join(struct.pack("<3f", *v) for v in tetrahedron)
+softbox = dict(type="rectangle", centre_mm=[0, 0, 200], half_axis_u_mm=[0, 50, 0], half_axis_v_mm=[-50, 0, 0], radiance_rgb=[1, 1, 1])
 
 cases = [
     image("giant.png", png(2**31 - 1, 2**31 - 1), "read|pixels"),
@@ -162,13 +234,46 @@ cases = [
     ("an empty mask", mask(0), ["no usable pixel.*mask"], {}),
     ("all saturated", image("white.png", png(width, height, (b"\0" + b"\xff" * 3 * width) * height), "")[1], ["no usable pixel.*saturated"], {}),
     ("all black", image("black.png", png(width, height, bytes((1 + 3 * width) * height)), "")[1], ["is black"], {}),
+    *[camera_with({key: f}, f"{key}.*focal length") for key, f in (("fx", 1e-15), ("fx", 1e-300), ("fy", 1e300))],
+    camera_with({"cx": 1e300}, "cx.*outside"),
+    lamp("radiance", dict(softbox, radiance_rgb=[1e300, 1, 1]), "radiance_rgb.*outside"),
+    lamp("centre", dict(softbox, centre_mm=[1e19, 0, 1e19]), "centre_mm.*100 m"),
+    lamp("size", dict(softbox, half_axis_u_mm=[0, 1e300, 0]), "half_axis_u_mm.*100 m"),
+    lamp("radius", dict(type="disk", centre_mm=[0, 0, 200], normal=[0, 0, -1], radius_mm=1e300, radiance_rgb=[1, 1, 1]), "radius_mm.*more than"),
+    lamp("point", dict(type="point", position_mm=[0, 0, 1e30], radiant_intensity_rgb=[1, 1, 1]), "position_mm.*100 m"),
+    (*lamp("inside the object", dict(softbox, centre_mm=[0, 0, 0]), "")[:2], ["light.*inside the object"], {}),
+    beside("lamps", doc["light_rig"], lambda r: [light.update(intensity_scale={"fixed": 1e300}) for light in r["lights"]], "intensity_scale.*more than"),
+    tile({"size_mm": 1e19}, "size_mm.*outside"),
+    tile({"size_mm": 1e-300}, "size_mm.*outside"),
+    tile({"point_mm": [0, 0, -1e19]}, "point_mm.*100 m"),
+    *[tile({"reflectance_rgb": [r, 0, 0]}, "reflectance_rgb.*outside") for r in (1e300, 2)],
+    posed("a camera inside the object", {"translation_mm": [0, 0, 0.1]}, "camera.*inside the object"),
+    posed("a pose as wide as nothing", {"covariance": [[1e300 * (i == k) for i in range(6)] for k in range(6)]}, "covariance.*outside"),
+    edited("a bright exposure", lambda c: c["photographs"][0].update(exposure_scale={"fixed": 1e300}), "exposure_scale.*more than"),
+    edited("257 lights on a photograph", lambda c: c["photographs"][0].update(lights=["left"] * 257), "lights.*more than 256"),
+    edited("a name of 252 letters", lambda c: c["photographs"][0].update(name="a" * 252), "name.*longer than 100"),
+    edited("a layer called surface", lambda c: c["object"]["layers"][0].update(name="surface"), "surface.*stands for"),
+    edited("a start that is no start", lambda c: c["object"]["layers"][0].update(reduced_scattering_per_mm={"initial": 0}), "reduced_scattering.*outside"),
+    edited("an impossible prior", lambda c: c["object"]["layers"][0].update(g={"initial": 0.8, "prior": {"mean": 1e300, "log_stddev": 1}}), "prior.mean.*outside"),
+    *[material("reduced_scattering_per_mm", v, "outside") for v in (-1, 1e300, [1, 1, -1])],
+    *[material("absorption_per_mm", v, "outside") for v in (-1, {"value": [0.1, 0.1, 2e3]})],
+    *[material("ior", v, "outside") for v in (-1, 0.5, 50)],
+    *[material("g", v, "outside") for v in (1, -1, 2)],
+    *[material("thickness_mm", v, "outside") for v in (-5, 0, 1e300)],
+    *[material("roughness", v, "outside") for v in (-1, 50)],
+    material("wetness", 7, "outside"),
+    beside("material: a layer twice", "truth.json", lambda m: m["layers"].append(m["layers"][0]), "two layers", command=render),
+    beside("material: for the viewer", "truth.json", lambda m: m.update(viewer={"layers": [dict(truth["layers"][0], absorption_per_mm=-1)]}), "viewer.*outside", command=render),
+    recipe("free twice", lambda r: r["synthesis"].update(free=[free, free]), r"recipe\.json.*free.*twice"),
+    recipe("no folder", lambda r: None, "/dev/null/x.*can't be written", command=["synthesize", "recipe.json", "-o", "/dev/null/x"]),
+    ("benchmark: no folder", lambda d: None, ["/dev/null/x: can't be written"], {"command": ["benchmark", "tradeoff", ".", "-o", "/dev/null/x"]}),
     edited("a limit that is none", lambda c: None, "CROWNFIT_MAX_JSON_MIB", limits={"CROWNFIT_MAX_JSON_MIB": "lots"}),
 ]
 
 
-def check(d, limits=None):
+def run(d, limits=None, command=("check", ".")):
     try:
-        return subprocess.run([program, "check", d], capture_output=True, text=True, errors="replace", timeout=20, env=dict(os.environ, **(limits or {})))
+        return subprocess.run([program, *command], cwd=d, capture_output=True, text=True, errors="replace", timeout=20, env=dict(os.environ, **(limits or {})))
     except subprocess.TimeoutExpired:
         return None
 
@@ -178,7 +283,7 @@ for what, breaker, patterns, more in cases:
         d = Path(tmp) / "capture"
         shutil.copytree(source, d)
         breaker(d)
-        done = check(d, more.get("limits"))
+        done = run(d, **more)
         if done is None:
             faults.append(f"{what}: still running after 20 s")
         elif done.returncode != 2:
@@ -198,9 +303,19 @@ with tempfile.TemporaryDirectory() as tmp:
     for p in moved["photographs"]:
         p["camera"] = "../shared/" + p["camera"]
     (d / "capture.json").write_text(json.dumps(moved))
-    done = check(d, {"CROWNFIT_MAX_IMAGE_MEGAPIXELS": "2000"})
+    done = run(d, {"CROWNFIT_MAX_IMAGE_MEGAPIXELS": "2000"})
     if done is None or done.returncode != 0:
         faults.append(f"links and ..: {'time-out' if done is None else done.stderr.strip()[:300]}")
+
+# A direction's length says nothing; where a lens' distortion has no inverse, nothing is seen.
+with tempfile.TemporaryDirectory() as tmp:
+    d = Path(tmp) / "capture"
+    shutil.copytree(source, d)
+    lamp("", dict(type="directional", direction=[0, 0, 1e308], irradiance_rgb=[1, 1, 1]), "")[1](d)
+    camera_with({"distortion": [0, 0, 0, 0, 0, -1e5, 0, 0]}, "")[1](d)
+    done = run(d)
+    if done is None or done.returncode != 0:
+        faults.append(f"a long direction, a lens of odd distortion: {'time-out' if done is None else done.stderr.strip()[:300]}")
 
 for fault in faults:
     print("FAIL", fault)

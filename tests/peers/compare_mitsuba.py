@@ -9,7 +9,8 @@ not widened for their number. The errors hold the share OFFSET_SHARE for Mitsuba
 
 Times: variance of the picture's blocks x seconds of one thread, Mitsuba's over crownfit's: how much longer Mitsuba renders
 for the same noise. The rough crown is also rendered as exported, with Mitsuba's own boundary, which loses energy.
-Run by run_peers.py. One core, about 5 minutes at the default number of paths.
+With --result and --capture instead: a fitted material on its own crown, as exported, against the reference pictures of the
+export. Run by run_peers.py. One core, about 5 minutes at the default number of paths.
 """
 import argparse
 import subprocess
@@ -36,6 +37,9 @@ def arguments():
     p.add_argument("crownfit", help="the executable")
     p.add_argument("--work", type=Path, help="folder for captures and pictures (default: a temporary one)")
     p.add_argument("--paths", type=int, default=400, help="paths per pixel of both programs (default 400; Mitsuba takes a quarter in a rough scene)")
+    p.add_argument("--result", type=Path, help="folder that `crownfit fit` wrote")
+    p.add_argument("--capture", type=Path, help="the capture that it was fitted to")
+    p.add_argument("--photograph", help="only this one of --capture")
     p.add_argument("--only", metavar="CAPTURE", choices=CAPTURES, help="only this capture")
     return p.parse_args()
 
@@ -77,9 +81,26 @@ def compare(ours, theirs, is_grey):
             "error": (error / sum_b)[worst], "z": ((sum_a - sum_b) / error)[worst], "work": (vb.sum() * theirs[2]) / (va.sum() * ours[2])}
 
 
+def compare_result(options, work):
+    """The fitted material, exported with its capture."""
+    exported = work / "result_mitsuba"
+    is_rough = mitsuba_scene.export(options.crownfit, options.capture, exported, material=options.result / "material.json", paths=options.paths)
+    for scene in sorted(exported.glob("*.xml")):
+        name = scene.stem
+        if name == "material" or options.photograph not in (None, name):
+            continue
+        layers = mitsuba_scene.read_exr(exported / "reference" / f"{name}.exr")
+        f = compare((layers[""], layers["variance"], 1.0), mitsuba_picture(exported, name, options.paths // (4 if is_rough else 1), "volpathmis"), False)
+        row("Mitsuba 3", f"{options.result.name}, fitted, {name}, {f['blocks']} blocks", "path",
+            f"ratio {f['ratio']:.4f} +- {f['error']:.4f}, blocks' z rms {f['rms']:.2f}, largest {f['largest']:.1f}",
+            f["largest"] <= LIMIT and abs(f["z"]) <= LIMIT, f"|z| <= {LIMIT:g}")
+
+
 def main():
     options = arguments()
     work = options.work or Path(tempfile.mkdtemp(prefix="crownfit_peers_"))
+    if options.result:
+        return compare_result(options, work)
     for capture_name, write in CAPTURES.items():
         if options.only not in (None, capture_name):
             continue

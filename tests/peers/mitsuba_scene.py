@@ -14,11 +14,11 @@ import rough_boundary  # noqa: E402  (its base class belongs to the variant)
 rough_boundary.register()
 
 
-def export(crownfit, capture, folder, keeps_energy=True):
-    """Exports the capture with its truth. `keeps_energy`: the rough boundary follows light until it has left, as crownfit's
+def export(crownfit, capture, folder, keeps_energy=True, material=None, paths=2):
+    """Exports the capture with its truth, or with another material; `paths` a pixel of the reference pictures. `keeps_energy`: the rough boundary follows light until it has left, as crownfit's
     does, in place of Mitsuba's roughdielectric, which drops what meets the facets twice (rough_boundary.py)."""
-    command = [crownfit, "export", str(Path(capture) / "truth.json"), "--to", "mitsuba", "--capture", str(capture), "-o", str(folder),
-               "--paths", "2", "--progress", "none"]
+    command = [crownfit, "export", str(material or Path(capture) / "truth.json"), "--to", "mitsuba", "--capture", str(capture), "-o", str(folder),
+               "--paths", str(paths), "--progress", "none"]
     subprocess.run(command, check=True, capture_output=True, text=True)
     material = Path(folder) / "material.xml"
     text = material.read_text()
