@@ -4,6 +4,7 @@
 #include <cmath>
 #include <thread>
 
+#include "base/error.h"
 #include "fit/image_residuals.h"
 #include "fit_measurements.h"
 #include "fit_pixels.h"
@@ -88,8 +89,11 @@ CaptureCheck CheckCapture(const Capture& stated, const FitOptions& options, Prog
   EstimateTimes(at, options, took.count(), check);
   check.crown = at.cast.crown;
   check.caveats = PhotographCaveats(capture, check.input.photographs);
+  if (!e.finite)
+    throw InputError(capture.file, "object", "at its start values model shader predicts no finite picture",
+                     "Look for lengths, coefficients or lamps that are off by powers of ten.");
   check.requirements = SceneRequirements(problem, check.input, at, progress);
-  if (free.count() == 0 || !e.finite) return check;
+  if (free.count() == 0) return check;
 
   const DataKnowledge by_shader = KnowledgeByShader(at.cast, free, at.x, e, at.pixels);
   at.knowledge = KnowledgeByWalks(problem, at);

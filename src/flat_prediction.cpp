@@ -194,13 +194,14 @@ Material Drawn(const MaterialRecord& record, uint64_t key) {
         const size_t entry = p.stddev.size() == 1 ? 0 : c;
         const double step = Gaussian(Key(key, l, i), entry), sd = p.stddev[entry].value_or(HUGE_VAL);
         double& value = material.layers[l].values[i][c];
+        const double mean = value;
         if (row.scale == Scale::kLog) {
           const double widest = 0.25 * std::log(row.high / row.low);
           value *= std::exp(step * std::min(sd / value, widest));
         } else {
           value += step * std::min(sd, 0.25 * (row.high - row.low));
         }
-        value = std::clamp(value, row.low, row.high);
+        value = std::clamp(value, std::min(row.low, mean), std::max(row.high, mean));
       }
     }
   return material;

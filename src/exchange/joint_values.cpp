@@ -95,8 +95,8 @@ Material Drawn(const JointValues& joint, Material material, uint64_t key) {
     ChannelValues& values = (row.owner == Owner::kSurface ? material.surface : material.layers[layer])[quantity];
     for (int c = 0; c < kChannels; ++c)
       if (!channel || *channel == c)
-        values[c] =
-            std::clamp(row.scale == Scale::kLog ? values[c] * std::exp(off) : values[c] + off, row.low, row.high);
+        values[c] = std::clamp(row.scale == Scale::kLog ? values[c] * std::exp(off) : values[c] + off,
+                               std::min(row.low, values[c]), std::max(row.high, values[c]));
   }
   return material;
 }

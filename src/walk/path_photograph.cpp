@@ -33,7 +33,8 @@ struct PixelSum {
     for (int a = 0; a < 3; ++a)
       for (int b = a; b < 3; ++b, ++k)
         e.covariance[k] = samples > 1 ? (square[k] / n - e.mean[a] * e.mean[b]) / (n - 1.0) : 0.0;
-    for (const int own : {0, 3, 5}) e.covariance[own] = std::max(0.0, e.covariance[own]);  // of paths that are all alike
+    for (const int own : {0, 3, 5})
+      e.covariance[own] = std::max(0.0, e.covariance[own]);  // of paths that are all alike
     return e;
   }
 };
