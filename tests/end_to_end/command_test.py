@@ -102,6 +102,13 @@ with tempfile.TemporaryDirectory() as folder:
     require(far["nearest"][0]["name"] == "light" and far["can_tell_first_from_second"], "tabs far apart are not told apart")
     patch = run("shades", "photographed", capture / "photos/front.exr", "--tab", "A=0,0,100000,20", "-o", folder / "p.json", expect=2)
     require("--tab" in patch.stderr, "a patch outside the picture is not named")
+    # Tabs from a photograph: by a card of the tab's own patch as grey a tab has the card's lightness and no colour.
+    run("shades", "photographed", capture / "photos/front.exr", "--tab", "A=40,40,16,16", "--tab", "B=40,20,16,16", "--card", "40,40,16,16", "--card-reflectance", "0.184187", "-o", folder / "p.json")
+    tabs = {tab["name"]: tab for tab in json.loads((folder / "p.json").read_text())["tabs"]}
+    require(all(abs(a - b) < 0.01 for a, b in zip(tabs["A"]["lab"], (50, 0, 0))), f"a card of L* 50 is {tabs['A']['lab']}")
+    require(min(tabs["A"]["stddev"]) > 0 and tabs["B"]["lab"] != tabs["A"]["lab"], "photographed tabs do not scatter, or are one")
+    near = json.loads(run("shades", "nearest", truth, "--tabs", folder / "p.json", "--thickness", "enamel=0.5,dentine=1.5", "--json").stdout)
+    require({n["name"] for n in near["nearest"]} == {"A", "B"} and near["nearest"][0]["de00"] <= near["nearest"][1]["de00"], f"tabs nearest to a material: {near}")
 
     # A recipe made from the bundled capture: what is synthesised can be checked, read, and is the same for any number of threads.
     recipe = json.loads((capture / "capture.json").read_text())
