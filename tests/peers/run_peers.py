@@ -1,9 +1,10 @@
 #!/usr/bin/env python3
 """run_peers.py CROWNFIT [STUDY ...]: crownfit against other programs, in one table. STUDY: any of truths, mitsuba, gradient,
-slabs, colour, formats, blender, fits (default: all). Run by ./dev bench peers.
+slabs, colour, formats, blender, certificate, fits (default: all). Run by ./dev bench peers. certificate: the crown that ./dev demo
+fitted, exported and rendered by Mitsuba 3.
 
-The peers are installed from PyPI and npm in build/peers beside the build (about 1.5 GB; truths 3 min, mitsuba 8, blender 5, fits
-25, the others under a minute each, one core). A peer that can't be had is a row "missing" and counts as not run, never as passed.
+The peers are installed from PyPI and npm in build/peers beside the build (about 1.5 GB; truths 3 min, mitsuba 8, blender 5, certificate 4,
+fits 25, the others under a minute each, one core). A peer that can't be had is a row "missing" and counts as not run, never as passed.
 Exit codes: 0 all that ran agrees; 1 something does not; 77 some peer is missing and the rest agrees.
 """
 import argparse
@@ -18,7 +19,15 @@ PLACE = HERE.parent.parent / "build/peers"
 PACKAGES = {"venv": ["mitsuba", "numpy", "scipy", "iadpython", "colour-science", "materialx"], "blender": ["bpy"]}
 STUDIES = {"truths": ("venv", "mitsuba_truths.py"), "mitsuba": ("venv", "compare_mitsuba.py"), "gradient": ("venv", "compare_gradient.py"),
            "slabs": ("venv", "compare_slabs.py"), "colour": ("venv", "compare_colour.py"), "formats": ("venv", "validate_formats.py"),
-           "blender": ("venv", "compare_blender.py"), "fits": ("venv", "fit_mitsuba.py")}
+           "blender": ("venv", "compare_blender.py"), "certificate": ("venv", "compare_mitsuba.py"), "fits": ("venv", "fit_mitsuba.py")}
+
+ROOT = HERE.parent.parent
+DEMO = ROOT / "demo_result"
+MORE = {"certificate": ["--result", DEMO, "--capture", ROOT / "datasets_synthetic/incisor", "--photograph", "front_black", "--paths", "480"]}
+
+
+def missing(study, what):
+    return [{"peer": study, "what": "", "against": "", "result": what, "limit": "", "verdict": "missing"}]
 
 
 def run(command, **more):
@@ -53,8 +62,10 @@ def rows_of(study, crownfit):
     environment, script = STUDIES[study]
     python = PLACE / environment / "bin/python"
     if not python.exists():
-        return [{"peer": study, "what": "", "against": "", "result": f"{python} is missing", "limit": "", "verdict": "missing"}]
-    begin = subprocess.Popen([str(python), str(HERE / script), crownfit], stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
+        return missing(study, f"{python} is missing")
+    if study == "certificate" and not (DEMO / "material.json").exists():
+        return missing(study, "there is no demo_result: ./dev demo makes it")
+    begin = subprocess.Popen([str(python), str(HERE / script), crownfit, *map(str, MORE.get(study, []))], stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
     rows, said = [], []
     for line in begin.stdout:
         if "ROW{" in line:  # after what a peer may have written on the line
@@ -79,6 +90,8 @@ def main():
     options = p.parse_args()
     provide()
     rows = [row for study in options.studies or STUDIES for row in rows_of(study, options.crownfit)]
+    if not options.studies:
+        rows += missing("pbrt-v4", "in none of the package archives used: no picture of its export was compared")
     keys = ("peer", "what", "against", "result", "limit", "verdict")
     print("\n| " + " | ".join(keys) + " |\n|" + "---|" * len(keys))
     for row in rows:
