@@ -27,10 +27,20 @@ with tempfile.TemporaryDirectory() as folder:
     shutil.copytree(capture, hostile)
     content = json.loads((hostile / "capture.json").read_text())
     content["photographs"] = [p for p in content["photographs"] if p["name"] in ("front", "side")]
+    # Readings of a flat piece of the same two layers stand beside the photographs.
+    truth, sample_mm, read = json.loads((capture / "truth.json").read_text()), [0.7, 2.0], {"reflectance": [], "transmittance": []}
+    for c in range(3):
+        (folder / "slab.json").write_text(json.dumps({"format": "crownfit-slab/1", "layers": [
+            {"thickness_mm": mm, "ior": l["ior"], "g": l["g"], "scattering_per_mm": l["reduced_scattering_per_mm"][c] / (1 - l["g"]), "absorption_per_mm": l["absorption_per_mm"][c]}
+            for mm, l in zip(sample_mm, truth["layers"])]}))
+        answer = json.loads(run("slab", folder / "slab.json").stdout)
+        for quantity in read:
+            read[quantity].append(answer[f"{quantity}_collimated"])
+    content["measurements"] = [{"name": "coupon", "thickness_mm": sample_mm, "geometry": "0/d", **{q: {"value": v, "stddev": 0.004} for q, v in read.items()}}]
     (hostile / "capture.json").write_text(json.dumps(content))
     result = folder / "result"
     fixed = []  # few are free, to be quick
-    for layer in json.loads((capture / "truth.json").read_text())["layers"]:
+    for layer in truth["layers"]:
         fixed += ["--fix", f"{layer['name']}.reduced_scattering_per_mm=" + ",".join(map(str, layer["reduced_scattering_per_mm"]))]
     run("fit", hostile, "-o", result, "--model", "shader", "--max-pixels", 400, "--profiles", 1, *fixed)
     page, report = result / "report.html", json.loads((result / "report.json").read_text())
@@ -38,6 +48,9 @@ with tempfile.TemporaryDirectory() as folder:
     names = [p["name"] for p in report["photographs"]]
     material = json.loads((result / "material.json").read_text())
     assert names == list(material["image_error"]["photographs"])
+    for reading in material["measurements"]:
+        assert all(abs(p / v - 1) < 0.1 for p, v in zip(reading["predicted"], read[reading["quantity"]], strict=True)), reading
+    assert len(material["measurements"]) == 2, material["measurements"]
     assert [e["name"] for e in report["entries"]] == [f"{layer}.absorption_per_mm[{c}]" for layer in ("enamel", "dentine") for c in "RGB"] + ["surface.roughness"]
     for profile in report["profiles"]:  # by fits; smallest where the fit ended, larger to either side
         assert profile["by"] == "fits" and profile["delta_chi2"][1] < 0.1 and min(profile["delta_chi2"][0], profile["delta_chi2"][2]) > 1, profile
@@ -53,6 +66,7 @@ with tempfile.TemporaryDirectory() as folder:
         assert shown.value("document.querySelector('#verdict h2').textContent").endswith(report["headline"])
         assert shown.value("document.querySelectorAll('.photograph').length") == len(names)
         assert shown.value("[...document.images].every(i => i.complete && i.naturalWidth > 0)"), "a picture is broken"
+        assert shown.value("document.querySelectorAll('#measurements tbody tr').length") == 6, "readings beside photographs are not shown"
         # Thirds: three rows a photograph.
         assert shown.value("document.querySelectorAll('.photograph tbody tr').length") == 3 * len(names)
         assert shown.value("document.querySelectorAll('.correlation tbody tr').length") == len(material["joint"]["names"]) == len(report["entries"])
