@@ -23,13 +23,12 @@ class WalkFit {
     gatherer_.TakePixels(problem_.options.max_pixels_by_walks());
     constexpr size_t kMostRuns = 8;
     std::vector<Estimate> runs{LongRun()};
-    size_t lost = 0;
-    while (runs.size() + lost < kMostRuns && !(at_.converged && !WouldGainByWalks())) {
+    for (size_t made = 1; made < kMostRuns && !(at_.converged && !WouldGainByWalks()); ++made) {
       runs.push_back(LongRun());
       // Those that were still on their way only led here; so did those whose derivatives were too noisy to tell what
       // later ones, which know those of several runs, do.
-      if (runs.end()[-2].is_on_its_way || runs.back().is_on_its_way) runs.erase(runs.begin(), runs.end() - 1), ++lost;
-      if (runs.back().tells_all) lost += std::erase_if(runs, [](const Estimate& e) { return !e.tells_all; });
+      if (runs.end()[-2].is_on_its_way || runs.back().is_on_its_way) runs.erase(runs.begin(), runs.end() - 1);
+      if (runs.back().tells_all) std::erase_if(runs, [](const Estimate& e) { return !e.tells_all; });
       at_.converged = Conclude(runs) && runs.size() > 1;
     }
     return true;

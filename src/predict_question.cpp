@@ -143,7 +143,7 @@ std::vector<std::string> AssumptionsOf(const CommandLine& line, const FlatQuesti
                                        const FlatPrediction& prediction) {
   const PredictLine& p = line.predict;
   std::vector<std::string> said;
-  said.push_back(p.colour ? "colours by " + p.colour->string() + ", D65, 2 degrees"
+  said.push_back(p.colour ? "colours by " + p.colour->filename().string() + ", D65, 2 degrees"
                           : "the camera's bands are taken as linear sRGB, D65, 2 degrees; --colour FILE says better");
   said.push_back("measured " + p.geometry + ", without gloss, " +
                  (q.aperture_mm ? "through an aperture that loses light past its edge" : "everything lit alike"));
