@@ -8,24 +8,7 @@ namespace {
 using Range = std::array<double, 2>;
 constexpr double kNarrowest = 1e-6;  // of a prior
 
-/// Wider than the table's, in which a fit moves in ln: 0 is the white, the clear, the polished limit. Rays need layers
-/// that are thicker than light is long.
-Range PhysicalRange(const ParameterRow& row) {
-  switch (row.quantity) {
-    case Quantity::kThickness:
-      return {1e-3, 1e3};
-    case Quantity::kAsymmetry:
-      return {row.low, 0.999};
-    case Quantity::kReducedScattering:
-      return {0.0, 1e4};
-    case Quantity::kAbsorption:
-      return {0.0, 1e3};
-    case Quantity::kRoughness:
-      return {0.0, row.high};
-    default:
-      return {row.low, row.high};
-  }
-}
+Range PhysicalRange(const ParameterRow& row) { return {row.least, row.most}; }
 
 /// One number, or one per channel, inside the range.
 std::array<double, kChannels> ReadValues(const JsonNode& node, const ParameterRow& row, const Range& range) {

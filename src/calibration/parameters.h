@@ -30,7 +30,8 @@ enum class Quantity {
 enum class Scale { kLog, kLinear };  ///< in which the fit moves and priors are stated
 enum class Owner { kLayer, kSurface };
 
-/// One row of the table. The fit starts and keeps inside [low, high].
+/// One row of the table. The fit starts and keeps inside [low, high]; what is stated and not fitted may lie anywhere in
+/// [least, most]: 0 is the white, the clear, the polished limit. Rays need layers that are thicker than light is long.
 struct ParameterRow {
   Quantity quantity;
   const char* key;
@@ -38,25 +39,29 @@ struct ParameterRow {
   Owner owner;
   bool per_channel;
   Scale scale;
-  double initial, low, high;
+  double initial, low, high, least, most;
   double prior_mean, prior_stddev;  ///< weak: population value and its spread in ln (kLog) or in the unit (kLinear)
 };
 
 /// Priors are wide on purpose (ln standard deviation 1 is a factor 2.7 either way): they end ambiguities, they do not
 /// measure. Ranges: enamel, dentine and dental ceramics, Zijp et al. 1995, Fried et al. 1995, Fernandez-Oliveras 2013.
 inline constexpr std::array<ParameterRow, 10> kParameters{{
-    {Quantity::kThickness, "thickness_mm", "mm", Owner::kLayer, false, Scale::kLog, 1.0, 0.02, 20.0, 1.0, 0.7},
-    {Quantity::kThicknessScale, "thickness_scale", "1", Owner::kLayer, false, Scale::kLog, 1.0, 0.2, 5.0, 1.0, 0.3},
-    {Quantity::kIor, "ior", "1", Owner::kLayer, false, Scale::kLinear, 1.54, 1.0, 3.0, 1.55, 0.1},
-    {Quantity::kAsymmetry, "g", "1", Owner::kLayer, false, Scale::kLinear, 0.8, -0.99, 0.99, 0.8, 0.2},
-    {Quantity::kIsotropicFraction, "isotropic_fraction", "1", Owner::kLayer, false, Scale::kLinear, 0.0, 0.0, 1.0, 0.1,
-     0.2},
+    {Quantity::kThickness, "thickness_mm", "mm", Owner::kLayer, false, Scale::kLog, 1.0, 0.02, 20.0, 1e-3, 1e3, 1.0,
+     0.7},
+    {Quantity::kThicknessScale, "thickness_scale", "1", Owner::kLayer, false, Scale::kLog, 1.0, 0.2, 5.0, 0.2, 5.0, 1.0,
+     0.3},
+    {Quantity::kIor, "ior", "1", Owner::kLayer, false, Scale::kLinear, 1.54, 1.0, 3.0, 1.0, 3.0, 1.55, 0.1},
+    {Quantity::kAsymmetry, "g", "1", Owner::kLayer, false, Scale::kLinear, 0.8, -0.99, 0.99, -0.99, 0.999, 0.8, 0.2},
+    {Quantity::kIsotropicFraction, "isotropic_fraction", "1", Owner::kLayer, false, Scale::kLinear, 0.0, 0.0, 1.0, 0.0,
+     1.0, 0.1, 0.2},
     {Quantity::kReducedScattering, "reduced_scattering_per_mm", "1/mm", Owner::kLayer, true, Scale::kLog, 2.0, 1e-3,
-     100.0, 2.0, 1.2},
-    {Quantity::kAbsorption, "absorption_per_mm", "1/mm", Owner::kLayer, true, Scale::kLog, 0.05, 1e-5, 20.0, 0.05, 1.8},
-    {Quantity::kRoughness, "roughness", "1", Owner::kSurface, false, Scale::kLog, 0.15, 0.01, 1.0, 0.15, 0.8},
-    {Quantity::kWetness, "wetness", "1", Owner::kSurface, false, Scale::kLinear, 0.0, 0.0, 1.0, 0.2, 0.3},
-    {Quantity::kNeckReturn, "neck_return", "1", Owner::kSurface, false, Scale::kLinear, 1.0, 0.0, 2.0, 1.0, 0.5},
+     100.0, 0.0, 1e4, 2.0, 1.2},
+    {Quantity::kAbsorption, "absorption_per_mm", "1/mm", Owner::kLayer, true, Scale::kLog, 0.05, 1e-5, 20.0, 0.0, 1e3,
+     0.05, 1.8},
+    {Quantity::kRoughness, "roughness", "1", Owner::kSurface, false, Scale::kLog, 0.15, 0.01, 1.0, 0.0, 1.0, 0.15, 0.8},
+    {Quantity::kWetness, "wetness", "1", Owner::kSurface, false, Scale::kLinear, 0.0, 0.0, 1.0, 0.0, 1.0, 0.2, 0.3},
+    {Quantity::kNeckReturn, "neck_return", "1", Owner::kSurface, false, Scale::kLinear, 1.0, 0.0, 2.0, 0.0, 2.0, 1.0,
+     0.5},
 }};
 
 constexpr const ParameterRow& RowOf(Quantity quantity) { return kParameters[static_cast<size_t>(quantity)]; }
@@ -73,8 +78,7 @@ struct ParameterSpec {
   Sharing sharing = Sharing::kOneValue;
 };
 
-/// One number, or one per channel, as any medium may have it: what is stated and not fitted may lie beyond [low, high].
-/// Throws InputError.
+/// One number, or one per channel, inside [least, most]. Throws InputError.
 std::array<double, kChannels> ReadPhysicalValues(const JsonNode& node, const ParameterRow& row);
 
 /// The default of the table (fixed).
