@@ -123,12 +123,17 @@ TERM Float HenyeyGreenstein(Float g, Float cosine) {
   return (1.0 - g * g) / (4.0 * TERM_PI * b * sqrt(b));
 }
 
-// GGX distribution of normals, per steradian (Walter et al. 2007, eq. 33), in the form that keeps digits at the peak.
-TERM Float GgxDistribution(Float cos_half, Float roughness) {
-  Float c2 = cos_half * cos_half;
+// GGX distribution of normals, per steradian (Walter et al. 2007, eq. 33), in the form that keeps digits at the peak: of the
+// squares of the half angle's sine and cosine ...
+TERM Float GgxOfSquares(Float sine2, Float cosine2, Float roughness) {
   Float a2 = roughness * roughness;
-  Float b = (1.0 - c2) + a2 * c2;
+  Float b = sine2 + a2 * cosine2;
   return a2 / (TERM_PI * b * b);
+}
+
+// ... and of its cosine.
+TERM Float GgxDistribution(Float cos_half, Float roughness) {
+  return GgxOfSquares((1.0 - cos_half) * (1.0 + cos_half), cos_half * cos_half, roughness);
 }
 
 // Height-correlated Smith shadowing over 4 cos cos (Heitz 2014, eq. 99).
@@ -155,10 +160,11 @@ TERM Float SurfaceReflectionUnderFilm(Float cos_light, Float cos_view, Float cos
   Float view = RefractedCosine(cos_view, film_ior);
   Float sum = 2.0 * cos_light_half;  // length of light + view in air
   Float along = sum * sum * max((1.0 - cos_half) * (1.0 + cos_half), Float(0.0)) / (film_ior * film_ior);
-  Float length = sqrt(max(along + (light + view) * (light + view), Float(1e-12)));
+  Float up = (light + view) * (light + view);
+  Float square = max(along + up, Float(1e-12));
   Float passed = FresnelTransmittance(cos_light, film_ior) * FresnelTransmittance(cos_view, film_ior);
-  return passed / (film_ior * film_ior) *
-         SurfaceReflection(light, view, (light + view) / length, 0.5 * length, roughness, relative_ior / film_ior);
+  return passed / (film_ior * film_ior) * GgxOfSquares(along / square, up / square, roughness) *
+         GgxVisibility(light, view, roughness) * FresnelReflectance(0.5 * sqrt(square), relative_ior / film_ior);
 }
 
 // Beckmann distribution of normals, per steradian.
@@ -240,17 +246,28 @@ TERM Float DecayBetween(Float extinction, Float k, Float d) {
   return exp(-extinction * d) * ExpRatio((k - extinction) * d);
 }
 
+// Second divided difference of exp at a, k and -k, abs(a) + k < 0.15: sum of h_n / (n + 2)!, h_n their complete homogeneous
+// polynomial (error < 1e-12).
+TERM Float SmallExpDifference(Float a, Float k) {
+  Float h2 = a * a + k * k;
+  Float h4 = a * a * h2 + k * k * k * k;
+  Float h6 = a * a * h4 + k * k * k * k * k * k;
+  return 0.5 + a / 6.0 + h2 / 24.0 + a * h2 / 120.0 + h4 / 720.0 + a * h4 / 5040.0 + h6 / 40320.0 + a * h6 / 362880.0;
+}
+
 // Total diffuse reflectance of a slab for a collimated source ss' e^-st'z (d'Eon and Irving 2011 for the source,
-// Donner and Jensen 2005 for the boundaries; summed in closed form). zb: extrapolation distances 2 A D of both sides.
-// Digits are lost as k length falls: 8 are left at 1e-8.
+// Donner and Jensen 2005 for the boundaries; summed in closed form, near and far lights subtracted before digits are lost).
+// zb: extrapolation distances 2 A D of both sides.
 TERM Float SlabReflectance(Float reduced_scattering, Float extinction, Float transport, Float thickness_mm, Float zb_front,
                            Float zb_back) {
   Float d = thickness_mm;
   Float k = transport;
   Float length = d + zb_front + zb_back;
-  Float near = ExpRatio((extinction + k) * d);
-  Float far = exp(-k * (d + 2.0 * zb_back)) * DecayBetween(extinction, k, d);
-  return reduced_scattering * d * 0.5 * (1.0 + exp(-2.0 * k * zb_front)) * (near - far) / (1.0 - exp(-2.0 * k * length));
+  Float decay = exp(-k * d) * DecayBetween(extinction, k, d);
+  Float sum = (extinction + k) * d;
+  Float within = sum < 0.15 ? exp(-k * d) * SmallExpDifference(-extinction * d, k * d) : (ExpRatio(2.0 * k * d) - decay) / sum;
+  return reduced_scattering * d * 0.5 * (1.0 + exp(-2.0 * k * zb_front)) *
+         (d * within + zb_back * decay * ExpRatio(2.0 * k * zb_back)) / (length * ExpRatio(2.0 * k * length));
 }
 
 // Total transmittance of the same slab, light that was never scattered included.
@@ -259,9 +276,12 @@ TERM Float SlabTransmittance(Float reduced_scattering, Float extinction, Float t
   Float d = thickness_mm;
   Float k = transport;
   Float length = d + zb_front + zb_back;
-  Float near = DecayBetween(extinction, k, d);
-  Float far = exp(-k * (d + 2.0 * zb_front)) * ExpRatio((extinction + k) * d);
-  Float diffuse = reduced_scattering * d * 0.5 * (1.0 + exp(-2.0 * k * zb_back)) * (near - far) / (1.0 - exp(-2.0 * k * length));
+  Float sum = (extinction + k) * d;
+  Float within = sum < 0.15 ? exp(-sum) * SmallExpDifference(extinction * d, k * d)
+                            : (DecayBetween(extinction, k, d) - exp(-extinction * d) * ExpRatio(2.0 * k * d)) / sum;
+  Float diffuse = reduced_scattering * d * 0.5 * (1.0 + exp(-2.0 * k * zb_back)) *
+                  (d * within + zb_front * exp(-k * d) * ExpRatio(sum) * ExpRatio(2.0 * k * zb_front)) /
+                  (length * ExpRatio(2.0 * k * length));
   return diffuse + exp(-extinction * d);
 }
 

@@ -1,17 +1,14 @@
-// The shading terms against published values (docs/forward_model.md names the sources), limits and derivatives.
+// The shading terms against published values (docs/forward_model.md names the sources) and limits.
 
-#include <ceres/jet.h>
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <functional>
 #include <glm/glm.hpp>
 #include <numbers>
 
 #include "base/random.h"
 #include "optics/fresnel_moments.h"
 #include "optics/shading_terms.h"
-#include "support/term_cases.h"
 
 namespace crownfit {
 namespace {
@@ -293,34 +290,6 @@ TEST(Taps, HablesOffsetsLieAsPublished) {
   EXPECT_EQ(D::HableTapX(0), 0.0);
   EXPECT_EQ(D::HableTapX(7), 5.970690);
   EXPECT_EQ(D::HableTapY(12), -3.245901);
-}
-
-TEST(Derivatives, JetsAgreeWithDifferencesForEveryTerm) {
-  for (const TermCase& term : TermCases()) {
-    for (int trial = 0; trial < 200; ++trial) {
-      double x[4] = {0, 0, 0, 0};
-      ceres::Jet<double, 4> jets[4];
-      const int count = static_cast<int>(term.ranges.size());
-      for (int i = 0; i < count; ++i) {
-        const auto [low, high] = term.ranges[i];
-        x[i] = low + (high - low) * Uniform(trial, i);
-        jets[i] = ceres::Jet<double, 4>(x[i], i);
-      }
-      const auto value = term.jet(jets);
-      ASSERT_NEAR(value.a, term.plain(x), 1e-12 * (1 + std::abs(value.a))) << term.name;
-      for (int i = 0; i < count; ++i) {
-        const double h = 1e-4 * (term.ranges[i].second - term.ranges[i].first), at = x[i];
-        const auto f = [&](double step) {
-          x[i] = at + step * h;
-          const double v = term.plain(x);
-          x[i] = at;
-          return v;
-        };
-        const double slope = (8 * (f(1) - f(-1)) - (f(2) - f(-2))) / (12 * h);
-        ASSERT_NEAR(value.v[i], slope, 2e-6 * (1 + std::abs(slope))) << term.name << " argument " << i;
-      }
-    }
-  }
 }
 
 }  // namespace
