@@ -111,6 +111,27 @@ TriangleMesh Reread(const TriangleMesh& mesh, std::vector<std::string>& messages
   return ReadClosedSurface(folder.path / "m.ply", messages);
 }
 
+TEST(MeshRepair, FacesThatAreThereTwiceCountOnce) {
+  const TriangleMesh sphere = Sphere(4.0, 12);
+  const int vertices = static_cast<int>(sphere.vertices.size());
+  for (const bool own_vertices : {false, true}) {
+    for (const bool other_side : {false, true}) {
+      TriangleMesh doubled = sphere;
+      if (own_vertices) doubled.vertices.insert(doubled.vertices.end(), sphere.vertices.begin(), sphere.vertices.end());
+      for (glm::ivec3 t : sphere.triangles) {
+        if (other_side) std::swap(t.x, t.y);
+        doubled.triangles.push_back(own_vertices ? t + vertices : t);
+      }
+      std::vector<std::string> messages;
+      const TriangleMesh read = Reread(doubled, messages);
+      EXPECT_EQ(read.triangles.size(), sphere.triangles.size());
+      EXPECT_EQ(read.vertices.size(), sphere.vertices.size());
+      EXPECT_NEAR(Volume(read), Volume(sphere), 1e-3);
+      EXPECT_EQ(messages.size(), 1u) << messages[0];
+    }
+  }
+}
+
 double CutArea(const TriangleMesh& mesh) {
   TriangleMesh cut = mesh;
   cut.triangles.clear();

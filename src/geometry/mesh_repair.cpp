@@ -1,10 +1,13 @@
 // Making a mesh a closed, outward-looking surface, or saying why it is none.
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdint>
 #include <cstdio>
 #include <map>
+#include <numeric>
+#include <set>
 #include <unordered_map>
 
 #include "base/error.h"
@@ -139,25 +142,62 @@ size_t OpenEdges(const std::unordered_map<uint64_t, DirectedEdges>& edges) {
   }));
 }
 
+/// Takes out the vertices of no triangle; returns how many there were. They would count where vertices stand for the
+/// surface.
+size_t DropLooseVertices(TriangleMesh& mesh) {
+  std::vector<int> target(mesh.vertices.size(), -1);
+  for (const auto& t : mesh.triangles) target[t.x] = target[t.y] = target[t.z] = 0;
+  const auto keep_used = [&](auto& values) {
+    size_t kept = 0;
+    for (size_t i = 0; i < target.size(); ++i)
+      if (target[i] >= 0) values[kept++] = values[i];
+    values.resize(kept);
+  };
+  const size_t before = mesh.vertices.size();
+  keep_used(mesh.vertices);
+  for (auto& [name, values] : mesh.vertex_properties) keep_used(values);
+  int next = 0;
+  for (int& t : target)
+    if (t >= 0) t = next++;
+  for (auto& t : mesh.triangles) t = {target[t.x], target[t.y], target[t.z]};
+  return before - mesh.vertices.size();
+}
+
+/// Of every vertex the first one at exactly its position.
+std::vector<int> FirstThere(const TriangleMesh& mesh) {
+  std::vector<int> order(mesh.vertices.size());
+  std::iota(order.begin(), order.end(), 0);
+  const auto place = [&](int i) {
+    const glm::dvec3& v = mesh.vertices[i];
+    return std::array{v.x, v.y, v.z};
+  };
+  std::sort(order.begin(), order.end(), [&](int a, int b) {
+    const auto pa = place(a), pb = place(b);
+    return pa != pb ? pa < pb : a < b;
+  });
+  std::vector<int> first(order.size());
+  for (size_t i = 0; i < order.size(); ++i)
+    first[order[i]] = i > 0 && place(order[i]) == place(order[i - 1]) ? first[order[i - 1]] : order[i];
+  return first;
+}
+
 /// Merges vertices at exactly equal positions (STL has none shared; texture seams double them).
 void Weld(TriangleMesh& mesh) {
-  const auto less = [](const glm::dvec3& a, const glm::dvec3& b) {
-    return a.x != b.x ? a.x < b.x : a.y != b.y ? a.y < b.y : a.z < b.z;
-  };
-  std::map<glm::dvec3, int, decltype(less)> index(less);
-  TriangleMesh welded;
-  for (const auto& [name, values] : mesh.vertex_properties) welded.vertex_properties[name];
-  std::vector<int> target(mesh.vertices.size());
-  for (size_t i = 0; i < mesh.vertices.size(); ++i) {
-    const auto [slot, is_new] = index.try_emplace(mesh.vertices[i], static_cast<int>(welded.vertices.size()));
-    if (is_new) {
-      welded.vertices.push_back(mesh.vertices[i]);
-      for (auto& [name, values] : welded.vertex_properties) values.push_back(mesh.vertex_properties[name][i]);
-    }
-    target[i] = slot->second;
-  }
-  for (const auto& t : mesh.triangles) welded.triangles.emplace_back(target[t.x], target[t.y], target[t.z]);
-  mesh = std::move(welded);
+  const std::vector<int> first = FirstThere(mesh);
+  for (auto& t : mesh.triangles) t = {first[t.x], first[t.y], first[t.z]};
+}
+
+/// Takes out faces between corners that another has already, whichever way round (exports with both sides); returns how
+/// many there were. Their surface would be crossed twice.
+size_t DropRepeatedFaces(TriangleMesh& mesh) {
+  const std::vector<int> first = FirstThere(mesh);
+  std::set<std::array<int, 3>> seen;
+  return std::erase_if(mesh.triangles, [&](const glm::ivec3& t) {
+    std::array<int, 3> corners{first[t.x], first[t.y], first[t.z]};
+    std::sort(corners.begin(), corners.end());
+    if (corners[0] == corners[1] || corners[1] == corners[2]) return false;  // collapsed
+    return !seen.insert(corners).second;
+  });
 }
 
 /// Turns faces until neighbours agree; returns how many were turned.
@@ -198,27 +238,6 @@ size_t AgreeOnOrientation(TriangleMesh& mesh) {
   return turned;
 }
 
-/// Takes out the vertices of no triangle; returns how many there were. They would count where vertices stand for the
-/// surface.
-size_t DropLooseVertices(TriangleMesh& mesh) {
-  std::vector<int> target(mesh.vertices.size(), -1);
-  for (const auto& t : mesh.triangles) target[t.x] = target[t.y] = target[t.z] = 0;
-  const auto keep_used = [&](auto& values) {
-    size_t kept = 0;
-    for (size_t i = 0; i < target.size(); ++i)
-      if (target[i] >= 0) values[kept++] = values[i];
-    values.resize(kept);
-  };
-  const size_t before = mesh.vertices.size();
-  keep_used(mesh.vertices);
-  for (auto& [name, values] : mesh.vertex_properties) keep_used(values);
-  int next = 0;
-  for (int& t : target)
-    if (t >= 0) t = next++;
-  for (auto& t : mesh.triangles) t = {target[t.x], target[t.y], target[t.z]};
-  return before - mesh.vertices.size();
-}
-
 }  // namespace
 
 TriangleMesh ReadClosedSurface(const std::filesystem::path& file, std::vector<std::string>& messages) {
@@ -235,6 +254,10 @@ TriangleMesh ReadClosedSurface(const std::filesystem::path& file, std::vector<st
   if (glm::length(high) > kFarthest_mm || glm::length(low) > kFarthest_mm)
     throw InputError(file, "", "the crown lies " + std::to_string(glm::length(low)) + " mm from the origin",
                      "Move the mesh near the origin, and the poses with it: rays would be too coarse there.");
+  if (const size_t loose = DropLooseVertices(mesh); loose > 0)
+    messages.push_back(name + ": " + std::to_string(loose) + " vertices of no triangle were dropped");
+  if (const size_t repeated = DropRepeatedFaces(mesh); repeated > 0)
+    messages.push_back(name + ": " + std::to_string(repeated) + " faces that were there twice were dropped");
   if (OpenEdges(EdgesOf(mesh)) > 0) Weld(mesh);
   const size_t before = mesh.triangles.size();
   std::erase_if(mesh.triangles, [&](const glm::ivec3& t) {
@@ -251,8 +274,7 @@ TriangleMesh ReadClosedSurface(const std::filesystem::path& file, std::vector<st
                        "Remove degenerate faces in a mesh editor (their normal is undefined).");
   }
   if (mesh.triangles.empty()) throw InputError(file, "", "every triangle of the mesh is collapsed");
-  if (const size_t loose = DropLooseVertices(mesh); loose > 0)
-    messages.push_back(name + ": " + std::to_string(loose) + " vertices of no triangle were dropped");
+  DropLooseVertices(mesh);  // those that repairs have left
   if (const size_t turned = AgreeOnOrientation(mesh); turned > 0)
     messages.push_back(name + ": " + std::to_string(turned) + " faces were turned to agree with their neighbours");
   CloseOpenings(file, mesh, messages);
