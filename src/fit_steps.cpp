@@ -63,29 +63,26 @@ void CheckObjectIsInPicture(const Capture& capture, const TriangleMesh& outer) {
 }
 
 /// What can be said before the object's place in the picture is known.
-void CheckAnyPixelIsUsable(const Capture& capture, const std::vector<Photograph>& photographs) {
-  for (size_t i = 0; i < photographs.size(); ++i) {
-    const Photograph& photo = photographs[i];
-    bool is_black = true;
-    size_t usable = 0;
-    for (size_t p = 0; p < photo.usable.size(); ++p) {
-      if (!photo.usable[p]) continue;
-      ++usable;
-      for (int c = 0; c < kChannels; ++c) is_black &= photo.linear.values[p * kChannels + c] <= 0;
-    }
-    if (usable > 0 && !is_black) continue;
-    if (usable > 0)
-      throw InputError(capture.file, capture.photographs[i].key + ".file",
-                       "photograph '" + capture.photographs[i].name + "' is black: none of its " +
-                           std::to_string(usable) + " usable pixels is above 0",
-                       "Check its exposure, its dark frame and its file, or leave the photograph out.");
-    throw InputError(
-        capture.file, capture.photographs[i].key,
-        "photograph '" + capture.photographs[i].name + "' has no usable pixel: " +
-            (photo.saturated_pixels > 0 ? "all " + std::to_string(photo.saturated_pixels) + " in the mask are saturated"
-                                        : "its mask holds no value above 0.5"),
-        "Expose it less, correct the mask, or leave the photograph out.");
+void CheckAnyPixelIsUsable(const Capture& capture, const PhotographSpec& spec, const Photograph& photo) {
+  bool is_black = true;
+  size_t usable = 0;
+  for (size_t p = 0; p < photo.usable.size(); ++p) {
+    if (!photo.usable[p]) continue;
+    ++usable;
+    for (int c = 0; c < kChannels; ++c) is_black &= photo.linear.values[p * kChannels + c] <= 0;
   }
+  if (usable > 0 && !is_black) return;
+  if (usable > 0)
+    throw InputError(
+        capture.file, spec.key + ".file",
+        "photograph '" + spec.name + "' is black: none of its " + std::to_string(usable) + " usable pixels is above 0",
+        "Check its exposure, its dark frame and its file, or leave the photograph out.");
+  throw InputError(
+      capture.file, spec.key,
+      "photograph '" + spec.name + "' has no usable pixel: " +
+          (photo.saturated_pixels > 0 ? "all " + std::to_string(photo.saturated_pixels) + " in the mask are saturated"
+                                      : "its mask holds no value above 0.5"),
+      "Expose it less, correct the mask, or leave the photograph out.");
 }
 
 /// One picture counted twice would claim information that is not there: intervals would be too narrow by the square
@@ -111,25 +108,40 @@ double PixelsAround(const PhotographSpec& photo, const TriangleMesh& outer) {
   return std::max(0.0, high.x - low.x) * std::max(0.0, high.y - low.y);
 }
 
-/// Photographs with more pixels on the crown than its light has detail are averaged over squares of whole pixels: all
-/// of their light is used, and time and memory are those of a small picture.
-void AverageLargePhotographs(CrownInput& input) {
+/// A photograph with more pixels on the crown than its light has detail is averaged over squares of whole pixels: all
+/// of its light is used, and time and memory are those of a small picture. The squares' side; 1: left as it is.
+int AverageIfLarge(const TriangleMesh& outer, PhotographSpec& spec, Photograph& photo) {
   const double most = 1e6 * InputLimits().crown_megapixels;
+  const int side = static_cast<int>(std::lround(std::sqrt(PixelsAround(spec, outer) / most)));
+  if (side <= 1) return 1;
+  photo = Averaged(std::move(photo), side, spec.has_noise_file || spec.files.variance);
+  spec.camera = WithPixels(spec.camera, photo.linear.width, photo.linear.height, side, side);
+  if (spec.blur)
+    for (auto& gaussian : spec.blur->psf) gaussian.sigma_px /= side;
+  return side;
+}
+
+/// One after the other, so that only one is held in full.
+void ReadPhotographs(CrownInput& input) {
   std::string averaged;
-  for (size_t i = 0; i < input.photographs.size(); ++i) {
-    PhotographSpec& spec = input.capture.photographs[i];
-    const int side = static_cast<int>(std::lround(std::sqrt(PixelsAround(spec, *input.source.meshes[0]) / most)));
-    if (side <= 1) continue;
-    input.photographs[i] = Averaged(input.photographs[i], side, spec.has_noise_file || spec.files.variance);
-    const Image& mean = input.photographs[i].linear;
-    spec.camera = WithPixels(spec.camera, mean.width, mean.height, side, side);
-    if (spec.blur)
-      for (auto& gaussian : spec.blur->psf) gaussian.sigma_px /= side;
-    averaged += (averaged.empty() ? "" : ", ") + spec.name + " " + std::to_string(side) + " x " + std::to_string(side);
+  for (PhotographSpec& spec : input.capture.photographs) {
+    Photograph photo = ReadPhotograph(spec.files);
+    if (photo.linear.width != spec.camera.width || photo.linear.height != spec.camera.height)
+      throw InputError(spec.files.image, "",
+                       "is " + std::to_string(photo.linear.width) + " x " + std::to_string(photo.linear.height) +
+                           " pixels, but " + spec.camera_file.filename().string() + " says " +
+                           std::to_string(spec.camera.width) + " x " + std::to_string(spec.camera.height),
+                       "Use the camera file of this resolution; the photograph must not be cropped or resized.");
+    CheckAnyPixelIsUsable(input.capture, spec, photo);
+    if (const int side = AverageIfLarge(*input.source.meshes[0], spec, photo); side > 1)
+      averaged +=
+          (averaged.empty() ? "" : ", ") + spec.name + " " + std::to_string(side) + " x " + std::to_string(side);
+    input.photographs.push_back(std::move(photo));
   }
   if (!averaged.empty())
     input.source.messages.push_back("Large photographs were averaged over squares of pixels (docs/limits.md): " +
                                     averaged);
+  CheckPicturesDiffer(input.capture, input.photographs);
 }
 
 double MedianDepth(const Crown& crown) {
@@ -172,27 +184,11 @@ CrownInput ReadInput(const Capture& capture, int threads, bool with_images) {
   RequirePhotographs(capture);
   CrownInput input;
   input.capture = capture;
-  if (with_images) {
-    input.photographs.resize(capture.photographs.size());
-    for (size_t i = 0; i < capture.photographs.size(); ++i) {
-      const PhotographSpec& spec = capture.photographs[i];
-      input.photographs[i] = ReadPhotograph(spec.files);
-      const Image& image = input.photographs[i].linear;
-      if (image.width != spec.camera.width || image.height != spec.camera.height)
-        throw InputError(spec.files.image, "",
-                         "is " + std::to_string(image.width) + " x " + std::to_string(image.height) + " pixels, but " +
-                             spec.camera_file.filename().string() + " says " + std::to_string(spec.camera.width) +
-                             " x " + std::to_string(spec.camera.height),
-                         "Use the camera file of this resolution; the photograph must not be cropped or resized.");
-    }
-  }
-  CheckAnyPixelIsUsable(capture, input.photographs);
-  CheckPicturesDiffer(capture, input.photographs);
   input.source = ReadCrownSource(capture, threads);
   for (auto& message : KeepBuildable(input.source, input.capture)) input.source.messages.push_back(std::move(message));
   CheckObjectIsInPicture(capture, *input.source.meshes[0]);
   CheckNothingStandsInside(capture, *input.source.meshes[0]);
-  AverageLargePhotographs(input);
+  if (with_images) ReadPhotographs(input);
   input.scenery = ReadScenery(capture);
   return input;
 }

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "base/error.h"
 #include "base/json_file.h"
@@ -19,7 +20,7 @@ void RequireSize(const Image& image, const Image& wanted, const std::filesystem:
                        std::to_string(wanted.height));
 }
 
-Image ThreeChannels(const Image& image, const std::filesystem::path& file) {
+Image ThreeChannels(Image image, const std::filesystem::path& file) {
   if (image.channels == 3) return image;
   if (image.channels == 2)
     throw InputError(file, "", "the image has 2 channels, expected 3 (or 1 grey, or 4 with alpha)");
@@ -71,9 +72,9 @@ SensorNoise ReadSensorNoise(const std::filesystem::path& path) {
 }
 
 Photograph ReadPhotograph(const PhotographFiles& files) {
-  const ImageFile file = ReadImageFile(files.image);
+  ImageFile file = ReadImageFile(files.image);
   Photograph photo;
-  photo.linear = ThreeChannels(file.image, files.image);
+  photo.linear = ThreeChannels(std::move(file.image), files.image);
   photo.was_srgb_encoded = file.is_srgb_encoded;
   photo.was_jpeg = file.is_jpeg;
   photo.has_ignored_profile = file.has_colour_profile && file.is_integer && !file.is_srgb_encoded;
@@ -130,9 +131,11 @@ Photograph ReadPhotograph(const PhotographFiles& files) {
   return photo;
 }
 
-Photograph Averaged(const Photograph& photo, int side, bool noise_is_known) {
-  const int width = photo.linear.width / side, height = photo.linear.height / side;
-  Photograph mean = photo;
+Photograph Averaged(Photograph photo, int side, bool noise_is_known) {
+  const Image linear = std::move(photo.linear), variances = std::move(photo.variance);
+  const std::vector<uint8_t> usable = std::move(photo.usable);
+  const int width = linear.width / side, height = linear.height / side;
+  Photograph mean = std::move(photo);
   mean.linear = mean.variance = Image(width, height, 3);
   mean.usable.assign(static_cast<size_t>(width) * height, 1);
   const double n = static_cast<double>(side) * side, of_variance = noise_is_known ? n * n : n;
@@ -141,9 +144,8 @@ Photograph Averaged(const Photograph& photo, int side, bool noise_is_known) {
       glm::dvec3 value(0.0), variance(0.0);
       for (int v = y * side; v < (y + 1) * side; ++v)
         for (int u = x * side; u < (x + 1) * side; ++u) {
-          for (int c = 0; c < 3; ++c) value[c] += photo.linear.at(u, v, c), variance[c] += photo.variance.at(u, v, c);
-          if (!photo.usable[static_cast<size_t>(v) * photo.linear.width + u])
-            mean.usable[static_cast<size_t>(y) * width + x] = 0;
+          for (int c = 0; c < 3; ++c) value[c] += linear.at(u, v, c), variance[c] += variances.at(u, v, c);
+          if (!usable[static_cast<size_t>(v) * linear.width + u]) mean.usable[static_cast<size_t>(y) * width + x] = 0;
         }
       for (int c = 0; c < 3; ++c) {
         mean.linear.at(x, y, c) = static_cast<float>(value[c] / n);

@@ -46,7 +46,7 @@ Photograph ReadPhotograph(const PhotographFiles& files);
 /// Means over squares of `side` x `side` pixels; what is left at the right and below is dropped. A square is usable
 /// where all of its pixels are. `noise_is_known`: variances are those of independent noise, which averages out; what
 /// was only assumed does not.
-Photograph Averaged(const Photograph& photo, int side, bool noise_is_known);
+Photograph Averaged(Photograph photo, int side, bool noise_is_known);
 
 double LinearFromSrgb(double encoded);  ///< IEC 61966-2-1
 double SrgbFromLinear(double linear);   ///< its inverse, clamped to [0, 1]
