@@ -138,6 +138,54 @@ TEST_F(SelfConsistency, AHeldOutPhotographIsNeverSeen) {
   EXPECT_NE(before.photographs[1].difference.median, after.photographs[1].difference.median);
 }
 
+TEST_F(SelfConsistency, AFitEndsWhereverInItsRangeItStarts) {
+  Capture capture = Make({.pixels = 24, .initial_factor = 1.0});
+  FitOptions options;
+  Keep({0, 3}, capture, options);
+  const CrownFit near = Fit(capture, options);
+  EXPECT_TRUE(near.usable);
+  for (const bool from_top : {false, true}) {
+    for (const Quantity q : {Quantity::kReducedScattering, Quantity::kAbsorption}) {
+      ParameterSpec& spec = capture.layers[1][q];
+      spec.value.fill(from_top ? spec.high : spec.low);
+    }
+    const CrownFit far = Fit(capture, options);
+    EXPECT_TRUE(far.usable);
+    for (const Quantity q : {Quantity::kReducedScattering, Quantity::kAbsorption})
+      for (int c = 0; c < kChannels; ++c)
+        EXPECT_NEAR(far.material.layers[1][q][c] / near.material.layers[1][q][c], 1.0, 1e-3) << from_top;
+  }
+}
+
+TEST_F(SelfConsistency, PhotographsThatContradictEachOtherAreFoundOut) {
+  Capture capture = Make({.pixels = 24, .initial_factor = 1.0});
+  FitOptions options;
+  Keep({0, 1, 3}, capture, options);
+  const CrownFit good = Fit(capture, options);
+  ASSERT_TRUE(good.usable) << good.reasons[0];
+  Image image = ReadImageFile(capture.photographs[1].files.image).image;
+  for (size_t i = 0; i < image.values.size(); i += kChannels) std::swap(image.values[i], image.values[i + 2]);
+  WriteImageFile(capture.photographs[1].files.image, image);
+  const CrownFit fit = Fit(capture, options);
+  EXPECT_FALSE(fit.usable);
+  ASSERT_FALSE(fit.reasons.empty());
+  EXPECT_NE(fit.reasons[0].find("chi2"), std::string::npos) << fit.reasons[0];
+}
+
+TEST_F(SelfConsistency, AMaskOfEverythingIsNoMask) {
+  Capture capture = Make({.pixels = 24});
+  FitOptions options;
+  Keep({0, 3}, capture, options);
+  const CrownFit without = Fit(capture, options);
+  for (PhotographSpec& p : capture.photographs) {
+    p.files.mask = folder.path / "everything.exr";
+    WriteImageFile(*p.files.mask, Image(24, 24, 1, 1.0f));
+  }
+  const CrownFit with = Fit(capture, options);
+  for (size_t l = 0; l < with.material.layers.size(); ++l)
+    EXPECT_EQ(with.material.layers[l].values, without.material.layers[l].values);
+}
+
 TEST_F(SelfConsistency, AParameterTheModelCannotSeeIsNotIdentifiedAndNotZeroVariance) {
   Capture capture = Make({.pixels = 24});
   FitOptions options;
