@@ -1,0 +1,64 @@
+#!/usr/bin/env python3
+"""redraw_study.py CROWNFIT REFERENCE WORK NAME [COUNT] [--seed N] [--walks N]: whether stated standard deviations are those
+with which fits scatter. The capture NAME (disc00, crown00, ...) that REFERENCE/acceptance/make_recipes.py draws for the seed is
+photographed COUNT (50) times, 64 x 64 pixels with noise of their own, and fitted every time with walks of its own. Printed
+per value: scatter of ln, mean stated deviation, their ratio, mean pull. What a run was stopped at is gone on with.
+"""
+import argparse
+import json
+import math
+import subprocess
+import sys
+from pathlib import Path
+from statistics import mean, stdev
+
+from recovery_study import values_of
+
+
+def main():
+    p = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    p.add_argument("crownfit")
+    p.add_argument("reference", type=Path)
+    p.add_argument("work", type=Path)
+    p.add_argument("name")
+    p.add_argument("count", type=int, nargs="?", default=50)
+    p.add_argument("--seed", type=int, default=1)
+    p.add_argument("--walks", default="100000")
+    o = p.parse_args()
+    work = o.work / f"seed{o.seed}"
+    many = str(int(o.name[-2:]) + 1)
+    subprocess.run([sys.executable, o.reference / "acceptance/make_recipes.py", work / "recipes", "--seed", str(o.seed), "--discs", many, "--crowns", many,
+                    "--pixels", "64", "--paths", "128"], check=True, stdout=subprocess.DEVNULL)
+    file = work / "recipes" / o.name / "recipe.json"
+    recipe = json.loads(file.read_text())
+    seen = {}  # name[channel]: (ln fitted / true, stated deviation of it)
+    for draw in range(o.count):
+        capture, result = work / f"{o.name}_{draw}", work / f"{o.name}_{draw}_result"
+        recipe["synthesis"]["seed"] = 1000 * o.seed + draw
+        file.write_text(json.dumps(recipe))
+        if not (capture / "truth.json").exists():
+            subprocess.run([o.crownfit, "synthesize", file, "-o", capture, "--progress", "none"], check=True, stdout=subprocess.DEVNULL)
+        if not (result / "material.json").exists():
+            subprocess.run([o.crownfit, "fit", capture, "-o", result, "--progress", "none", "--walks", o.walks, "--seed", str(draw + 1)], stdout=subprocess.DEVNULL)
+        for name, c, true, fitted, pull, _, status in values_of(result, capture):
+            if status == "fitted":
+                off = math.log(fitted / true)
+                seen.setdefault(f"{name}[{'RGB'[c]}]", []).append((off, off / pull))
+        print(f"{draw + 1} of {o.count}", file=sys.stderr, end="\r", flush=True)
+    ratios = []
+    for name, drawn in seen.items():
+        if len(drawn) < 0.8 * o.count:
+            print(f"{name}: fitted in {len(drawn)} of {o.count}")
+            continue
+        scatter, stated = stdev(off for off, _ in drawn), mean(s for _, s in drawn)
+        pulls = [off / s for off, s in drawn]
+        ratios.append(scatter / stated)
+        held = sum(abs(q) <= 1.96 for q in pulls)
+        print(f"{name}: scatter {100 * scatter:.2f} %, stated {100 * stated:.2f} %, ratio {ratios[-1]:.2f} +- {ratios[-1] / math.sqrt(2 * len(drawn)):.2f}, "
+              f"mean pull {mean(pulls):+.2f} +- {stdev(pulls) / math.sqrt(len(pulls)):.2f}, intervals hold {held} of {len(pulls)}")
+    if ratios:
+        print(f"ratio of scatter to stated deviation: {min(ratios):.2f} to {max(ratios):.2f}, rms {math.sqrt(mean(q * q for q in ratios)):.2f}")
+
+
+if __name__ == "__main__":
+    main()
