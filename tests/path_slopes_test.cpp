@@ -349,6 +349,25 @@ TEST(WalkedStep, WhatSlopesTellNoBetterThanNoiseLeavesTheOthersAsTheyAre) {
   EXPECT_GT(chi2, 0.25) << "and not much less, though what it leans on the unknown by is noise too";
 }
 
+TEST(WalkedStep, WhereSlopesTellNothingAtAllThePriorIsWhatIsKnown) {
+  constexpr int kGroups = 16;
+  WalkedStep step(2, kGroups);
+  for (uint64_t p = 0; p < 100; ++p) {
+    const Eigen::Vector3d residual = Eigen::Vector3d::Constant(Gaussian(p, 0));
+    std::vector<WalkedRows::Rows> without(kGroups, WalkedRows::Rows::Zero(kChannels, 2));
+    step.Add({residual, Eigen::Matrix3d::Identity()},
+             {WalkedRows::Rows::Zero(kChannels, 2), without, WalkedRows::Rows(kChannels, 0)});
+  }
+  const WalkedStep::Prior prior{Eigen::Vector2d(4.0, 25.0).asDiagonal(), Eigen::Vector2d(2.0, 0.0)};
+  const WalkedStep::Solution s = step.Solve(prior);
+  EXPECT_FALSE(s.seen);
+  EXPECT_NEAR(s.step[0], 0.5, 1e-12);
+  EXPECT_NEAR(s.covariance(0, 0), 1.0 / 4.0, 1e-12);
+  EXPECT_NEAR(s.covariance(1, 1), 1.0 / 25.0, 1e-12);
+  const WalkedStep::Solution held = step.Solve(prior, {0, 1});
+  EXPECT_EQ(held.step, Eigen::VectorXd::Zero(2)) << "all of them at an end of their ranges";
+}
+
 TEST(WalkedStep, NoiseThatPixelsShareDoesNotAverageOut) {
   // One unknown, a hundred pixels whose predictions have walks in common, or not.
   constexpr int kPixels = 100, kGroups = 16;

@@ -7,6 +7,7 @@
 namespace crownfit {
 
 SymmetricEigen EigenOfSymmetric(const Eigen::MatrixXd& m) {
+  if (m.size() == 0) return {Eigen::VectorXd(0), Eigen::MatrixXd(0, 0)};  // Eigen would read outside of it
   const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(m);
   return {eigen.eigenvalues(), eigen.eigenvectors()};
 }
