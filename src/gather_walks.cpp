@@ -16,6 +16,11 @@
 #include "optics/twelve_taps.h"
 
 namespace crownfit {
+namespace {
+
+constexpr double kRoughnessShare = 0.25;  // of the paths for other derivatives
+
+}  // namespace
 
 WalkGatherer::WalkGatherer(const FitProblem& problem, CrownInput& input, FitState& at, const WalkUnknowns& unknowns,
                            Progress& progress)
@@ -122,12 +127,25 @@ void WalkGatherer::Differentiate(const Material& material, const Shared& shared,
         {at_.x, static_cast<double>(options.paths_per_pixel), of_roughness, std::move(found[k].slopes)});
 }
 
-/// The last runs' slopes from about here; drops the others.
-std::vector<RowsOfSlopes::Run> WalkGatherer::SlopesNear(std::list<SlopesFound>& found) const {
+/// Of the last runs' slopes those from about here are kept.
+void WalkGatherer::ForgetSlopesFarAway() {
   constexpr double kNear = 0.3;
   constexpr size_t kMost = 8;
-  found.remove_if([&](const SlopesFound& f) { return unknowns_.LongestLogarithm(f.at - at_.x) > kNear; });
-  if (found.size() > kMost) found.resize(kMost, found.front());
+  for (std::list<SlopesFound>& found : slopes_) {
+    found.remove_if([&](const SlopesFound& f) { return unknowns_.LongestLogarithm(f.at - at_.x) > kNear; });
+    if (found.size() > kMost) found.resize(kMost, found.front());
+  }
+}
+
+/// Whether derivatives by roughness have fewer of the paths from about here than is their due: two more pictures are
+/// walked for them.
+bool WalkGatherer::LacksRoughness(const std::list<SlopesFound>& found) const {
+  double of_roughness = 0, of_others = 0;
+  for (const SlopesFound& f : found) (f.of_roughness ? of_roughness : of_others) += f.paths;
+  return of_roughness < kRoughnessShare * of_others;
+}
+
+std::vector<RowsOfSlopes::Run> WalkGatherer::RunsOf(const std::list<SlopesFound>& found) {
   std::vector<RowsOfSlopes::Run> runs;
   for (const SlopesFound& f : found)
     runs.push_back({&f.slopes, f.paths, [of_roughness = f.of_roughness](const SlopeParameter& p) {
@@ -137,8 +155,8 @@ std::vector<RowsOfSlopes::Run> WalkGatherer::SlopesNear(std::list<SlopesFound>& 
 }
 
 GatheredWalks WalkGatherer::Gather(double paths, double slope_paths, const std::string& stage) {
-  constexpr double kRoughnessShare = 0.25;  // of the paths for other derivatives
   MoveInput();
+  ForgetSlopesFarAway();
   const Material material = MaterialAt(problem_.free, at_.x);
   const Material similar = SimilarForDerivatives(material, bodies_.Of(material));
   std::optional<WalkedStep> step;
@@ -149,7 +167,7 @@ GatheredWalks WalkGatherer::Gather(double paths, double slope_paths, const std::
     options.keeps_groups = true;
     const std::vector<PathPhotograph> walked = Predict(material, shared, options, stage);
     Differentiate(similar, shared, slope_paths, false);
-    if (unknowns_.IsFree(RoughnessOf(problem_.capture))) {
+    if (unknowns_.IsFree(RoughnessOf(problem_.capture)) && LacksRoughness(slopes_[shared[0]])) {
       Material rough = similar;
       rough.surface[Quantity::kRoughness] = material.surface[Quantity::kRoughness];
       Differentiate(rough, shared, kRoughnessShare * slope_paths, true);
@@ -157,7 +175,7 @@ GatheredWalks WalkGatherer::Gather(double paths, double slope_paths, const std::
     for (size_t k = 0; k < shared.size(); ++k) {
       const size_t g = shared[k];
       const FitPixels& p = at_.pixels[g];
-      const RowsOfSlopes rows(SlopesNear(slopes_[g]), unknowns_.Chain(), unknowns_.material());
+      const RowsOfSlopes rows(RunsOf(slopes_[g]), unknowns_.Chain(), unknowns_.material());
       const std::vector<size_t> places = PlacesOf(p, CastOf(p), walked[k].width);
       const std::vector<glm::dvec3> smooth = SmoothedMeans(walked[k]);
       std::vector<glm::dvec3> sharp;  // without the noise that what is left of a pixel shares

@@ -52,7 +52,9 @@ class WalkGatherer {
                                       const std::string& stage);
   Material SimilarForDerivatives(Material m, const LayeredBody& body) const;
   void Differentiate(const Material& material, const Shared& shared, double paths, bool of_roughness);
-  std::vector<RowsOfSlopes::Run> SlopesNear(std::list<SlopesFound>& found) const;
+  void ForgetSlopesFarAway();
+  bool LacksRoughness(const std::list<SlopesFound>& found) const;
+  static std::vector<RowsOfSlopes::Run> RunsOf(const std::list<SlopesFound>& found);
 
   const FitProblem& problem_;
   CrownInput& input_;
