@@ -9,9 +9,9 @@
 #include "base/progress.h"
 #include "calibrate/colour_product.h"
 #include "calibrate/estimate_blur.h"
-#include "calibrate/estimate_noise.h"
 #include "calibrate/exposure_series.h"
 #include "calibrate/find_chart.h"
+#include "calibrate/noise_product.h"
 #include "calibrate_steps.h"
 #include "photo/photograph.h"
 

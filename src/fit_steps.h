@@ -5,24 +5,11 @@
 #include <optional>
 
 #include "base/progress.h"
+#include "crown_input.h"
 #include "geometry/cast_samples.h"
-#include "photo/photograph.h"
 #include "report/crown_fit.h"
 
 namespace crownfit {
-
-/// A capture with everything it names read and found consistent.
-struct CrownInput {
-  Capture capture;
-  std::vector<Photograph> photographs;
-  CrownSource source;
-  std::vector<TriangleMesh> scenery;
-};
-
-/// Reads images and meshes and checks them against each other; thicknesses are bounded by what the crown is deep enough
-/// for. Throws InputError.
-/// `with_images` false: as for rendering, where the photographs need not exist.
-CrownInput ReadInput(const Capture& capture, int threads, bool with_images = true);
 
 /// Casts every photograph (or only number `only`) on the crown built with these thicknesses.
 CastState CastAll(const CrownInput& input, const std::vector<double>& thickness_mm, const CastOptions& options,

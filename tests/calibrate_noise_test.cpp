@@ -9,6 +9,7 @@
 #include "base/random.h"
 #include "calibrate/estimate_noise.h"
 #include "calibrate/exposure_series.h"
+#include "calibrate/noise_product.h"
 #include "photo/photograph.h"
 #include "support/real_data.h"
 #include "support/rendered_target.h"

@@ -8,7 +8,7 @@
 #include <utility>
 #include <vector>
 
-#include "calibrate/product.h"
+#include "photo/image.h"
 
 namespace crownfit {
 
@@ -27,9 +27,5 @@ struct ChannelNoise {
 /// Nothing when fewer than two levels can be told apart.
 std::optional<ChannelNoise> EstimateChannelNoise(const std::vector<std::pair<const Image*, const Image*>>& pairs,
                                                  const std::vector<const Image*>& darks, int channel);
-
-/// noise.json with its figures, gates and picture. Grey pictures and unprocessed mosaics count for all channels alike.
-Product NoiseProduct(const std::vector<std::pair<const Image*, const Image*>>& pairs,
-                     const std::vector<const Image*>& darks);
 
 }  // namespace crownfit

@@ -26,6 +26,9 @@ struct Material {
 /// Initial and fixed values of a capture.
 Material StatedMaterial(const Capture& capture);
 
+/// Share of diffuse light that a half space of the layer returns, per channel (media.h).
+glm::dvec3 HalfSpaceReflectance(const Material::Layer& layer);
+
 /// The layers as a flat sample of one channel, 1 mm each.
 Slab SlabOf(const Material& material, int channel);
 

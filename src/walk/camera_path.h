@@ -6,82 +6,19 @@
 
 #include <algorithm>
 #include <array>
-#include <bit>
 #include <cmath>
 #include <numbers>
 #include <optional>
-#include <tuple>
 #include <vector>
 
-#include "calibration/capture.h"
 #include "geometry/light_samples.h"
 #include "optics/shading_terms.h"
 #include "walk/boundary.h"
-#include "walk/path_photograph.h"
 #include "walk/path_slopes.h"
 #include "walk/random_walk.h"
+#include "walk/studio.h"
 
 namespace crownfit {
-
-inline constexpr size_t kMaxLamps = 32;  // sampled at one place; more are found by chance alone
-
-/// Of a studio's photographs, one bit each.
-using PhotographSet = uint32_t;
-static_assert(kMaxPhotographs <= 32);
-template <class Do>
-void ForEach(PhotographSet set, const Do& each) {
-  for (; set != 0; set &= set - 1) each(static_cast<size_t>(std::countr_zero(set)));
-}
-
-struct Lamp {
-  LightShape shape;
-  double scale;
-  bool is_sampled;            ///< a dome is so large that directions find it by themselves
-  PhotographSet photographs;  ///< that it lights
-};
-
-struct OpaqueThing {
-  glm::dvec3 reflectance;
-  PhotographSet photographs;  ///< that it stands in
-};
-
-/// A tile in optical contact: where the outer surface lies on it (within kContactMm), light inside meets the tile's
-/// Lambertian surface in place of the boundary.
-struct ContactTile {
-  static constexpr double kContactMm = 0.05;
-  glm::dvec3 centre, normal, side_u, side_v;
-  double half_size_mm;
-  glm::dvec3 reflectance;
-
-  ContactTile(const BackingSpec& b)
-      : centre(b.point_mm), normal(b.normal), half_size_mm(0.5 * b.size_mm), reflectance(b.reflectance) {
-    std::tie(side_u, side_v) = Tangents(normal);
-  }
-  bool Holds(const glm::dvec3& p) const {
-    const glm::dvec3 d = p - centre;
-    return std::abs(glm::dot(d, normal)) <= kContactMm && std::abs(glm::dot(d, side_u)) <= half_size_mm &&
-           std::abs(glm::dot(d, side_v)) <= half_size_mm;
-  }
-};
-
-/// Everything that stays the same for all paths of some photographs.
-struct Studio {
-  const WalkScene& scene;
-  const Media& media;
-  const std::vector<OpaqueThing>& opaque;
-  std::vector<OuterBoundary> outer{};  ///< between each medium and the outside
-  bool cut_is_opaque = false;
-  glm::dvec3 cut_reflectance{0.0};  ///< of an opaque cut, from inside
-  std::optional<ContactTile> contact{};
-  std::vector<Lamp> lamps{};
-  std::vector<double> specular_factor{};  ///< per photograph: of light that the outer surface alone reflected
-  bool wants_slopes = false;              ///< derivatives beside the values
-  CutSlopes cut_slopes{};
-  /// For light that leaves smoothly: lamps are looked for in the lobe of diffuse light that is refracted out, in place
-  /// of the one direction it takes. Per medium the lobe's 1 / (pi x share of diffuse light that enters from outside).
-  bool has_diffuse_exits = false;
-  std::vector<double> exit_scale{};
-};
 
 /// One path from the camera, up to where flights inside the layers take over and from where they end. Every boundary
 /// and every opaque surface looks for the lamps in two ways, by the direction that the path takes and by points on the

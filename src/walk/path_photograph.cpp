@@ -2,14 +2,12 @@
 
 #include <algorithm>
 #include <cmath>
-#include <map>
 #include <numbers>
 #include <thread>
 
 #include "base/error.h"
 #include "base/parallel.h"
-#include "optics/fresnel_moments.h"
-#include "optics/media.h"
+#include "walk/studio.h"
 #include "walk/walk_pool.h"
 
 namespace crownfit {
@@ -53,32 +51,6 @@ struct GroupSums {
             glm::vec3(one * controls.scattering), glm::vec3(one * controls.asymmetry)};
   }
 };
-
-/// d ln HalfSpaceReflectance of the layer by ln scattering and ln absorption.
-CutSlopes SlopesOfHalfSpace(const Material::Layer& layer) {
-  const auto slope = [&](Quantity q) {
-    constexpr double kStep = 1e-4;
-    Material::Layer up = layer, down = layer;
-    for (int c = 0; c < kChannels; ++c) up[q][c] *= std::exp(kStep), down[q][c] *= std::exp(-kStep);
-    const glm::dvec3 high = HalfSpaceReflectance(up), low = HalfSpaceReflectance(down);
-    glm::dvec3 d(0.0);
-    for (int c = 0; c < kChannels; ++c)
-      if (low[c] > 0) d[c] = std::log(high[c] / low[c]) / (2.0 * kStep);
-    return d;
-  };
-  return {slope(Quantity::kReducedScattering), slope(Quantity::kAbsorption)};
-}
-
-}  // namespace
-
-glm::dvec3 HalfSpaceReflectance(const Material::Layer& layer) {
-  glm::dvec3 reflectance(0.0);
-  for (int c = 0; c < kChannels; ++c)
-    reflectance[c] = HalfSpaceReflectance(layer[Quantity::kReducedScattering][c], layer[Quantity::kAbsorption][c]);
-  return reflectance;
-}
-
-namespace {
 
 /// Calls visit(rank, neighbour) for the pixels around every pixel that are on the object like it, or off it like it;
 /// then done(rank, neighbours). Further away where there are few.
@@ -132,100 +104,65 @@ std::vector<glm::dvec3> SmoothedMeans(const PathPhotograph& photo) {
   return smooth;
 }
 
-Media MediaOf(const Capture& capture, const Material& material, const LayeredBody& body) {
-  std::vector<Medium> media(1);
-  media[0].ior = capture.outside_ior;
-  for (size_t l = 0; l < material.layers.size(); ++l) {
-    const Material::Layer& layer = material.layers[l];
-    Medium m;
-    m.texture = body.absorption[l].get();
-    m.ior = layer[Quantity::kIor][0];
-    m.g = layer[Quantity::kAsymmetry][0];
-    m.isotropic_fraction = layer[Quantity::kIsotropicFraction][0];
-    for (int c = 0; c < kChannels; ++c) {
-      m.scattering[c] = TrueScattering(layer[Quantity::kReducedScattering][c], m.g, m.isotropic_fraction);
-      m.absorption[c] = layer[Quantity::kAbsorption][c];
-    }
-    media.push_back(m);
-  }
-  return Media(std::move(media));
-}
-
 namespace {
 
-/// The tile that touches the object, if there is one.
-std::optional<size_t> ContactBackingOf(const Capture& capture, size_t photograph) {
-  const std::optional<size_t> backing = capture.photographs[photograph].backing;
-  return backing && capture.backings[*backing].in_contact ? backing : std::nullopt;
-}
+/// What the paths of some pixels found: so many samples of a pixel, each with a path per hero, each for all
+/// photographs.
+class FoundByPaths {
+ public:
+  FoundByPaths(size_t pixels, size_t samples, size_t heroes, size_t photographs, size_t layers_with_slopes)
+      : samples_(samples),
+        heroes_(heroes),
+        photographs_(photographs),
+        layers_(layers_with_slopes),
+        values_(pixels * samples * heroes * photographs),
+        slopes_(values_.size() * layers_),
+        controls_(slopes_.size()) {}
 
-/// The opaque things of some photographs, each once.
-struct Things {
-  std::vector<TriangleMesh> meshes;
-  std::vector<OpaqueThing> things;
+  void Keep(size_t path, const CameraPath& ended) {
+    for (size_t p = 0; p < photographs_; ++p) values_[path * photographs_ + p] = ended.value(p);
+    if (layers_ == 0) return;
+    const size_t first = path * photographs_ * layers_;
+    std::copy(ended.slopes().slopes().begin(), ended.slopes().slopes().end(), &slopes_[first]);
+    std::copy(ended.slopes().controls().begin(), ended.slopes().controls().end(), &controls_[first]);
+  }
 
-  Things(const Capture& capture, const std::vector<TriangleMesh>& scenery, const std::vector<size_t>& photographs) {
-    std::map<std::pair<bool, size_t>, size_t> index;  // of a backing or of scenery
-    const auto add = [&](bool is_backing, size_t i, size_t photograph, const auto& mesh, const glm::dvec3& rho) {
-      const auto [at, is_new] = index.try_emplace({is_backing, i}, things.size());
-      if (is_new) meshes.push_back(mesh()), things.push_back({rho, 0});
-      things[at->second].photographs |= PhotographSet{1} << photograph;
+  /// Sums of the pixel's paths become the numbers of `rank` in the picture.
+  void Write(size_t pixel, size_t photograph, size_t rank, PathPhotograph& picture) const {
+    const size_t groups = std::min(samples_, PathPhotograph::kMaxGroups);
+    const auto place = [&](size_t sample, size_t hero) {
+      return ((pixel * samples_ + sample) * heroes_ + hero) * photographs_ + photograph;
     };
-    for (size_t k = 0; k < photographs.size(); ++k) {
-      const PhotographSpec& photo = capture.photographs[photographs[k]];
-      for (const size_t i : photo.scenery)
-        add(
-            false, i, k, [&] { return scenery[i]; }, capture.scenery[i].reflectance);
-      if (!photo.backing) continue;
-      const BackingSpec& tile = capture.backings[*photo.backing];
-      add(
-          true, *photo.backing, k, [&] { return SquareTile(tile.point_mm, tile.normal, tile.size_mm); },
-          tile.reflectance);
+    PixelSum sum;
+    std::array<glm::dvec3, PathPhotograph::kMaxGroups> group_sum{};
+    for (size_t s = 0; s < samples_; ++s) {
+      glm::dvec3 value(0.0);
+      for (size_t hero = 0; hero < heroes_; ++hero) value += values_[place(s, hero)];
+      value /= static_cast<double>(heroes_);
+      sum.Add(value);
+      group_sum[s % groups] += value;
     }
-  }
-};
-
-/// The scene and its media with boundaries, cut, tile in contact and lamps.
-Studio StudioOf(const Capture& capture, const Material& material, const std::vector<size_t>& photographs,
-                const PathOptions& options, Studio studio) {
-  const PhotographSpec& first = capture.photographs[photographs[0]];
-  for (const size_t i : photographs)
-    studio.specular_factor.push_back(SpecularFactor(capture.photographs[i].polarisation));
-  studio.wants_slopes = options.slopes;
-  studio.has_diffuse_exits = options.diffuse_exits;
-  for (size_t i = 0; i < studio.media.size(); ++i) {
-    const OuterBoundary outer{material.surface[Quantity::kRoughness][0], material.surface[Quantity::kWetness][0],
-                              studio.media[static_cast<int>(i)].ior, capture.outside_ior};
-    const double relative_ior = std::max(1.0, outer.inside_ior / outer.outside_ior);
-    studio.outer.push_back(outer);
-    studio.exit_scale.push_back(1.0 / (std::numbers::pi * (1.0 - MomentsOf(relative_ior).diffuse_outside)));
-  }
-  studio.cut_is_opaque = capture.neck != Neck::kAir;
-  if (capture.neck == Neck::kRoot) {
-    const Material::Layer& root = material.layers.back();
-    studio.cut_reflectance = glm::min(material.surface[Quantity::kNeckReturn][0] * HalfSpaceReflectance(root), 1.0);
-    const glm::dvec3 unclamped(glm::lessThan(studio.cut_reflectance, glm::dvec3(1.0)));
-    const CutSlopes slopes = SlopesOfHalfSpace(root);
-    studio.cut_slopes = {unclamped * slopes.scattering, unclamped * slopes.absorption};
-  }
-  if (const auto contact = ContactBackingOf(capture, photographs[0]))
-    studio.contact.emplace(capture.backings[*contact]);
-  size_t sampled = 0;
-  std::map<size_t, size_t> lamp_of_light;
-  for (size_t k = 0; k < photographs.size(); ++k)
-    for (const size_t i : capture.photographs[photographs[k]].lights) {
-      const Light& light = capture.lights[i];
-      if (const auto [at, is_new] = lamp_of_light.try_emplace(i, studio.lamps.size()); is_new) {
-        const bool is_sampled =
-            options.lamps_are_sampled && !std::holds_alternative<DomeLight>(light.shape) && sampled++ < kMaxLamps;
-        studio.lamps.push_back(
-            {light.in_camera_frame ? Transformed(light.shape, first.camera_from_object.Inverse()) : light.shape,
-             light.intensity_scale, is_sampled, 0});
+    picture.pixels[rank] = sum.Estimate(static_cast<int>(samples_));
+    for (size_t g = 0; g < picture.groups; ++g)
+      picture.group_values[rank * groups + g] =
+          glm::vec3(group_sum[g] / static_cast<double>((samples_ - g + groups - 1) / groups));
+    for (size_t g = 0; g < groups; ++g)
+      for (size_t l = 0; l < layers_; ++l) {
+        GroupSums group;
+        size_t paths = 0;
+        for (size_t s = g; s < samples_; s += groups)
+          for (size_t hero = 0; hero < heroes_; ++hero, ++paths)
+            group.Add(slopes_[place(s, hero) * layers_ + l], controls_[place(s, hero) * layers_ + l]);
+        picture.slopes[(rank * groups + g) * layers_ + l] = group.Mean(static_cast<double>(paths));
       }
-      studio.lamps[lamp_of_light[i]].photographs |= PhotographSet{1} << k;
-    }
-  return studio;
-}
+  }
+
+ private:
+  size_t samples_, heroes_, photographs_, layers_;
+  std::vector<glm::dvec3> values_;   ///< index ((pixel * samples + sample) * heroes + hero) * photographs + photograph
+  std::vector<LayerSlopes> slopes_;  ///< index of the value * layers + layer; none without derivatives
+  std::vector<LayerControls> controls_;
+};
 
 /// A picture with room for what is asked.
 PathPhotograph EmptyPicture(const Camera& camera, const PathOptions& options, size_t layers, size_t groups) {
@@ -247,12 +184,6 @@ PathPhotograph EmptyPicture(const Camera& camera, const PathOptions& options, si
     result.slopes.resize(options.slopes ? result.group_values.size() * layers : 0);
   }
   return result;
-}
-
-bool CanShareWalks(const Capture& capture, size_t a, size_t b) {
-  const PhotographSpec &first = capture.photographs[a], &second = capture.photographs[b];
-  return first.camera == second.camera && first.camera_from_object == second.camera_from_object &&
-         ContactBackingOf(capture, a) == ContactBackingOf(capture, b);
 }
 
 }  // namespace
@@ -289,10 +220,10 @@ std::vector<PathPhotograph> RenderTogether(const Capture& capture, const Layered
   const auto ray_through = [&](double x, double y) {
     return object_from_camera.Direction(DirectionFromPixel(first.camera, {x, y}));
   };
-  const Things things(capture, scenery, photographs);
-  const WalkScene scene(body, things.meshes);
+  const Surroundings around(capture, scenery, photographs);
+  const WalkScene scene(body, around.meshes);
   const Media media = MediaOf(capture, material, body);
-  const Studio studio = StudioOf(capture, material, photographs, options, {scene, media, things.things});
+  const Studio studio = StudioOf(capture, material, photographs, options, {scene, media, around.things});
 
   const size_t heroes = media.heroes(), shared = photographs.size(), layers = material.layers.size(),
                samples = std::max<size_t>(1, (options.paths_per_pixel + heroes - 1) / heroes),
@@ -304,7 +235,8 @@ std::vector<PathPhotograph> RenderTogether(const Capture& capture, const Layered
                chunks = (wanted.size() + pixels_at_once - 1) / pixels_at_once;
   std::vector<WalkCounters> counters(chunks);
   const auto render = [&](size_t chunk) {
-    const size_t begin = chunk * pixels_at_once, count = std::min(pixels_at_once, wanted.size() - begin);
+    const size_t begin = chunk * pixels_at_once, count = std::min(pixels_at_once, wanted.size() - begin),
+                 tasks = count * samples * heroes;
     const auto start = [&](size_t task) {
       const size_t pixel = wanted[begin + task / (samples * heroes)], s = task / heroes % samples, hero = task % heroes;
       RandomStream random(Key(options.seed, 0x70617468ull, options.stream, photographs[0], pixel, s, hero));
@@ -312,51 +244,21 @@ std::vector<PathPhotograph> RenderTogether(const Capture& capture, const Layered
                    y = static_cast<double>(pixel / first.camera.width) + random.Next();
       return PathStart{object_from_camera.translation_mm, ray_through(x, y), static_cast<int>(hero), random};
     };
-    const size_t tasks = count * samples * heroes;
-    std::vector<glm::dvec3> values(tasks * shared);  // index task * shared + photograph
-    std::vector<LayerSlopes> slopes(options.slopes ? values.size() * layers : 0);
-    std::vector<LayerControls> controls(slopes.size());
-    const auto keep = [&](size_t task, const CameraPath& path) {
-      for (size_t p = 0; p < shared; ++p) values[task * shared + p] = path.value(p);
-      if (!options.slopes) return;
-      std::copy(path.slopes().slopes().begin(), path.slopes().slopes().end(), &slopes[task * shared * layers]);
-      std::copy(path.slopes().controls().begin(), path.slopes().controls().end(), &controls[task * shared * layers]);
-    };
-    TracePaths(studio, body.grid, tasks, options.lanes, start, keep, counters[chunk]);
-    for (size_t k = 0; k < count; ++k)
+    FoundByPaths found(count, samples, heroes, shared, options.slopes ? layers : 0);
+    TracePaths(
+        studio, body.grid, tasks, options.lanes, start,
+        [&](size_t task, const CameraPath& path) { found.Keep(task, path); }, counters[chunk]);
+    for (size_t k = 0; k < count; ++k) {
+      const size_t rank = begin + k;
+      const glm::dvec3 centre = ray_through(static_cast<double>(wanted[rank] % first.camera.width) + 0.5,
+                                            static_cast<double>(wanted[rank] / first.camera.width) + 0.5);
       for (size_t p = 0; p < shared; ++p) {
-        PathPhotograph& result = results[p];
-        const auto value_at = [&](size_t s, size_t hero) { return ((k * samples + s) * heroes + hero) * shared + p; };
-        PixelSum sum;
-        std::array<glm::dvec3, PathPhotograph::kMaxGroups> group_sum{};
-        for (size_t s = 0; s < samples; ++s) {
-          glm::dvec3 value(0.0);
-          for (size_t hero = 0; hero < heroes; ++hero) value += values[value_at(s, hero)];
-          value /= static_cast<double>(heroes);
-          sum.Add(value);
-          group_sum[s % groups] += value;
-        }
-        const size_t rank = begin + k;
-        for (size_t g = 0; g < result.groups; ++g)
-          result.group_values[rank * groups + g] =
-              glm::vec3(group_sum[g] / static_cast<double>((samples - g + groups - 1) / groups));
-        for (size_t g = 0; options.slopes && g < groups; ++g)
-          for (size_t l = 0; l < layers; ++l) {
-            GroupSums group;
-            size_t paths = 0;
-            for (size_t s = g; s < samples; s += groups)
-              for (size_t hero = 0; hero < heroes; ++hero, ++paths)
-                group.Add(slopes[value_at(s, hero) * layers + l], controls[value_at(s, hero) * layers + l]);
-            result.slopes[(rank * groups + g) * layers + l] = group.Mean(static_cast<double>(paths));
-          }
-        PixelEstimate& pixel = result.pixels[rank];
-        pixel = sum.Estimate(static_cast<int>(samples));
-        const glm::dvec3 centre = ray_through(static_cast<double>(wanted[rank] % result.width) + 0.5,
-                                              static_cast<double>(wanted[rank] / result.width) + 0.5);
+        found.Write(k, p, rank, results[p]);
         const auto seen = scene.Next(object_from_camera.translation_mm, centre, kOutside, kFar, nullptr,
-                                     [&](int t) { return (things.things[t].photographs >> p & 1) != 0; });
-        pixel.on_object = seen && seen->opaque < 0;
+                                     [&](int t) { return (around.things[t].photographs >> p & 1) != 0; });
+        results[p].pixels[rank].on_object = seen && seen->opaque < 0;
       }
+    }
   };
   const size_t chunks_at_once = std::max(16u, 4 * std::thread::hardware_concurrency());
   for (size_t begin = 0; begin < chunks; begin += chunks_at_once) {

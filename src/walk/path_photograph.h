@@ -67,13 +67,6 @@ std::vector<std::array<double, 6>> SmoothedCovariance(const PathPhotograph& phot
 /// that what is left of it shares.
 std::vector<glm::dvec3> SmoothedMeans(const PathPhotograph& photo);
 
-/// The layers' media in the order of WalkScene: outside first. `body` holds their textures.
-Media MediaOf(const Capture& capture, const Material& material, const LayeredBody& body);
-
-/// Share of diffuse light that a half space of the layer's material returns, without a change of index: van de Hulst
-/// 1980, spherical albedo, on the similarity-reduced coefficients (within 0.002 for isotropic scattering).
-glm::dvec3 HalfSpaceReflectance(const Material::Layer& layer);
-
 /// Renders one photograph. `body`: of BuildSurfaces; `scenery`: all of the capture's, in its order. Every pixel's
 /// numbers depend on seed, photograph and pixel alone: the same bytes for any number of threads.
 PathPhotograph RenderByPaths(const Capture& capture, const LayeredBody& body, const std::vector<TriangleMesh>& scenery,

@@ -1,0 +1,24 @@
+#pragma once
+// What a capture's files hold, read and checked against each other.
+
+#include <vector>
+
+#include "geometry/cast_samples.h"
+#include "photo/photograph.h"
+
+namespace crownfit {
+
+/// A capture with everything it names read and found consistent.
+struct CrownInput {
+  Capture capture;
+  std::vector<Photograph> photographs;
+  CrownSource source;
+  std::vector<TriangleMesh> scenery;
+};
+
+/// Reads images and meshes and checks them against each other; thicknesses are bounded by what the crown is deep enough
+/// for. Throws InputError.
+/// `with_images` false: as for rendering, where the photographs need not exist.
+CrownInput ReadInput(const Capture& capture, int threads, bool with_images = true);
+
+}  // namespace crownfit
