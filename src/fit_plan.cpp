@@ -150,8 +150,7 @@ SceneLook LookAtScene(const FitProblem& problem, const CrownInput& input, const 
 }
 
 /// Stored costs, of one core (docs/validation.md, "Fits planned for a target").
-constexpr double kSecondsPerShare = 0.8e-6, kSecondsPerVertex = 13e-6, kSecondsPerWalk = 25e-6,
-                 kSecondsPerWalkOfRough = 35e-6;
+constexpr double kSecondsPerShare = 0.8e-6, kSecondsPerVertex = 13e-6, kSecondsPerWalk = 25e-6;
 
 double ShaderSeconds(const FitProblem& problem, const FitState& at) {
   const double vertices = static_cast<double>(at.cast.crown->fine.vertices.size());
@@ -184,7 +183,7 @@ double PathSeconds(const FitProblem& problem, const FitState& at, double paths) 
   const double walks = static_cast<double>(WhichShareWalks(problem.capture, photographs).size()) *
                        (runs * kWalksOfRun * std::max(paths, fewest) +
                         searches * kWalksOfSearchStep * std::max(kSearchShare * paths, fewest));
-  return walks * (has_rough ? kSecondsPerWalkOfRough : kSecondsPerWalk) / kCores;
+  return walks * kSecondsPerWalk / kCores;
 }
 
 std::vector<FitPlan> PlansFor(const FitProblem& problem, const FitState& at, const SceneLook& look) {
