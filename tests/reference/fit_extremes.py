@@ -4,8 +4,9 @@
 Case N is the same in every run: a bundled body of 32 to 64 pixels, materials and surfaces drawn from their whole ranges, often
 from a corner, lit as bundled or 100 times brighter or darker, some of its photographs, some of its numbers free, started off by up
 to a factor 4. Four of five are made by the model `shader` with 1 % noise and fitted by it (with the same light samples); the fifth is path-traced and fitted by walks.
-Every fit must end with a true status. Faults: a crash, a time-out, a number that is none, a result called usable in which a number
-called fitted misses the truth by more than 4 of its standard deviations. One line a case goes to DIR/results.jsonl; the
+Every fit must end with a true status. Faults: a crash, a time-out, a number that is none, a number called at its bound that is
+not, a result that is not usable without a reason, a result called usable in which a number called fitted misses the truth by more than 4 of
+its standard deviations. One line a case goes to DIR/results.jsonl; the
 same command goes on where it was stopped. Captures with a fault stay in DIR. Times are of the processor:
 none may take more than 900 s.
 """
@@ -20,6 +21,7 @@ import subprocess
 import sys
 from pathlib import Path
 
+BOUNDS = {"reduced_scattering_per_mm": (1e-3, 100), "absorption_per_mm": (1e-5, 20), "roughness": (0.01, 1), "thickness_mm": (0.02, 20), "ior": (1, 3), "g": (-0.99, 0.99)}
 BODIES = ("disc", "incisor_shader", "sphere")
 CHANNELS = "RGB"
 LIMIT_S = 900  # of processor time, so that what runs beside does not matter
@@ -81,10 +83,9 @@ def owner_of(document, name):
 
 def started_off(r, capture, free):
     """What the fit is given: start values in place of the true ones."""
-    bounds = {"reduced_scattering_per_mm": (1e-3, 100), "absorption_per_mm": (1e-5, 20), "roughness": (0.01, 1), "thickness_mm": (0.02, 20), "ior": (1, 3), "g": (-0.99, 0.99)}
     given = json.loads(json.dumps(capture))
     for name, key in free:
-        truth, (low, high) = owner_of(capture, name)[key]["fixed"], bounds[key]
+        truth, (low, high) = owner_of(capture, name)[key]["fixed"], BOUNDS[key]
         off = lambda v: min(high, max(low, v + r.uniform(-0.1, 0.1) if key in ("ior", "g") else v * math.exp(r.uniform(-1, 1) * math.log(4))))
         owner_of(given, name)[key] = {"initial": [off(v) for v in truth] if isinstance(truth, list) else off(truth)}
     if r.random() < 0.2:
@@ -130,6 +131,9 @@ def judged(material, truth, free):
         right = owner_of(truth, name)[key]["fixed"]
         values = mine["value"] if isinstance(mine["value"], list) else [mine["value"]]
         intervals = mine["interval95"] if isinstance(mine["interval95"][0], list) else [mine["interval95"]]
+        ends = [abs(v - end) <= 0.05 * abs(end) for v in values if v is not None for end in BOUNDS[key]]
+        if mine["status"] == "at_bound" and key != "thickness_mm" and not any(ends):  # a thickness ends where its layer does
+            faults.append(f"{name}.{key} is called at its bound: {values}")
         for c, (value, interval) in enumerate(zip(values, intervals)):
             goal = right[c] if isinstance(right, list) else right
             label = f"{name}.{key}" + (f"[{CHANNELS[c]}]" if len(values) > 1 else "")
@@ -165,6 +169,8 @@ def run(program, datasets, folder, number):
     material = json.loads((folder / "result/material.json").read_text())
     rows, faults = judged(material, truth, [tuple(f.split(".", 1)) for f in what["free"]])
     usable = material["status"] == "usable"
+    if not usable and not material["reasons"]:
+        faults.append("not usable, and no reason given")
     fitted = [(label, z) for label, status, z in rows if status == "fitted"]
     if usable:
         faults += [f"{label} is called fitted and off by {z} standard deviations" for label, z in fitted if abs(z) > 4]
