@@ -76,7 +76,7 @@ std::vector<Term> AllTerms() {
     terms.push_back({{transmitted ? "two layers, transmittance" : "two layers, reflectance",
                       "",
                       1,
-                      {kScattering, kAbsorption, kScattering, kAbsorption, kPlainThickness, kPlainThickness}},
+                      {kScattering, kAbsorption, kScattering, kAbsorption, Plain(kThickness), Plain(kThickness)}},
                      kStackBar,
                      call,
                      call,

@@ -31,8 +31,13 @@ inline const Range kAbsorption{{0, 1e-9, 1e3}, 1e-6, 1e3}, kScattering{{0, 1e-9,
     kG01{{0, 0.99}, 0, 0.99}, kAnyCosine{{-1, 0, 1}, -1, 1}, kShare{{0, 1}, 0, 1}, kBelowOne{{0, 0.95}, 0, 0.95},
     kSigned{{0, 1e-9, -1e-9, 0.05, -0.05, 700}, -50, 700}, kTransport{{1e-4, 1e3}, 1e-4, 1e3},
     kRadius{{0, 1e-6, 1e2}, 1e-4, 1e2}, kDepth{{1e-6, 10}, 1e-4, 1e2}, kZb{{1e-4, 1e2}, 1e-4, 1e2},
-    kPlainThickness{{0, 1e-9, 1e3}, 1e-4, 1e3, false}, kInside{{1e-6, 0.9}, 1e-4, 0.9}, kBeyond{{1, 1e3}, 1, 1e3},
-    kSmall{{0, 0.07, -0.07}, -0.07, 0.07};
+    kInside{{1e-6, 0.9}, 1e-4, 0.9}, kBeyond{{1, 1e3}, 1, 1e3}, kSmall{{0, 0.07, -0.07}, -0.07, 0.07};
+
+/// The same without slopes by it.
+inline Range Plain(Range range) {
+  range.has_slope = false;
+  return range;
+}
 
 /// A term's name, the text of `call` (T:: before every term, arguments x[0], x[1], ...), the highest value energy
 /// allows, and its arguments' ranges.
@@ -94,16 +99,21 @@ void ForEachTerm(See&& see) {
   TERM_ROW("PointSourceFlux", 1, T::PointSourceFlux(x[0], x[1], x[2]), kTransport, kDepth, kRadius);
   TERM_ROW("DecayBetween", 1, T::DecayBetween(x[0], x[1], x[2]), kSome, kTransport, kThickness);
   TERM_ROW("SmallExpDifference", any, T::SmallExpDifference(x[0], x[1]), kSmall, kSmall);
-  TERM_ROW("SlabReflectance", 1,
+  TERM_ROW("SlabReflectance", any, T::SlabReflectance(x[0], x[1], x[2], x[3], x[4], x[5]), kSome, kSome, kTransport,
+           kThickness, kZb, kZb);
+  TERM_ROW("SlabTransmittance", any, T::SlabTransmittance(x[0], x[1], x[2], x[3], x[4], x[5]), kSome, kSome, kTransport,
+           kThickness, kZb, kZb);
+  // Of a material: at most 1. Its slopes are sums that nearly vanish for white slabs, whatever the terms keep.
+  TERM_ROW("SlabReflectance, of a material", 1,
            T::SlabReflectance(x[0], x[0] + x[1],
                               sqrt(T::TransportSquared(x[1], T::DiffusionCoefficientGrosjean(x[0], x[1]))), x[2], x[3],
                               x[4]),
-           kSome, kAbsorption, kThickness, kZb, kZb);
-  TERM_ROW("SlabTransmittance", 1,
+           Plain(kSome), Plain(kAbsorption), Plain(kThickness), Plain(kZb), Plain(kZb));
+  TERM_ROW("SlabTransmittance, of a material", 1,
            T::SlabTransmittance(x[0], x[0] + x[1],
                                 sqrt(T::TransportSquared(x[1], T::DiffusionCoefficientGrosjean(x[0], x[1]))), x[2],
                                 x[3], x[4]),
-           kSome, kAbsorption, kThickness, kZb, kZb);
+           Plain(kSome), Plain(kAbsorption), Plain(kThickness), Plain(kZb), Plain(kZb));
   TERM_ROW("TablePlace, from 1", any, 1.0 + T::TablePlace(x[0]), kThickness);
   TERM_ROW("TableThickness", any, T::TableThickness(x[0]), Range{{0, 40}, 0, 40});
   TERM_ROW("CubicWeight", any,
