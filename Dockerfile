@@ -1,4 +1,4 @@
-# docker build -t crownfit . && docker run --rm -v "$PWD":/work crownfit fit CAPTURE -o RESULT
+# docker build -t crownfit . && docker run --rm -v "$PWD":/data crownfit fit CAPTURE -o RESULT
 FROM debian:12-slim AS build
 COPY . /crownfit
 WORKDIR /crownfit
@@ -10,6 +10,6 @@ COPY --from=build /crownfit/build/release/crownfit_*.deb /tmp/
 RUN apt-get update -q \
  && apt-get install -q -y --no-install-recommends /tmp/crownfit_*.deb \
  && rm -rf /var/lib/apt/lists/* /tmp/crownfit_*.deb
-WORKDIR /work
+WORKDIR /data
 ENTRYPOINT ["crownfit"]
 CMD ["--help"]

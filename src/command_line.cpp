@@ -50,7 +50,7 @@ CommandLine Parse(const std::vector<std::string>& arguments, std::ostream& error
       "  crownfit benchmark tradeoff C -o DIR   speed against accuracy of every model, on your capture\n\n"
       "CAPTURE is a folder that holds capture.json, or that file. docs/file_formats.md describes it.\n"
       "Exit codes: 0 done; 1 finished, but the result must not be used (reasons are printed); 2 wrong input;\n"
-      "3 interrupted; 4 internal error."};
+      "3 interrupted; 4 internal error; 75 batch stopped by SIGTERM."};
   app.name("crownfit");
   app.require_subcommand(1);
   app.set_version_flag("--version", "crownfit " CROWNFIT_VERSION);
@@ -103,7 +103,7 @@ CommandLine Parse(const std::vector<std::string>& arguments, std::ostream& error
   render->add_flag("--fine", line.fine, "Four times the light samples.");
   render->add_option("--scale", line.scale, "Pictures of so many times the camera's width and height (default 1).")
       ->check(CLI::Range(0.01, 1.0));
-  render->add_option("--seed", line.fit.seed, "Seed of the noise (default 1).");
+  render->add_option("--seed", line.fit.seed, "Seed of the noise and of model path's walks (default 1).");
   AddCommonOptions(render, line);
 
   AddView(app, line);
