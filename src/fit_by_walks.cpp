@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <functional>
+#include <optional>
 
 #include "base/linear_algebra.h"
 #include "gather_walks.h"
@@ -19,7 +20,7 @@ class WalkFit {
   bool Run(double to_beat) {
     at_.converged = false;
     ChooseStart();
-    if (ChooseValley() > to_beat) return false;
+    if (const Misfit left = ChooseValley(); left.of_patches > left.AsSeenByWalks(to_beat)) return false;
     gatherer_.TakePixels(problem_.options.max_pixels_by_walks());
     constexpr size_t kMostRuns = 8;
     std::vector<Estimate> runs{LongRun()};
@@ -39,11 +40,21 @@ class WalkFit {
   static constexpr double kSearchShare = 0.2, kMiddleShare = 0.4;  // of a long run's paths
   static constexpr double kSlopeShare = 0.4;  // in long runs; derivatives of several runs are averaged
 
+  /// What is left in patches, over its noise.
+  struct Misfit {
+    double of_patches, share_of_walks;  ///< of the walks in that noise
+    /// What pictures without noise leave, over the photographs' own, in these units; and what may be told from it.
+    double AsSeenByWalks(double of_photographs) const {
+      constexpr double kClear = 0.3;
+      return share_of_walks * (1.0 + kClear) + (1.0 - share_of_walks) * of_photographs;
+    }
+  };
   struct Estimate {
     Eigen::VectorXd unknowns;
     Eigen::VectorXd by_photographs;        ///< the material's entries, had nothing else been known
     Eigen::MatrixXd covariance, of_walks;  ///< of the material's entries
-    double chi2 = 0, block_chi2 = 0;
+    double chi2 = 0;
+    Misfit misfit;
     std::vector<std::vector<glm::dvec3>> values;
     bool is_on_its_way;  ///< the step was cut short, and led somewhere
     bool tells_all;      ///< its derivatives do, of every direction
@@ -103,22 +114,23 @@ class WalkFit {
   }
 
   /// Searches. A free roughness may have several optima (a lobe that reaches the camera and one that does not make the
-  /// same level): it is searched for from small, middle and large ones too, and the best is kept. How far patches are
-  /// off.
-  double ChooseValley() {
+  /// same level): it is searched for from small, middle and large ones too, and the best is kept. What is left there.
+  Misfit ChooseValley() {
     const double same_valley = std::log(1.6);
-    std::vector<std::pair<double, Eigen::VectorXd>> found;  // misfit, where
+    std::vector<std::pair<Misfit, Eigen::VectorXd>> found;  // and where
     const int roughness = unknowns_.EntryOf(RoughnessOf(problem_.capture));
     const auto was_found = [&](const Eigen::VectorXd& here) {
       return std::any_of(found.begin(), found.end(),
                          [&](const auto& f) { return std::abs(f.second[roughness] - here[roughness]) < same_valley; });
     };
+    Misfit left{HUGE_VAL, 1.0};
     const auto search = [&] {
-      for (const double share : {kSearchShare, kMiddleShare}) Search(share * Paths(), was_found);
+      for (const double share : {kSearchShare, kMiddleShare})
+        if (const auto ended = Search(share * Paths(), was_found)) left = *ended;
     };
     if (roughness < 0) {
       search();
-      return at_.steps.back().block_chi2;
+      return left;
     }
     const Eigen::VectorXd from = unknowns_.Here();
     std::vector<double> starts{from[roughness]};
@@ -134,21 +146,23 @@ class WalkFit {
       search();
       if (was_found(unknowns_.Here())) continue;
       const Estimate e = LongRun();
-      found.emplace_back(e.block_chi2, e.unknowns);
+      found.emplace_back(e.misfit, e.unknowns);
     }
-    const auto& [misfit, where] =
-        *std::min_element(found.begin(), found.end(), [](const auto& a, const auto& b) { return a.first < b.first; });
+    const auto& [misfit, where] = *std::min_element(found.begin(), found.end(), [](const auto& a, const auto& b) {
+      return a.first.of_patches < b.first.of_patches;
+    });
     unknowns_.GoTo(where);
     return misfit;
   }
 
   /// Steps until they gain no more than noise does, or lead to where a search was before. Where one made things worse
-  /// it is taken back, and derivatives get twice the paths.
-  void Search(double paths, const std::function<bool(const Eigen::VectorXd&)>& was_found) {
+  /// it is taken back, and derivatives get twice the paths. What was left before the last one, if there was one.
+  std::optional<Misfit> Search(double paths, const std::function<bool(const Eigen::VectorXd&)>& was_found) {
     constexpr double kReach = 0.4, kLongest = 0.7, kWorse = 1.5;
     constexpr int kMostSteps = 20;
     double slope_paths = paths, best = HUGE_VAL;
     Eigen::VectorXd best_at = unknowns_.Here();
+    std::optional<Misfit> left;
     for (int i = 0; i < kMostSteps && !was_found(unknowns_.Here()); ++i) {
       stage_ = "walking, step " + std::to_string(at_.steps.size() + 1);
       GatheredWalks g = gatherer_.Gather(paths, slope_paths, stage_);
@@ -158,6 +172,7 @@ class WalkFit {
         g = gatherer_.Gather(paths, slope_paths, stage_);
       }
       best = g.block_chi2;
+      left = {g.block_chi2, g.share_of_walks};
       best_at = unknowns_.Here();
       WalkedStep::Solution s;
       const Eigen::VectorXd whole =
@@ -167,10 +182,11 @@ class WalkFit {
       unknowns_.GoTo(best_at + step);
       if (s.gain <= kSettled * s.noise_gain) break;
     }
+    return left;
   }
 
   Estimate LongRun() {
-    constexpr double kReach = 1.0, kLongest = 0.5, kNothingKnown = 3.0;
+    constexpr double kReach = 1.0, kLongest = 0.5;
     stage_ = "walking, long run, step " + std::to_string(at_.steps.size() + 1);
     GatheredWalks g = gatherer_.Gather(Paths(), kSlopeShare * Paths(), stage_);
     WalkedStep::Solution s;
@@ -178,19 +194,25 @@ class WalkFit {
         unknowns_.Bounded(g.step, unknowns_.Prior(kReach, WalkUnknowns::From::kAll), WalkedStep::Noise::kTakenOff, s);
     const Eigen::VectorXd step = unknowns_.Shortened(whole, kLongest);
     Record("run", Paths(), g, step, s);
-    const WalkedStep::Solution data = g.step.Solve(unknowns_.Prior(kNothingKnown, WalkUnknowns::From::kPhotographs));
+    const WalkedStep::Solution data = g.step.Solve(RangesAlone(), unknowns_.Untold());
     const int n = unknowns_.material();
     Estimate e{unknowns_.Here() + step,
                at_.x + data.step.head(n),
                data.covariance.topLeftCorner(n, n),
                data.walk_covariance.topLeftCorner(n, n),
                g.chi2,
-               g.block_chi2,
+               {g.block_chi2, g.share_of_walks},
                std::move(g.values),
                IsOnItsWay(whole, step, s.covariance),
                data.seen};
     unknowns_.GoTo(e.unknowns);
     return e;
+  }
+
+  /// What is known of the material before any photograph.
+  WalkedStep::Prior RangesAlone() const {
+    constexpr double kNothingKnown = 3.0;
+    return unknowns_.Prior(kNothingKnown, WalkUnknowns::From::kPhotographs);
   }
 
   /// Goes to the runs' mean and says what is known there; true when they agree: two at once, or several that scatter
@@ -214,7 +236,7 @@ class WalkFit {
       covariance += e.covariance / n;
       of_walks += e.of_walks / n;
       k.reduced_chi2 += e.chi2 / n;
-      k.block_chi2 += e.block_chi2 / n;
+      k.block_chi2 += e.misfit.of_patches / n;
       for (size_t g = 0; g < at_.walked.size(); ++g)
         for (size_t i = 0; i < at_.walked[g].size(); ++i) at_.walked[g][i] += e.values[g][i] / n;
     }
@@ -222,19 +244,40 @@ class WalkFit {
     const Eigen::VectorXd allowed = of_walks.diagonal().cwiseMax(kOfUnknown * covariance.diagonal()).cwiseMax(1e-12);
     for (const Estimate& e : runs) off += (e.unknowns - mean).head(m).cwiseAbs2().cwiseQuotient(allowed).sum();
     const Eigen::MatrixXd walks_alone = of_walks;
-    const double scatter = runs.size() > 1 && m > 0 ? off / (m * (n - 1.0)) : 0.0;
+    const double moving = static_cast<double>(m) - static_cast<double>(unknowns_.Untold().size());
+    const double scatter = runs.size() > 1 && moving > 0 ? off / (moving * (n - 1.0)) : 0.0;
     of_walks *= std::max(1.0, scatter);
     unknowns_.GoTo(mean);
+    // What is left beyond noise is common to all runs: no number of walks averages it out. It is measured against the
+    // noise of one run, photographs and walks.
     k.inflation = std::max(1.0, k.block_chi2);
     const auto [variances, directions] = EigenOfSymmetric(covariance - walks_alone);
-    k.covariance =
-        k.inflation * directions * variances.cwiseMax(0.0).asDiagonal() * directions.transpose() + of_walks / n;
-    k.unseen = Eigen::MatrixXd::Zero(m, 0);
-    k.of_walks = of_walks.diagonal().cwiseQuotient(n * k.covariance.diagonal());
-    const Eigen::VectorXd all = EigenOfSymmetric(k.covariance).values;
-    if (m > 0) k.condition = std::sqrt(all[m - 1] / all[0]);
+    const Eigen::MatrixXd of_photographs = directions * variances.cwiseMax(0.0).asDiagonal() * directions.transpose();
+    k.covariance = of_photographs + (k.inflation - 1.0) * (of_photographs + walks_alone) + of_walks / n;
+    ForgetRanges(of_photographs + of_walks / n, k);
+    k.of_walks = (of_walks.diagonal() / n).cwiseQuotient(k.covariance.diagonal().cwiseMax(1e-300)).cwiseMin(1.0);
+    for (Eigen::Index u = 0; u < k.unseen.cols(); ++u) k.of_walks -= k.of_walks.cwiseProduct(k.unseen.col(u));
+    const Eigen::VectorXd all = EigenOfSymmetric(k.covariance).values;  // 0 where nothing is seen
+    if (const auto unseen = k.unseen.cols(); unseen < m) k.condition = std::sqrt(all[m - 1] / all[unseen]);
     at_.knowledge = k;
     return scatter <= (runs.size() < kSeveral ? kAgreeAtOnce : kAgree);
+  }
+
+  /// Entries of which pictures know no more than their range does were not seen, nor were those without derivatives.
+  /// What the others owe to the range of such a one stays in their variances.
+  void ForgetRanges(const Eigen::MatrixXd& known, DataKnowledge& k) const {
+    constexpr double kNoMore = 0.5;  // of the range's variance
+    const int m = unknowns_.material();
+    const Eigen::VectorXd of_range = RangesAlone().precision.diagonal().head(m).cwiseInverse();
+    std::vector<int> unseen = unknowns_.Untold();
+    for (int i = 0; i < m; ++i)
+      if (known(i, i) > kNoMore * of_range[i] && !std::count(unseen.begin(), unseen.end(), i)) unseen.push_back(i);
+    k.unseen = Eigen::MatrixXd::Zero(m, static_cast<Eigen::Index>(unseen.size()));
+    for (size_t u = 0; u < unseen.size(); ++u) {
+      k.unseen(unseen[u], static_cast<Eigen::Index>(u)) = 1.0;
+      k.covariance.row(unseen[u]).setZero();
+      k.covariance.col(unseen[u]).setZero();
+    }
   }
 
   void Record(const std::string& stage, double paths, const GatheredWalks& g, const Eigen::VectorXd& step,
@@ -256,10 +299,12 @@ class WalkFit {
 
 bool FitByWalks(const FitProblem& problem, CrownInput& input, FitState& at, bool must_explain_more,
                 Progress& progress) {
-  if (problem.free.count() == 0) return true;
   const double to_beat = must_explain_more ? at.knowledge.block_chi2 : HUGE_VAL;
   const FitState before = at;
-  if (WalkFit(problem, input, at, progress).Run(to_beat)) return true;
+  if (problem.free.count() == 0 || WalkFit(problem, input, at, progress).Run(to_beat)) {
+    MoveInput(problem, at, input);
+    return true;
+  }
   at = before;
   input.capture = Moved(problem.capture, problem.errors, at.calibration.amounts);
   return false;

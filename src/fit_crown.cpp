@@ -149,6 +149,8 @@ CrownFit FitCrown(const Capture& stated, const FitOptions& options, Progress& pr
   fit.walked_paths = at.walked_paths;
   fit.converged = at.converged;
   fit.mean_thickness_mm = at.cast.crown->thickness_mm;
+  for (size_t l = 0; l < fit.capture.layers.size(); ++l)  // a field was built with its scale, a mesh is as it is
+    if (fit.capture.layers[l].thickness_field) fit.mean_thickness_mm[l] /= at.cast.thickness_mm[l];
   fit.ends_at_neck = !at.cast.crown->cut.triangles.empty();
   fit.messages = input.source.messages;
   for (const FitPixels& p : at.pixels) fit.fitted_pixels += p.pixels.size();

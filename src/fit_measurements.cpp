@@ -22,15 +22,15 @@ void SetThicknesses(Capture& capture, CrownFit& fit) {
   }
 }
 
-/// Profiles of every weak entry, by fits: they cost milliseconds.
+/// Profiles of every weak entry, by fits, which cost milliseconds; parabolas where others know of the material too.
 std::vector<LikelihoodProfile> ProfilesOf(const ImageResiduals& residuals, const FreeParameters& free,
-                                          const CrownFit& fit) {
+                                          const CrownFit& fit, bool alone) {
   std::vector<LikelihoodProfile> profiles;
   const Profiler profiler(residuals, free, fit.best, fit.uncertainty.inflation, fit.options.use_priors);
   for (int k = 0; k < free.count(); ++k) {
     const double stddev = std::sqrt(fit.uncertainty.covariance(k, k));
     if (!IsWeak(free.entries[k], fit.best[k], stddev)) continue;
-    profiles.push_back(fit.options.profile_points > 0 && fit.converged
+    profiles.push_back(alone && fit.options.profile_points > 0 && fit.converged
                            ? profiler.Of(k, stddev, fit.options.profile_points)
                            : QuadraticProfile(free, fit.best, fit.uncertainty.covariance, k));
   }
@@ -82,7 +82,7 @@ CrownFit FitMeasurements(const Capture& stated, const FitOptions& options, Progr
                         /*with_model_errors=*/false);
   fit.knowledge = knowledge;
   fit.uncertainty = Quantify(fit.capture, free, solved.x, knowledge.With(beside.others), options.use_priors);
-  fit.profiles = ProfilesOf(residuals, free, fit);
+  fit.profiles = ProfilesOf(residuals, free, fit, beside.others.names.empty());
   fit.readings = CompareMeasurements(fit.capture, fit.material);
   fit.caveats = ModelCaveats(fit);
   Judge(fit);

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <glm/gtx/component_wise.hpp>
+#include <numeric>
 #include <optional>
 #include <utility>
 
@@ -22,6 +23,11 @@ constexpr double kRoughnessShare = 0.25;  // of the paths for other derivatives
 
 }  // namespace
 
+void MoveInput(const FitProblem& problem, const FitState& at, CrownInput& input) {
+  input.capture = Moved(problem.capture, problem.errors, at.calibration.amounts);
+  for (size_t l = 0; l < input.capture.lights.size(); ++l) input.capture.lights[l].intensity_scale = at.scales.light[l];
+}
+
 WalkGatherer::WalkGatherer(const FitProblem& problem, CrownInput& input, FitState& at, const WalkUnknowns& unknowns,
                            Progress& progress)
     : problem_(problem),
@@ -37,7 +43,7 @@ WalkGatherer::WalkGatherer(const FitProblem& problem, CrownInput& input, FitStat
 }
 
 void WalkGatherer::TakePixels(size_t at_most) {
-  MoveInput();
+  MoveInput(problem_, at_, input_);
   const Material material = MaterialAt(problem_.free, at_.x);
   at_.pixels = ChoosePixels(input_, at_.cast, at_most);
   if (!at_.calibration.slopes.empty()) {
@@ -57,13 +63,6 @@ void WalkGatherer::TakeNoiseFromNeighbours() {
     p.stddev = NoiseOfNeighbours(
         p, CastOf(p),
         PredictPixels(input_.capture, at_.cast, p.photograph, material, at_.scales.light, problem_.options.threads));
-}
-
-/// The capture with its calibration and lamps where the fit has moved them.
-void WalkGatherer::MoveInput() {
-  input_.capture = Moved(problem_.capture, problem_.errors, at_.calibration.amounts);
-  for (size_t l = 0; l < input_.capture.lights.size(); ++l)
-    input_.capture.lights[l].intensity_scale = at_.scales.light[l];
 }
 
 std::vector<WalkGatherer::Shared> WalkGatherer::SharedWalks() const {
@@ -101,15 +100,24 @@ std::vector<PathPhotograph> WalkGatherer::Predict(const Material& material, cons
 
 /// A material with nearly the same derivatives of ln(pixel), whose walks tell them with several times less noise: a
 /// smooth surface with diffuse exits, and less forward scattering at the same reduced coefficient (similarity). The
-/// solution does not move by it: there the derivatives only weigh what is left of the photographs.
+/// solution does not move by it: there the derivatives only weigh what is left of the photographs. A body so clear that
+/// light comes out without having become diffuse stays as it is: a smooth surface would make derivatives by its
+/// scattering up to four times as large as a rough one.
 Material WalkGatherer::SimilarForDerivatives(Material m, const LayeredBody& body) const {
-  constexpr double kClear = 1.0, kForwardIfClear = 0.8, kForward = 0.5;
+  constexpr double kClear = 1.0, kForwardIfClear = 0.8, kForward = 0.5, kClearBody = 2.0, kFindsLamps = 0.1;
+  const double deep = glm::compMin(body.high - body.low);
+  std::vector<double> depth;  // in transport paths
+  for (size_t l = 0; l < m.layers.size(); ++l)
+    depth.push_back(m.layers[l][Quantity::kReducedScattering][1] *
+                    (l + 1 < m.layers.size() ? m.layers[l][ThicknessQuantity(problem_.capture, l)][0] : deep));
+  if (std::accumulate(depth.begin(), depth.end(), 0.0) < kClearBody) {
+    for (double& r : m.surface[Quantity::kRoughness]) r = std::max(r, kFindsLamps);
+    return m;
+  }
   for (size_t l = 0; l < m.layers.size(); ++l) {
     Material::Layer& layer = m.layers[l];
     if (unknowns_.IsFree({l, Quantity::kAsymmetry}) || unknowns_.IsFree({l, Quantity::kIsotropicFraction})) continue;
-    const double deep = glm::compMin(body.high - body.low);
-    const double thickness = l + 1 < m.layers.size() ? layer[ThicknessQuantity(problem_.capture, l)][0] : deep;
-    const bool is_clear = layer[Quantity::kReducedScattering][1] * thickness < kClear;
+    const bool is_clear = depth[l] < kClear;
     layer[Quantity::kAsymmetry].fill(std::min(layer[Quantity::kAsymmetry][0], is_clear ? kForwardIfClear : kForward));
   }
   m.surface[Quantity::kRoughness].fill(0.0);
@@ -155,7 +163,7 @@ std::vector<RowsOfSlopes::Run> WalkGatherer::RunsOf(const std::list<SlopesFound>
 }
 
 GatheredWalks WalkGatherer::Gather(double paths, double slope_paths, const std::string& stage) {
-  MoveInput();
+  MoveInput(problem_, at_, input_);
   ForgetSlopesFarAway();
   const Material material = MaterialAt(problem_.free, at_.x);
   const Material similar = SimilarForDerivatives(material, bodies_.Of(material));
@@ -202,7 +210,7 @@ GatheredWalks WalkGatherer::Gather(double paths, double slope_paths, const std::
         }
       });
       for (const WalkedStep& part : parts) step->Add(part);
-      total.chi2 += c.chi2, total.block_chi2 += c.block_chi2;
+      total.chi2 += c.chi2, total.block_chi2 += c.block_chi2, total.share_of_walks += c.share_of_walks;
       total.values += c.values, total.block_values += c.block_values;
     }
   }
@@ -212,13 +220,14 @@ GatheredWalks WalkGatherer::Gather(double paths, double slope_paths, const std::
     step->AddExact(-e.residuals, e.jacobian);
   }
   ++at_.iterations;
-  return {std::move(*step), total.chi2 / static_cast<double>(total.values),
-          total.block_chi2 / static_cast<double>(total.block_values), std::move(values)};
+  const double count = static_cast<double>(total.values);
+  return {std::move(*step), total.chi2 / count, total.block_chi2 / static_cast<double>(total.block_values),
+          total.share_of_walks / count, std::move(values)};
 }
 
 double WalkGatherer::Misfit(double paths, const std::string& stage) {
   constexpr int kFewToCompare = 8;  // paths per pixel
-  MoveInput();
+  MoveInput(problem_, at_, input_);
   const Material material = MaterialAt(problem_.free, at_.x);
   double sum = 0;
   for (const Shared& shared : SharedWalks()) {

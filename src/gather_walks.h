@@ -13,10 +13,14 @@ namespace crownfit {
 
 inline constexpr int kFewestPaths = 48;  ///< per pixel: derivatives' errors come from groups
 
+/// The capture with its calibration and lamps where the fit has moved them.
+void MoveInput(const FitProblem& problem, const FitState& at, CrownInput& input);
+
 /// What walks say of the point where they were made.
 struct GatheredWalks {
   WalkedStep step;
   double chi2, block_chi2;                      ///< over the number of values, of patches' values
+  double share_of_walks;                        ///< in the variances of what is left
   std::vector<std::vector<glm::dvec3>> values;  ///< per photograph of the fit and sharp pixel
 };
 
@@ -41,7 +45,6 @@ class WalkGatherer {
     bool of_roughness;  ///< it alone: the others' derivatives need no rough surface
     PooledSlopes slopes;
   };
-  void MoveInput();
   void TakeNoiseFromNeighbours();
   const PhotographSpec& SpecOf(const FitPixels& p) const { return input_.capture.photographs[p.photograph]; }
   const PhotographCast& CastOf(const FitPixels& p) const { return at_.cast.photographs[p.photograph]; }

@@ -17,6 +17,10 @@ WalkUnknowns::WalkUnknowns(const FitProblem& problem, FitState& at) : problem_(p
   first_photograph_.resize(exposures_);
   for (auto p = at.pixels.rbegin(); p != at.pixels.rend(); ++p)
     if (p->exposure >= 0) first_photograph_[p->exposure] = p->photograph;
+  for (int k = 0; k < material_; ++k)
+    if (const FreeEntry& e = problem.free.entries[k];
+        !IsToldByWalks(e) && (e.layer == kSurfaceOwner || problem.capture.measurements.empty()))
+      untold_.push_back(k);
   at_.scales.calibration.assign(problem.errors.size(), 0.0);
 }
 
@@ -92,7 +96,7 @@ WalkedStep::Prior WalkUnknowns::Prior(double reach, From from) const {
 Eigen::VectorXd WalkUnknowns::Bounded(const WalkedStep& step, const WalkedStep::Prior& prior, WalkedStep::Noise noise,
                                       WalkedStep::Solution& s) const {
   Eigen::VectorXd moved = Eigen::VectorXd::Zero(count());
-  std::vector<int> held;
+  std::vector<int> held = untold_;
   for (bool again = true; again;) {
     again = false;
     s = step.Solve(prior, held, noise);

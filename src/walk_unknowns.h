@@ -18,6 +18,8 @@ class WalkUnknowns {
   bool IsFree(const SlopeParameter& p) const { return EntryOf(p) >= 0; }
   /// The first free entry of a parameter; -1: none.
   int EntryOf(const SlopeParameter& p) const;
+  /// Entries that stay where they are: walks have no derivatives by them, and no reading tells them either.
+  const std::vector<int>& Untold() const { return untold_; }
   /// A value in the scale of an entry, within its bounds.
   double InItsScale(int entry, double value) const;
 
@@ -68,6 +70,7 @@ class WalkUnknowns {
   FitState& at_;
   LinearScales stated_;
   int material_, exposures_, errors_;
+  std::vector<int> untold_;
   std::vector<int> lights_;               ///< of the capture, whose intensity is fitted
   std::vector<size_t> first_photograph_;  ///< per exposure
 };

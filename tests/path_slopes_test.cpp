@@ -368,6 +368,50 @@ TEST(WalkedStep, WhereSlopesTellNothingAtAllThePriorIsWhatIsKnown) {
   EXPECT_EQ(held.step, Eigen::VectorXd::Zero(2)) << "all of them at an end of their ranges";
 }
 
+TEST(WalkedStep, AnUnknownThatMovesNoPixelLeavesTheOthersWhatTheyAre) {
+  // Three told, with noise in their derivatives, and one that no pixel depends on, at every place among them.
+  constexpr int kGroups = 16, kUnknowns = 4;
+  constexpr double kTruth = 0.1;
+  for (int dead = 0; dead < kUnknowns; ++dead) {
+    WalkedStep step(kUnknowns, kGroups);
+    for (uint64_t p = 0; p < 200; ++p) {
+      auto gaussian = [&, number = uint64_t{0}]() mutable { return Gaussian(Key(5, p), number++); };
+      Eigen::Vector3d residual;
+      WalkedRows::Rows all = WalkedRows::Rows::Zero(kChannels, kUnknowns);
+      std::vector<WalkedRows::Rows> without(kGroups, all);
+      for (int c = 0; c < kChannels; ++c) {
+        double moved = 0;
+        for (int k = 0; k < kUnknowns; ++k) {
+          if (k == dead) continue;
+          const double slope = gaussian();
+          moved += kTruth * slope;
+          for (int g = 0; g < kGroups; ++g) {
+            const double noise = 0.3 * gaussian();
+            for (int other = 0; other < kGroups; ++other)
+              without[other](c, k) += (slope + noise) * (other == g ? 0.0 : 1.0 / (kGroups - 1));
+            all(c, k) += (slope + noise) / kGroups;
+          }
+        }
+        residual[c] = moved + 0.3 * gaussian();
+      }
+      step.Add({residual, 0.09 * Eigen::Matrix3d::Identity()}, {all, without, WalkedRows::Rows(kChannels, 0)});
+    }
+    const WalkedStep::Prior wide{Eigen::MatrixXd::Identity(kUnknowns, kUnknowns) / 9.0,
+                                 Eigen::VectorXd::Zero(kUnknowns)};
+    const WalkedStep::Solution s = step.Solve(wide);
+    EXPECT_FALSE(s.seen);
+    for (int k = 0; k < kUnknowns; ++k) {
+      if (k == dead) {
+        EXPECT_EQ(s.step[k], 0.0);
+        EXPECT_NEAR(s.covariance(k, k), 9.0, 1e-9);
+      } else {
+        EXPECT_NEAR(s.step[k], kTruth, 4 * std::sqrt(s.covariance(k, k))) << k << " beside " << dead;
+        EXPECT_LT(std::sqrt(s.covariance(k, k)), 0.03) << k << " beside " << dead;
+      }
+    }
+  }
+}
+
 TEST(WalkedStep, NoiseThatPixelsShareDoesNotAverageOut) {
   // One unknown, a hundred pixels whose predictions have walks in common, or not.
   constexpr int kPixels = 100, kGroups = 16;

@@ -155,6 +155,19 @@ Material MaterialAt(const FreeParameters& free, const Eigen::VectorXd& x) {
   return material;
 }
 
+bool IsToldByWalks(const FreeEntry& entry) {
+  switch (entry.quantity) {
+    case Quantity::kReducedScattering:
+    case Quantity::kAbsorption:
+    case Quantity::kAsymmetry:
+    case Quantity::kIor:
+    case Quantity::kRoughness:
+      return true;
+    default:
+      return entry.moves_surface;
+  }
+}
+
 Eigen::RowVectorXd ValueGradient(const FreeParameters& free, const Eigen::VectorXd& x, size_t layer, Quantity quantity,
                                  int channel) {
   const Material material = MaterialAt(free, x);

@@ -25,6 +25,10 @@ struct FreeEntry {
   bool moves_surface = false;  ///< a thickness that makes the next layer's surface: geometry is cast again for it
 };
 
+/// Whether walks give derivatives by it: not by a film, the neck's return, the isotropic share, and depths that come
+/// from a mesh.
+bool IsToldByWalks(const FreeEntry& entry);
+
 struct FreeParameters {
   std::vector<FreeEntry> entries;
   Material start;

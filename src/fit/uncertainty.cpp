@@ -191,7 +191,7 @@ Uncertainty Quantify(const Capture& capture, const FreeParameters& free, const E
   Eigen::VectorXd prior_variance(n);
   for (int k = 0; k < n; ++k) prior_variance[k] = free.entries[k].prior_stddev * free.entries[k].prior_stddev;
   if (n > 0) {
-    // With the priors: what the photographs say, plus theirs.
+    // What the photographs say, plus the priors, or in their place that a value lies in its range.
     Eigen::MatrixXd precision = data.Precision();
     const auto [variances, directions] = EigenOfSymmetric(data.covariance);
     const auto unseen = data.unseen.cols();
@@ -201,7 +201,10 @@ Uncertainty Quantify(const Capture& capture, const FreeParameters& free, const E
       const double stddev = std::sqrt(std::max(0.0, variances[i]));
       if (stddev > kWeak) result.weak_directions.push_back(Describe(free, directions.col(i), stddev));
     }
-    precision.diagonal() += prior_variance.cwiseInverse();
+    for (int k = 0; k < n; ++k) {
+      const double range = (free.entries[k].high - free.entries[k].low) / std::sqrt(12.0);
+      precision(k, k) += use_priors ? 1.0 / prior_variance[k] : 1.0 / (range * range);
+    }
     posterior = InverseOfSymmetric(precision);
   }
   result.covariance = posterior;

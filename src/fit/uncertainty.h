@@ -32,7 +32,7 @@ struct Uncertainty {
   double condition = 0;          ///< of the data-only problem in the fit's own scales
   std::vector<double> of_walks;  ///< per free entry: the share of its variance that the fit's own walks make
   std::vector<std::string> weak_directions;  ///< combinations that the photographs do not tell apart
-  Eigen::MatrixXd covariance;                ///< of the free entries in their own scales, with the priors
+  Eigen::MatrixXd covariance;  ///< of the free entries in their own scales, with the priors or else ranges
 };
 
 /// What the photographs alone say about the free entries around a solution.

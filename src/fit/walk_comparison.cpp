@@ -10,12 +10,20 @@
 namespace crownfit {
 namespace {
 
+constexpr double kShrink = 0.98;  // of correlations: paths that are grey make channels nearly one
+
+Eigen::Matrix3d Shrunk(const Eigen::Matrix3d& correlation) {
+  Eigen::Matrix3d shrunk = kShrink * correlation;
+  shrunk.diagonal().setOnes();
+  return shrunk;
+}
+
 /// How the channels' noise goes together, from differences of neighbouring residuals: walked photographs follow one
 /// path in all channels, and cameras interpolate.
 Eigen::Matrix3d NoiseCorrelation(const FitPixels& p, const PhotographCast& cast,
                                  const std::vector<Eigen::Vector3d>& residual,
                                  const std::vector<Eigen::Vector3d>& stddev) {
-  constexpr double kClip = 4.0, kShrink = 0.98, kFew = 1e-3;
+  constexpr double kClip = 4.0, kFew = 1e-3;
   constexpr int kNear = 4;  // pixels: where only every n-th is used
   Eigen::Matrix3d sum = kFew * Eigen::Matrix3d::Identity();
   for (size_t i = 1; i < residual.size(); ++i) {
@@ -28,15 +36,13 @@ Eigen::Matrix3d NoiseCorrelation(const FitPixels& p, const PhotographCast& cast,
     sum += off * off.transpose();
   }
   const Eigen::Vector3d root = sum.diagonal().cwiseSqrt().cwiseInverse();
-  Eigen::Matrix3d correlation = kShrink * root.asDiagonal() * sum * root.asDiagonal();
-  correlation.diagonal().setOnes();
-  return correlation;
+  return root.asDiagonal() * sum * root.asDiagonal();
 }
 
 void WeighPatches(const FitPixels& p, const PhotographCast& cast, const std::vector<Eigen::Vector3d>& stddev,
-                  const Eigen::Matrix3d& correlation, WalkComparison& c) {
+                  const Eigen::Matrix3d& noise, WalkComparison& c) {
   constexpr double kWidth = 3.0, kUsualLargest = 1.0, kClip = 4.0;
-  const Eigen::LLT<Eigen::Matrix3d> root(correlation);
+  const Eigen::LLT<Eigen::Matrix3d> root(Shrunk(noise));
   std::map<std::pair<int, int>, std::vector<size_t>> patches;
   for (size_t i = 0; i < p.pixels.size(); ++i)
     patches[{cast.pixels[p.pixels[i]].x / kPatch, cast.pixels[p.pixels[i]].y / kPatch}].push_back(i);
@@ -54,6 +60,8 @@ void WeighPatches(const FitPixels& p, const PhotographCast& cast, const std::vec
     c.block_chi2 += sum.squaredNorm();
     largest.push_back(sum.cwiseAbs().maxCoeff());
   }
+  const double of_noise = root.solve(noise).trace() / kChannels;  // what noise alone makes of a square
+  c.chi2 /= of_noise, c.block_chi2 /= of_noise;
   c.values = kChannels * p.pixels.size();
   c.block_values = kChannels * patches.size();
   std::vector<double> sorted = largest;
@@ -109,12 +117,13 @@ WalkComparison CompareWithWalks(const FitPixels& p, const PhotographCast& cast, 
     of_walks.push_back(root(variance));
     stddev.push_back(root(variance + p.stddev[i] * p.stddev[i]));
   }
-  const Eigen::Matrix3d correlation = NoiseCorrelation(p, cast, c.residual, stddev);
+  const Eigen::Matrix3d noise = NoiseCorrelation(p, cast, c.residual, stddev), correlation = Shrunk(noise);
   for (size_t i = 0; i < stddev.size(); ++i) {
     c.covariance.push_back(stddev[i].asDiagonal() * correlation * stddev[i].asDiagonal());
     c.of_walks.push_back(of_walks[i].asDiagonal() * correlation * of_walks[i].asDiagonal());
+    c.share_of_walks += of_walks[i].cwiseQuotient(stddev[i]).squaredNorm();
   }
-  WeighPatches(p, cast, stddev, correlation, c);
+  WeighPatches(p, cast, stddev, noise, c);
   return c;
 }
 

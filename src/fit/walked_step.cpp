@@ -166,11 +166,14 @@ WalkedStep::Solution WalkedStep::Solve(const Prior& prior, const std::vector<int
     return v > 0 ? 1.0 / std::sqrt(v) : 1.0;
   });
   std::vector<int> asked;
-  for (int k = 0; k < unknowns_; ++k)
-    if (!std::count(held.begin(), held.end(), k)) asked.push_back(k);
+  std::vector<int> told, loose;
+  for (int k = 0; k < unknowns_; ++k) {
+    if (std::count(held.begin(), held.end(), k)) continue;
+    asked.push_back(k);
+    (normal(k, k) > 0 ? told : loose).push_back(k);
+  }
   // Along some direction slopes may tell no better than noise would. The unknown that it is mostly made of is then
   // known from the prior alone, and the others as they follow it.
-  std::vector<int> told = asked, loose;
   Eigen::MatrixXd inverse_told;
   while (true) {
     const Eigen::VectorXd unit = all_units(told);
@@ -185,7 +188,8 @@ WalkedStep::Solution WalkedStep::Solve(const Prior& prior, const std::vector<int
     Eigen::Index least = -1;
     double told_by = kTold;
     for (Eigen::Index i = 0; i < values.size(); ++i)
-      if (const double by = values[i] / std::sqrt(variances[i]); !(by > told_by)) least = i, told_by = by;
+      if (const double by = values[i] > 0 ? values[i] / std::sqrt(variances[i]) : -1.0; by <= told_by)
+        least = i, told_by = by;
     if (least < 0) {
       inverse_told = unit.asDiagonal() * directions * values.cwiseInverse().asDiagonal() * directions.transpose() *
                      unit.asDiagonal();

@@ -97,7 +97,7 @@ struct CrownFit {
   std::vector<PhotographResult> photographs;
   std::vector<ReadingResult> readings;
   std::vector<MovedCalibration> calibration;  ///< as far as the capture states its errors
-  std::vector<double> mean_thickness_mm;      ///< per layer, of the fitted geometry
+  std::vector<double> mean_thickness_mm;      ///< per layer; where a scale is a field's or a mesh's factor, at scale 1
   bool converged = false, usable = false, ends_at_neck = false;
   int iterations = 0, casts = 0;
   std::vector<TogetherWith> together;  ///< the captures that share the material; empty: this one alone

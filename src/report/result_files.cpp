@@ -44,10 +44,8 @@ JsonValue ThicknessJson(const CrownFit& fit, size_t layer) {
   const bool is_last = layer + 1 == fit.capture.layers.size();
   if (!has_scale && (!is_last || fit.capture.layers[layer][Quantity::kThickness].stated)) return ParameterJson(*stated);
   FittedParameter p = *Find(fit, layer, Quantity::kThicknessScale);
-  // A field was built with its scale, a mesh is as it is.
-  const double mean = fit.mean_thickness_mm[layer] / (fit.capture.layers[layer].thickness_field ? p.value[0] : 1.0);
   for (auto* list : {&p.value, &p.stddev, &p.low95, &p.high95})
-    for (double& v : *list) v *= mean;
+    for (double& v : *list) v *= fit.mean_thickness_mm[layer];
   return ParameterJson(p);
 }
 

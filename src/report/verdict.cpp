@@ -50,15 +50,11 @@ std::vector<std::string> ModelCaveats(const CrownFit& fit) {
     caveats.push_back("The scan is open at the neck: what lies beyond is assumed, and pixels within " +
                       Number(kNeckReachMm) + " mm of it count for less (up to 30 % error at the cut).");
   if (fit.model == "path") {
-    for (const FittedParameter& p : fit.uncertainty.parameters) {
-      const bool has_no_slopes = p.quantity == Quantity::kWetness || p.quantity == Quantity::kNeckReturn ||
-                                 p.quantity == Quantity::kIsotropicFraction ||
-                                 (p.quantity == Quantity::kThickness && p.layer + 1 == capture.layers.size());
-      if (has_no_slopes && !p.stddev.empty())
-        caveats.push_back("'" + p.name +
+    for (const FreeEntry& e : fit.entries)
+      if (!IsToldByWalks(e))
+        caveats.push_back("'" + e.name +
                           "' stays where model `shader` left it: walks give no derivative by it, and "
                           "what it leaves open is not in the other intervals. Fix it if you know it.");
-    }
     std::string noisy;
     const std::vector<double>& of_walks = fit.uncertainty.of_walks;
     for (size_t k = 0; k < of_walks.size(); ++k)
