@@ -153,6 +153,7 @@ CrownFit FitCrown(const Capture& stated, const FitOptions& options, Progress& pr
     if (fit.capture.layers[l].thickness_field) fit.mean_thickness_mm[l] /= at.cast.thickness_mm[l];
   fit.ends_at_neck = !at.cast.crown->cut.triangles.empty();
   fit.messages = input.source.messages;
+  if (const std::string note = DepthNote(fit.capture, *at.cast.crown); !note.empty()) fit.messages.push_back(note);
   for (const FitPixels& p : at.pixels) fit.fitted_pixels += p.pixels.size();
   const Predictor predict = fit.model == "path"
                                 ? PredictorByWalks(problem, input, at, progress)

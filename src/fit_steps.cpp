@@ -1,6 +1,8 @@
 #include "fit_steps.h"
 
 #include <algorithm>
+#include <cmath>
+#include <cstdio>
 #include <map>
 
 #include "fit_pixels.h"
@@ -67,6 +69,20 @@ std::vector<double> ThicknessesOf(const Capture& capture, const Material& materi
   for (size_t i = 0; i < capture.layers.size(); ++i)
     thickness.push_back(material.layers[i][ThicknessQuantity(capture, i)][0]);
   return thickness;
+}
+
+std::string DepthNote(const Capture& capture, const Crown& crown) {
+  constexpr double kApart = 0.05;
+  const ParameterSpec& stated = capture.layers.back()[Quantity::kThickness];
+  if (!stated.stated || !stated.fixed) return "";
+  const double depth = MedianDepth(crown);
+  if (std::abs(stated.value[0] - depth) <= kApart * depth) return "";
+  char text[300];
+  std::snprintf(text, sizeof text,
+                "%s.thickness_mm is fixed at %.3g mm, but its mesh is %.3g mm deep: photographs are predicted with the "
+                "mesh's depth, which thickness_mm scales only where it is free",
+                capture.layers.back().name.c_str(), stated.value[0], depth);
+  return text;
 }
 
 std::vector<double> CastThicknesses(const Capture& capture, const Crown& crown, std::vector<double> built_mm) {

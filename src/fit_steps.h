@@ -22,6 +22,9 @@ std::vector<double> ThicknessesOf(const Capture& capture, const Material& materi
 /// its mesh has.
 std::vector<double> CastThicknesses(const Capture& capture, const Crown& crown, std::vector<double> built_mm);
 
+/// To be said where a fixed thickness of the last layer is not its mesh's depth; else empty.
+std::string DepthNote(const Capture& capture, const Crown& crown);
+
 /// True when a fitted thickness is so far from the cast one that lengths should be cast again: by more than 0.1 % and
 /// more than a tenth of its standard deviation.
 bool GeometryIsStale(const FreeParameters& free, const Eigen::VectorXd& cast_at, const Eigen::VectorXd& x,

@@ -121,6 +121,28 @@ double CostAt(const ImageResiduals& residuals, const FreeParameters& free, const
   return cost;
 }
 
+/// The factor on the body's depth, where it is free (flat samples); -1: none.
+int DepthOf(const FreeParameters& free) {
+  for (int k = 0; k < free.count(); ++k)
+    if (free.entries[k].quantity == Quantity::kThickness && !free.entries[k].moves_surface) return k;
+  return -1;
+}
+
+/// A body so many times as deep, of the same optical depth.
+Eigen::VectorXd TimesAsDeep(double factor, int depth, const FreeParameters& free, Eigen::VectorXd x) {
+  for (int k = 0; k < free.count(); ++k) {
+    const FreeEntry& e = free.entries[k];
+    const bool is_coefficient = e.quantity == Quantity::kAbsorption || e.quantity == Quantity::kReducedScattering;
+    if (e.layer != free.entries[depth].layer || e.role == FreeEntry::Role::kPowerExponent) continue;
+    if (k != depth && !is_coefficient) continue;
+    x[k] = std::clamp(x[k] + std::log(k == depth ? factor : 1.0 / factor), e.low, e.high);
+  }
+  return x;
+}
+
+SolveResult SolveFrom(const ImageResiduals& residuals, const FreeParameters& free, const Eigen::VectorXd& start,
+                      const SolveOptions& options, const SolveProgress& progress);
+
 }  // namespace
 
 Eigen::VectorXd BracketStart(const ImageResiduals& residuals, const FreeParameters& free, const SolveOptions& options,
@@ -151,6 +173,25 @@ Eigen::VectorXd BracketStart(const ImageResiduals& residuals, const FreeParamete
 
 SolveResult Solve(const ImageResiduals& residuals, const FreeParameters& free, const Eigen::VectorXd& start,
                   const SolveOptions& options, const SolveProgress& progress) {
+  SolveResult best = SolveFrom(residuals, free, start, options, progress);
+  const int depth = DepthOf(free);
+  if (depth < 0) return best;
+  const Eigen::VectorXd found = best.x;
+  for (const double factor : {0.5, 2.0}) {
+    SolveResult again = SolveFrom(residuals, free, TimesAsDeep(factor, depth, free, found), options, progress);
+    again.iterations += best.iterations;
+    if (again.cost < best.cost)
+      best = std::move(again);
+    else
+      best.iterations = again.iterations;
+  }
+  return best;
+}
+
+namespace {
+
+SolveResult SolveFrom(const ImageResiduals& residuals, const FreeParameters& free, const Eigen::VectorXd& start,
+                      const SolveOptions& options, const SolveProgress& progress) {
   SolveResult result;
   result.x = start;
   if (free.count() == 0) {
@@ -193,4 +234,5 @@ SolveResult Solve(const ImageResiduals& residuals, const FreeParameters& free, c
   return result;
 }
 
+}  // namespace
 }  // namespace crownfit

@@ -50,7 +50,9 @@ def true_capture(r, source):
         layer["ior"] = {"fixed": drawn(r, 1.2, 1.8, (1.0, 1.33, 2.4, 3.0), log=False)}
         layer["g"] = {"fixed": drawn(r, 0.0, 0.95, (-0.99, 0.0, 0.99), log=False)}
         if "thickness_mm" in layer:
-            layer["thickness_mm"] = {"fixed": drawn(r, 0.1, 1.0, (0.05, 1.2))}
+            thickness = drawn(r, 0.1, 1.0, (0.05, 1.2))
+            if layer is not capture["object"]["layers"][-1]:  # whose mesh is as deep as it is
+                layer["thickness_mm"] = {"fixed": thickness}
         free += [(layer["name"], "reduced_scattering_per_mm"), (layer["name"], "absorption_per_mm")]
         for key, chance in (("ior", 0.1), ("g", 0.1), ("thickness_mm", 0.2)):
             if key in layer and r.random() < chance:
