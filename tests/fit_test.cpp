@@ -95,6 +95,37 @@ TEST_F(SelfConsistency, AFreeThicknessIsCastAgainUntilItIsFound) {
   EXPECT_TRUE(fit.converged) << fit.casts << " casts";
 }
 
+TEST_F(SelfConsistency, AFreeDepthIsFoundBeyondTheValleyOfEqualOpticalDepth) {
+  // Black glass: what returns tells scattering over absorption, what passes absorption times depth, and only the
+  // shadow's edge how long a millimetre is.
+  std::filesystem::copy(CROWNFIT_DATASETS "/disc", folder.path, std::filesystem::copy_options::recursive);
+  Capture capture = ReadCapture(folder.path);
+  for (PhotographSpec& p : capture.photographs) p.camera = WithPixels(p.camera, 24, 24, 4.0, 4.0);
+  const auto set = [&](Quantity q, const std::array<double, 3>& value, bool is_free) {
+    ParameterSpec& spec = capture.layers[0][q];
+    spec.value = value;
+    spec.fixed = !is_free;
+    spec.sharing = q == Quantity::kAbsorption ? Sharing::kNone : Sharing::kOneValue;
+  };
+  set(Quantity::kReducedScattering, {0.00726, 0.00726, 0.00726}, true);
+  set(Quantity::kAbsorption, {10.58, 5.19, 6.63}, true);
+  set(Quantity::kIor, {1.354, 1.354, 1.354}, false);
+  set(Quantity::kAsymmetry, {0.0, 0.0, 0.0}, false);
+  set(Quantity::kThickness, {1.0, 1.0, 1.0}, true);
+  capture.surface[static_cast<size_t>(Quantity::kRoughness)].value.fill(0.03);
+  capture.surface[static_cast<size_t>(Quantity::kRoughness)].fixed = true;
+  std::erase_if(capture.photographs, [](const PhotographSpec& p) { return p.is_holdout; });
+  for (Light& light : capture.lights) light.intensity_scale = 100.0;  // far above what is taken for read noise
+  for (PhotographSpec& p : capture.photographs) p.files.variance.reset();
+  RenderTruth(capture, StatedMaterial(capture));
+  set(Quantity::kReducedScattering, {0.0034, 0.0034, 0.0034}, true);
+  set(Quantity::kAbsorption, {13.6, 8.9, 3.8}, true);
+  set(Quantity::kThickness, {2.6, 2.6, 2.6}, true);
+  const CrownFit fit = Fit(capture);
+  EXPECT_NEAR(fit.material.layers[0][Quantity::kThickness][0], 1.0, 0.02);
+  EXPECT_NEAR(fit.material.layers[0][Quantity::kAbsorption][1], 5.19, 0.1);
+}
+
 TEST_F(SelfConsistency, FreeExposuresAreFoundInClosedForm) {
   const CrownFit fit = Fit(Make({.pixels = 24, .free_exposures = true}));
   int count = 0;

@@ -173,17 +173,23 @@ Eigen::VectorXd BracketStart(const ImageResiduals& residuals, const FreeParamete
 
 SolveResult Solve(const ImageResiduals& residuals, const FreeParameters& free, const Eigen::VectorXd& start,
                   const SolveOptions& options, const SolveProgress& progress) {
+  constexpr double kGain = 1e-3;  // of the cost
+  constexpr int kMostRounds = 4;
   SolveResult best = SolveFrom(residuals, free, start, options, progress);
   const int depth = DepthOf(free);
   if (depth < 0) return best;
-  const Eigen::VectorXd found = best.x;
-  for (const double factor : {0.5, 2.0}) {
-    SolveResult again = SolveFrom(residuals, free, TimesAsDeep(factor, depth, free, found), options, progress);
-    again.iterations += best.iterations;
-    if (again.cost < best.cost)
-      best = std::move(again);
-    else
-      best.iterations = again.iterations;
+  bool better = true;
+  for (int round = 0; better && round < kMostRounds; ++round) {
+    better = false;
+    const Eigen::VectorXd found = best.x;
+    for (const double factor : {0.5, 0.75, 1.33, 2.0}) {
+      SolveResult again = SolveFrom(residuals, free, TimesAsDeep(factor, depth, free, found), options, progress);
+      again.iterations += best.iterations;
+      if (again.cost < (1.0 - kGain) * best.cost)
+        best = std::move(again), better = true;
+      else
+        best.iterations = again.iterations;
+    }
   }
   return best;
 }

@@ -33,9 +33,9 @@ using SolveProgress = std::function<void(int iteration, double cost)>;
 Eigen::VectorXd BracketStart(const ImageResiduals& residuals, const FreeParameters& free, const SolveOptions& options,
                              Eigen::VectorXd x);
 
-/// From `start`; where a factor on the body's depth is free, also from half and twice the depth found, of the same
-/// optical depth: scattering, absorption and 1 / depth do nearly the same, and a solver stops in that valley. The best
-/// of them.
+/// From `start`; where a factor on the body's depth is free, also from half to twice the depth found, of the same
+/// optical depth, as long as that gains: scattering, absorption and 1 / depth do nearly the same, and a solver stops in
+/// that valley.
 SolveResult Solve(const ImageResiduals& residuals, const FreeParameters& free, const Eigen::VectorXd& start,
                   const SolveOptions& options, const SolveProgress& progress);
 

@@ -15,7 +15,7 @@ inline void RenderTruth(const Capture& capture, const Material& truth) {
   CastOptions options;
   options.shade_scenery = true;
   Progress silent(ProgressMode::kNone);
-  const CastState state = CastAll(input, {truth.layers[0][Quantity::kThickness][0], 1.0}, options, silent);
+  const CastState state = CastAll(input, ThicknessesOf(capture, truth), options, silent);
   for (size_t i = 0; i < capture.photographs.size(); ++i) {
     Image image(capture.photographs[i].camera.width, capture.photographs[i].camera.height, 3);
     const auto values = PredictPixels(capture, state, i, truth, StatedLightScales(capture), 0);
