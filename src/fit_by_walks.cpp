@@ -22,13 +22,20 @@ class WalkFit {
     ChooseStart();
     if (const Misfit left = ChooseValley(); left.of_patches > left.AsSeenByWalks(to_beat)) return false;
     gatherer_.TakePixels(problem_.options.max_pixels_by_walks());
-    constexpr size_t kMostRuns = 8;
+    constexpr size_t kMostRuns = 8, kSeveral = 3;
     std::vector<Estimate> runs{LongRun()};
+    bool strayed = false;
     for (size_t made = 1; made < kMostRuns && !(at_.converged && !WouldGainByWalks()); ++made) {
       runs.push_back(LongRun());
       // Those that were still on their way only led here; so did those whose derivatives were too noisy to tell what
       // later ones, which know those of several runs, do.
-      if (runs.end()[-2].is_on_its_way || runs.back().is_on_its_way) runs.erase(runs.begin(), runs.end() - 1);
+      // One that strays from several that had arrived has bad luck with its derivatives; two on end have not.
+      const bool strays = runs.back().is_on_its_way && runs.size() > kSeveral && !strayed;
+      strayed = strays;
+      if (strays)
+        runs.pop_back();
+      else if (runs.end()[-2].is_on_its_way || runs.back().is_on_its_way)
+        runs.erase(runs.begin(), runs.end() - 1);
       if (runs.back().tells_all) std::erase_if(runs, [](const Estimate& e) { return !e.tells_all; });
       at_.converged = Conclude(runs) && runs.size() > 1;
     }

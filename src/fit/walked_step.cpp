@@ -146,7 +146,8 @@ Eigen::MatrixXd InverseOfScaled(const Eigen::MatrixXd& m, const Eigen::VectorXd&
 WalkedStep::Solution WalkedStep::Solve(const Prior& prior, const std::vector<int>& held, Noise noise) const {
   Check(prior.precision.rows() == unknowns_ && prior.precision.cols() == unknowns_ && prior.pull.size() == unknowns_,
         "a prior of all unknowns");
-  constexpr double kTold = 1.5;  // standard deviations: of the square of a slope, whose own are twice as many
+  constexpr double kTold = 1.5;      // standard deviations: of the square of a slope, whose own are twice as many
+  constexpr double kNothing = 1e-9;  // of what is known of an unknown anyway
   const auto groups = static_cast<Eigen::Index>(normal_without_.size());
   const double jackknife = static_cast<double>(groups - 1) / static_cast<double>(groups);
   const Eigen::MatrixXd normal = noise == Noise::kTakenOff ? Eigen::MatrixXd(normal_ - noise_) : normal_;
@@ -188,7 +189,7 @@ WalkedStep::Solution WalkedStep::Solve(const Prior& prior, const std::vector<int
     Eigen::Index least = -1;
     double told_by = kTold;
     for (Eigen::Index i = 0; i < values.size(); ++i)
-      if (const double by = values[i] > 0 ? values[i] / std::sqrt(variances[i]) : -1.0; by <= told_by)
+      if (const double by = values[i] > kNothing ? values[i] / std::sqrt(variances[i]) : -1.0; by <= told_by)
         least = i, told_by = by;
     if (least < 0) {
       inverse_told = unit.asDiagonal() * directions * values.cwiseInverse().asDiagonal() * directions.transpose() *
