@@ -83,7 +83,7 @@ TEST(FitByWalks, FindsAToothWithinItsOwnIntervalsWhereShaderMissesIt) {
   EXPECT_EQ(fit.model, "path") << "shader is not enough";
   EXPECT_TRUE(fit.converged);
   EXPECT_TRUE(fit.usable);
-  EXPECT_LT(fit.uncertainty.block_chi2, 1.5);
+  EXPECT_NEAR(fit.uncertainty.block_chi2, 1.0, 0.25) << "patches are off by noise, whose channels go together";
   const Coverage c = CoverageOf(fit, folder.path);
   EXPECT_GE(c.fitted, 7);
   EXPECT_GE(c.held, c.fitted - 1);
