@@ -19,6 +19,8 @@ DataKnowledge KnowledgeByWalks(const FitProblem& problem, const FitState& at) {
     Evaluation e = ImageResiduals(problem.capture, at.cast, problem.free, pixels, {}, {0.0, problem.options.threads})
                        .Evaluate(at.x, true);
     e.residuals.setZero();
+    for (int k = 0; k < problem.free.count(); ++k)
+      if (!IsToldByWalks(problem.free.entries[k])) e.jacobian.col(k).setZero();
     return KnowledgeByShader(at.cast, problem.free, at.x, e, pixels, /*with_model_errors=*/false);
   };
   std::vector<FitPixels> walked;

@@ -24,16 +24,14 @@ class WalkFit {
     gatherer_.TakePixels(problem_.options.max_pixels_by_walks());
     constexpr size_t kMostRuns = 8, kSeveral = 3;
     std::vector<Estimate> runs{LongRun()};
-    bool strayed = false;
+    bool has_strayed = false;
     for (size_t made = 1; made < kMostRuns && !(at_.converged && !WouldGainByWalks()); ++made) {
       runs.push_back(LongRun());
       // Those that were still on their way only led here; so did those whose derivatives were too noisy to tell what
       // later ones, which know those of several runs, do.
-      // One that strays from several that had arrived has bad luck with its derivatives; two on end have not.
-      const bool strays = runs.back().is_on_its_way && runs.size() > kSeveral && !strayed;
-      strayed = strays;
-      if (strays)
-        runs.pop_back();
+      // One that strays from several that had arrived has bad luck with its derivatives; a second one has not.
+      if (runs.back().is_on_its_way && runs.size() > kSeveral && !has_strayed)
+        runs.pop_back(), has_strayed = true;
       else if (runs.end()[-2].is_on_its_way || runs.back().is_on_its_way)
         runs.erase(runs.begin(), runs.end() - 1);
       if (runs.back().tells_all) std::erase_if(runs, [](const Estimate& e) { return !e.tells_all; });
@@ -60,6 +58,7 @@ class WalkFit {
     Eigen::VectorXd unknowns;
     Eigen::VectorXd by_photographs;        ///< the material's entries, had nothing else been known
     Eigen::MatrixXd covariance, of_walks;  ///< of the material's entries
+    Eigen::MatrixXd of_slopes;             ///< part of both; later runs' derivatives are means over earlier ones' too
     double chi2 = 0;
     Misfit misfit;
     std::vector<std::vector<glm::dvec3>> values;
@@ -75,7 +74,7 @@ class WalkFit {
   /// it more than noise would make of nothing.
   static bool IsOnItsWay(const Eigen::VectorXd& whole, const Eigen::VectorXd& step, const Eigen::MatrixXd& covariance) {
     constexpr double kKnown = 1.0, kUnlikely = 3.0;  // of chi2; standard deviations of chi2
-    const double freedom = static_cast<double>(whole.size());
+    const auto freedom = static_cast<double>((covariance.diagonal().array() > 0.0).count());  // but those held
     return ChiSquare(whole - step, covariance) > kKnown &&
            ChiSquare(whole, covariance) > freedom + kUnlikely * std::sqrt(2.0 * freedom);
   }
@@ -207,6 +206,7 @@ class WalkFit {
                at_.x + data.step.head(n),
                data.covariance.topLeftCorner(n, n),
                data.walk_covariance.topLeftCorner(n, n),
+               data.slope_covariance.topLeftCorner(n, n),
                g.chi2,
                {g.block_chi2, g.share_of_walks},
                std::move(g.values),
@@ -216,7 +216,7 @@ class WalkFit {
     return e;
   }
 
-  /// What is known of the material before any photograph.
+  /// What is known of the material before any photograph: within a factor e^3, or less by the range or the prior.
   WalkedStep::Prior RangesAlone() const {
     constexpr double kNothingKnown = 3.0;
     return unknowns_.Prior(kNothingKnown, WalkUnknowns::From::kPhotographs);
@@ -250,19 +250,20 @@ class WalkFit {
     double off = 0;
     const Eigen::VectorXd allowed = of_walks.diagonal().cwiseMax(kOfUnknown * covariance.diagonal()).cwiseMax(1e-12);
     for (const Estimate& e : runs) off += (e.unknowns - mean).head(m).cwiseAbs2().cwiseQuotient(allowed).sum();
-    const Eigen::MatrixXd walks_alone = of_walks;
+    const Eigen::MatrixXd of_a_run = of_walks, &of_slopes = runs.back().of_slopes;
     const double moving = static_cast<double>(m) - static_cast<double>(unknowns_.Untold().size());
     const double scatter = runs.size() > 1 && moving > 0 ? off / (moving * (n - 1.0)) : 0.0;
-    of_walks *= std::max(1.0, scatter);
+    // Values are walked anew in every run; derivatives, in the last one, are the mean of all runs'.
+    of_walks = std::max(1.0, scatter) * ((of_a_run - of_slopes) / n + of_slopes);
     unknowns_.GoTo(mean);
     // What is left beyond noise is common to all runs: no number of walks averages it out. It is measured against the
     // noise of one run, photographs and walks.
     k.inflation = std::max(1.0, k.block_chi2);
-    const auto [variances, directions] = EigenOfSymmetric(covariance - walks_alone);
+    const auto [variances, directions] = EigenOfSymmetric(covariance - of_a_run);
     const Eigen::MatrixXd of_photographs = directions * variances.cwiseMax(0.0).asDiagonal() * directions.transpose();
-    k.covariance = of_photographs + (k.inflation - 1.0) * (of_photographs + walks_alone) + of_walks / n;
-    ForgetRanges(of_photographs + of_walks / n, k);
-    k.of_walks = (of_walks.diagonal() / n).cwiseQuotient(k.covariance.diagonal().cwiseMax(1e-300)).cwiseMin(1.0);
+    k.covariance = of_photographs + (k.inflation - 1.0) * (of_photographs + of_a_run) + of_walks;
+    ForgetRanges(of_photographs + of_walks, k);
+    k.of_walks = of_walks.diagonal().cwiseQuotient(k.covariance.diagonal().cwiseMax(1e-300)).cwiseMin(1.0);
     for (Eigen::Index u = 0; u < k.unseen.cols(); ++u) k.of_walks -= k.of_walks.cwiseProduct(k.unseen.col(u));
     const Eigen::VectorXd all = EigenOfSymmetric(k.covariance).values;  // 0 where nothing is seen
     if (const auto unseen = k.unseen.cols(); unseen < m) k.condition = std::sqrt(all[m - 1] / all[unseen]);

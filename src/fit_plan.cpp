@@ -162,9 +162,13 @@ double ShaderSeconds(const FitProblem& problem, const FitState& at) {
       rays += strata.strata * strata.strata * (IsAllAround(problem.capture.lights[light].shape) ? 4 : 1);
     if (spec.backing || !spec.scenery.empty()) rays += strata.gather_strata * strata.gather_strata;
   }
-  constexpr double kIterations = 30;  // nine of ten fits take at most
-  return vertices *
-         (rays * kSecondsPerShare + kIterations * static_cast<double>(at.pixels.size()) * kSecondsPerVertex) / kCores;
+  // Nine of ten fits take at most; a free depth is sought from five places.
+  const bool has_depth = std::any_of(problem.free.entries.begin(), problem.free.entries.end(), [](const FreeEntry& e) {
+    return e.quantity == Quantity::kThickness && !e.moves_surface;
+  });
+  const double iterations = has_depth ? 150 : 30;
+  return vertices * (rays * kSecondsPerShare + iterations * static_cast<double>(at.pixels.size()) * kSecondsPerVertex) /
+         kCores;
 }
 
 /// By how many steps nine of ten fits take at most; a free roughness is searched for from several places. A step walks

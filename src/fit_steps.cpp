@@ -74,7 +74,7 @@ std::vector<double> ThicknessesOf(const Capture& capture, const Material& materi
 std::string DepthNote(const Capture& capture, const Crown& crown) {
   constexpr double kApart = 0.05;
   const ParameterSpec& stated = capture.layers.back()[Quantity::kThickness];
-  if (!stated.stated || !stated.fixed) return "";
+  if (capture.layers.size() > 1 || !stated.stated || !stated.fixed) return "";
   const double depth = MedianDepth(crown);
   if (std::abs(stated.value[0] - depth) <= kApart * depth) return "";
   char text[300];

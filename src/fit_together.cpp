@@ -204,15 +204,13 @@ std::vector<CrownFit> FitTogether(const std::vector<Capture>& captures, const Fi
 
 CrownFit Joined(const std::vector<CrownFit>& fits) {
   if (fits.size() == 1) return fits[0];
-  CrownFit all = fits[0];
+  // Photographs are of one model; of readings alone nothing else is asked.
+  const auto first = std::find_if(fits.begin(), fits.end(), [](const CrownFit& f) { return f.model != "layered"; });
+  CrownFit all = first == fits.end() ? fits[0] : *first;
   all.photographs.clear();
   all.readings.clear();
   all.caveats.clear();
   all.messages.clear();
-  // Patches are judged by what walks leave in them, where any capture was walked.
-  const auto is_walked = [](const CrownFit& f) { return f.model == "path"; };
-  const bool any_walked = std::any_of(fits.begin(), fits.end(), is_walked);
-  if (any_walked) all.model = "path";
   all.uncertainty.block_chi2 = 0;
   all.walked_paths = 0, all.fitted_pixels = 0, all.iterations = 0, all.casts = 0;
   std::vector<Capture> captures;
@@ -234,8 +232,7 @@ CrownFit Joined(const std::vector<CrownFit>& fits) {
     all.messages.insert(all.messages.end(), f.messages.begin(), f.messages.end());
     all.converged &= f.converged;
     all.uncertainty.reduced_chi2 = std::max(all.uncertainty.reduced_chi2, f.uncertainty.reduced_chi2);
-    if (!any_walked || is_walked(f))
-      all.uncertainty.block_chi2 = std::max(all.uncertainty.block_chi2, f.uncertainty.block_chi2);
+    all.uncertainty.block_chi2 = std::max(all.uncertainty.block_chi2, f.uncertainty.block_chi2);
     all.walked_paths += f.walked_paths;
     all.fitted_pixels += f.fitted_pixels;
     all.iterations += f.iterations;

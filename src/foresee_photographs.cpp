@@ -49,8 +49,9 @@ class Foreseer {
     if (n == 0) return result;
     Eigen::VectorXd by_prior(n);
     for (int k = 0; k < n; ++k)
-      by_prior[k] =
-          std::sqrt(at_.knowledge.Variance(Eigen::RowVectorXd::Unit(n, k))) / problem_.free.entries[k].prior_stddev;
+      by_prior[k] = !IsTold(k) ? 0.0
+                               : std::sqrt(at_.knowledge.Variance(Eigen::RowVectorXd::Unit(n, k))) /
+                                     problem_.free.entries[k].prior_stddev;
     by_prior.maxCoeff(&result.weakest);
     const FreeEntry& weakest = problem_.free.entries[result.weakest];
     result.stddev = by_prior[result.weakest] * weakest.prior_stddev;
@@ -76,6 +77,8 @@ class Foreseer {
   }
 
  private:
+  bool IsTold(int k) const { return !IsByWalks() || IsToldByWalks(problem_.free.entries[k]); }
+
   bool IsByWalks() const { return at_.knowledge.of_walks.size() > 0; }
 
   glm::dvec3 Centre() const {
@@ -101,8 +104,10 @@ class Foreseer {
 
   Information InformationOf(const Capture& capture, const CastState& cast, const std::vector<FitPixels>& pixels) const {
     const int n = problem_.free.count();
-    const Evaluation e =
+    Evaluation e =
         ImageResiduals(capture, cast, problem_.free, pixels, {}, {0.0, problem_.options.threads}).Evaluate(at_.x, true);
+    for (int k = 0; k < n; ++k)
+      if (!IsTold(k)) e.jacobian.col(k).setZero();
     if (!e.finite) return {Eigen::MatrixXd::Zero(n, n), Eigen::MatrixXd::Zero(n, n)};
     return {e.jacobian.transpose() * e.jacobian, ModelScatter(cast, e, pixels)};
   }

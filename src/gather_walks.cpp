@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <glm/gtx/component_wise.hpp>
 #include <numeric>
 #include <optional>
 #include <utility>
@@ -101,15 +100,15 @@ std::vector<PathPhotograph> WalkGatherer::Predict(const Material& material, cons
 /// A material with nearly the same derivatives of ln(pixel), whose walks tell them with several times less noise: a
 /// smooth surface with diffuse exits, and less forward scattering at the same reduced coefficient (similarity). The
 /// solution does not move by it: there the derivatives only weigh what is left of the photographs. A body so clear that
-/// light comes out without having become diffuse stays as it is: a smooth surface would make derivatives by its
-/// scattering up to four times as large as a rough one.
-Material WalkGatherer::SimilarForDerivatives(Material m, const LayeredBody& body) const {
+/// light comes out without having become diffuse stays as it is, but for a lobe too narrow to find lamps: a smooth
+/// surface would make derivatives by its scattering up to four times as large as a rough one.
+Material WalkGatherer::SimilarForDerivatives(Material m) const {
   constexpr double kClear = 1.0, kForwardIfClear = 0.8, kForward = 0.5, kClearBody = 2.0, kFindsLamps = 0.1;
-  const double deep = glm::compMin(body.high - body.low);
   std::vector<double> depth;  // in transport paths
-  for (size_t l = 0; l < m.layers.size(); ++l)
-    depth.push_back(m.layers[l][Quantity::kReducedScattering][1] *
-                    (l + 1 < m.layers.size() ? m.layers[l][ThicknessQuantity(problem_.capture, l)][0] : deep));
+  for (size_t l = 0; l < m.layers.size(); ++l) {
+    const ChannelValues& scattering = m.layers[l][Quantity::kReducedScattering];
+    depth.push_back(*std::min_element(scattering.begin(), scattering.end()) * at_.cast.crown->thickness_mm[l]);
+  }
   if (std::accumulate(depth.begin(), depth.end(), 0.0) < kClearBody) {
     for (double& r : m.surface[Quantity::kRoughness]) r = std::max(r, kFindsLamps);
     return m;
@@ -166,7 +165,7 @@ GatheredWalks WalkGatherer::Gather(double paths, double slope_paths, const std::
   MoveInput(problem_, at_, input_);
   ForgetSlopesFarAway();
   const Material material = MaterialAt(problem_.free, at_.x);
-  const Material similar = SimilarForDerivatives(material, bodies_.Of(material));
+  const Material similar = SimilarForDerivatives(material);
   std::optional<WalkedStep> step;
   WalkComparison total;
   std::vector<std::vector<glm::dvec3>> values(at_.pixels.size());

@@ -53,7 +53,7 @@ class WalkGatherer {
   PathOptions OptionsFor(const Shared& shared, double paths, int fewest);
   std::vector<PathPhotograph> Predict(const Material& material, const Shared& shared, const PathOptions& options,
                                       const std::string& stage);
-  Material SimilarForDerivatives(Material m, const LayeredBody& body) const;
+  Material SimilarForDerivatives(Material m) const;
   void Differentiate(const Material& material, const Shared& shared, double paths, bool of_roughness);
   void ForgetSlopesFarAway();
   bool LacksRoughness(const std::list<SlopesFound>& found) const;

@@ -17,10 +17,7 @@ WalkUnknowns::WalkUnknowns(const FitProblem& problem, FitState& at) : problem_(p
   first_photograph_.resize(exposures_);
   for (auto p = at.pixels.rbegin(); p != at.pixels.rend(); ++p)
     if (p->exposure >= 0) first_photograph_[p->exposure] = p->photograph;
-  for (int k = 0; k < material_; ++k)
-    if (const FreeEntry& e = problem.free.entries[k];
-        !IsToldByWalks(e) && (e.layer == kSurfaceOwner || problem.capture.measurements.empty()))
-      untold_.push_back(k);
+  untold_ = HeldByWalks(problem.capture, problem.free.entries);
   at_.scales.calibration.assign(problem.errors.size(), 0.0);
 }
 

@@ -10,6 +10,7 @@
 #include "fit_steps.h"
 #include "photo/image_io.h"
 #include "report/result_files.h"
+#include "support/rendered_truth.h"
 #include "support/synthetic_capture.h"
 #include "support/temporary_folder.h"
 #include "walk/path_photograph.h"
@@ -102,6 +103,32 @@ TEST(FitByWalks, FindsAToothWithinItsOwnIntervalsWhereShaderMissesIt) {
     EXPECT_GT(share, 0.0);
     EXPECT_LT(share, 1.0);
   }
+}
+
+TEST(FitByWalks, ADepthThatAMeshHasIsHeldAndSaidToBe) {
+  const TemporaryFolder folder;
+  std::filesystem::copy(CROWNFIT_DATASETS "/disc", folder.path, std::filesystem::copy_options::recursive);
+  Capture capture = ReadCapture(folder.path);
+  std::erase_if(capture.photographs, [](const PhotographSpec& p) { return p.is_holdout; });
+  capture.photographs.resize(2);
+  for (PhotographSpec& p : capture.photographs) {
+    p.camera = WithPixels(p.camera, 12, 12, 8.0, 8.0);
+    p.files.variance.reset();
+  }
+  capture.layers[0][Quantity::kThickness].fixed = false;
+  RenderTruth(capture, StatedMaterial(capture));
+  FitOptions options;
+  options.model = "path";
+  options.paths_per_photograph = 4000;
+  Progress silent(ProgressMode::kNone);
+  const CrownFit fit = FitCrown(capture, options, silent);
+  const auto depth = std::find_if(fit.uncertainty.parameters.begin(), fit.uncertainty.parameters.end(),
+                                  [](const FittedParameter& p) { return p.quantity == Quantity::kThickness; });
+  EXPECT_EQ(depth->status, Status::kNotIdentified);
+  bool is_said = false;
+  for (const std::string& caveat : fit.caveats) is_said |= caveat.find("thickness_mm' was not moved") != caveat.npos;
+  EXPECT_TRUE(is_said);
+  EXPECT_EQ(fit.advice.find("thickness_mm"), fit.advice.npos) << "no photograph helps: " << fit.advice;
 }
 
 }  // namespace

@@ -319,6 +319,32 @@ TEST_F(SelfConsistency, AnExposureKnownWithinAnErrorLiesBetweenAnExactAndAFreeOn
   EXPECT_NEAR(width(1e5, false), free, 1e-3 * free);
 }
 
+TEST(Uncertainty, ANegativeBoundIsOneTooAndIntervalsReachDownAsLightIsLinear) {
+  const TemporaryFolder folder;
+  WriteSyntheticCapture(folder.path, {.pixels = 8, .size = 0.5});
+  Capture capture = ReadCapture(folder.path);
+  capture.layers[1][Quantity::kAsymmetry].fixed = false;
+  const FreeParameters free = FreeParametersOf(capture);
+  Eigen::VectorXd x = StartVector(free);
+  for (int k = 0; k < free.count(); ++k)
+    if (free.entries[k].quantity == Quantity::kAsymmetry) x[k] = free.entries[k].low;
+  DataKnowledge known;
+  known.covariance = 0.04 * Eigen::MatrixXd::Identity(free.count(), free.count());
+  known.unseen = Eigen::MatrixXd(free.count(), 0);
+  known.by_photographs = x;
+  for (const FittedParameter& p : Quantify(capture, free, x, known, false).parameters) {
+    if (p.status == Status::kFixed) continue;
+    if (p.quantity == Quantity::kAsymmetry) {
+      EXPECT_LT(p.value[0], 0.0);
+      EXPECT_EQ(p.status, Status::kAtBound) << p.name << " " << p.value[0];
+    }
+    if (p.quantity != Quantity::kAbsorption) continue;
+    EXPECT_EQ(p.status, Status::kFitted);
+    EXPECT_NEAR(p.low95[0] / p.value[0], 1.0 - 1.96 * 0.2, 1e-4);
+    EXPECT_NEAR(p.high95[0] / p.value[0], std::exp(1.96 * 0.2), 1e-4);
+  }
+}
+
 TEST(CalibrationErrors, TheSquaresOfAPosesErrorsAreItsCovariance) {
   Capture capture;
   PhotographSpec photo;

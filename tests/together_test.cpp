@@ -100,6 +100,9 @@ TEST_F(TwoCaptures, TellTogetherWhatOneWithAllTheirPhotographsTells) {
   EXPECT_EQ(joined.photographs.size(), 4u);
   EXPECT_EQ(joined.photographs[2].name.substr(0, 2), "b_");
   EXPECT_TRUE(joined.usable);
+  CrownFit readings = fits[0];
+  readings.model = "layered";
+  EXPECT_EQ(Joined({readings, fits[1]}).model, "shader") << "whichever comes first";
 }
 
 TEST_F(TwoCaptures, OfDifferentMaterialsAreFoundOut) {

@@ -168,6 +168,14 @@ bool IsToldByWalks(const FreeEntry& entry) {
   }
 }
 
+std::vector<int> HeldByWalks(const Capture& capture, const std::vector<FreeEntry>& entries) {
+  std::vector<int> held;
+  for (int k = 0; k < static_cast<int>(entries.size()); ++k)
+    if (!IsToldByWalks(entries[k]) && (entries[k].layer == kSurfaceOwner || capture.measurements.empty()))
+      held.push_back(k);
+  return held;
+}
+
 Eigen::RowVectorXd ValueGradient(const FreeParameters& free, const Eigen::VectorXd& x, size_t layer, Quantity quantity,
                                  int channel) {
   const Material material = MaterialAt(free, x);

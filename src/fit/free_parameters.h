@@ -29,6 +29,9 @@ struct FreeEntry {
 /// from a mesh.
 bool IsToldByWalks(const FreeEntry& entry);
 
+/// Entries that a fit by walks holds where it began, as neither walks nor readings of flat samples tell them.
+std::vector<int> HeldByWalks(const Capture& capture, const std::vector<FreeEntry>& entries);
+
 struct FreeParameters {
   std::vector<FreeEntry> entries;
   Material start;

@@ -84,14 +84,14 @@ bool IsKnown(const EntryKnowledge& others) { return others.precision.size() > 0 
 /// Reports progress, and stops when a cast thickness is no longer near the fitted one.
 class Watch final : public ceres::IterationCallback {
  public:
-  Watch(const FreeParameters& free, const SolveOptions& options, const Eigen::VectorXd& start, const double* x,
+  Watch(const FreeParameters& free, const SolveOptions& options, const Eigen::VectorXd& cast_at, const double* x,
         const SolveProgress& progress, SolveResult& result)
-      : free_(free), options_(options), start_(start), x_(x), progress_(progress), result_(result) {}
+      : free_(free), options_(options), cast_at_(cast_at), x_(x), progress_(progress), result_(result) {}
   ceres::CallbackReturnType operator()(const ceres::IterationSummary& summary) override {
     if (progress_) progress_(summary.iteration, summary.cost);
     for (int k = 0; k < free_.count(); ++k) {
       if (!free_.entries[k].moves_surface) continue;
-      if (std::abs(std::exp(x_[k] - start_[k]) - 1.0) > options_.stop_when_thickness_moved) {
+      if (std::abs(std::exp(x_[k] - cast_at_[k]) - 1.0) > options_.stop_when_thickness_moved) {
         result_.thickness_moved = true;
         return ceres::SOLVER_TERMINATE_SUCCESSFULLY;
       }
@@ -102,7 +102,7 @@ class Watch final : public ceres::IterationCallback {
  private:
   const FreeParameters& free_;
   const SolveOptions& options_;
-  const Eigen::VectorXd& start_;
+  const Eigen::VectorXd& cast_at_;
   const double* x_;
   const SolveProgress& progress_;
   SolveResult& result_;
@@ -140,64 +140,9 @@ Eigen::VectorXd TimesAsDeep(double factor, int depth, const FreeParameters& free
   return x;
 }
 
-SolveResult SolveFrom(const ImageResiduals& residuals, const FreeParameters& free, const Eigen::VectorXd& start,
-                      const SolveOptions& options, const SolveProgress& progress);
-
-}  // namespace
-
-Eigen::VectorXd BracketStart(const ImageResiduals& residuals, const FreeParameters& free, const SolveOptions& options,
-                             Eigen::VectorXd x) {
-  double best = CostAt(residuals, free, options, x);
-  for (int round = 0; round < 2; ++round) {
-    for (Quantity quantity : {Quantity::kAbsorption, Quantity::kReducedScattering, Quantity::kRoughness}) {
-      const Eigen::VectorXd from = x;
-      for (int power : {-3, -2, -1, 1, 2, 3}) {
-        Eigen::VectorXd trial = from;
-        bool moved = false;
-        for (int k = 0; k < free.count(); ++k) {
-          const FreeEntry& e = free.entries[k];
-          if (e.quantity != quantity || e.role == FreeEntry::Role::kPowerExponent) continue;
-          trial[k] = std::clamp(from[k] + power * std::log(2.0), e.low, e.high);
-          moved = true;
-        }
-        if (!moved) break;
-        const double cost = CostAt(residuals, free, options, trial);
-        if (cost >= best) continue;
-        best = cost;
-        x = trial;
-      }
-    }
-  }
-  return x;
-}
-
-SolveResult Solve(const ImageResiduals& residuals, const FreeParameters& free, const Eigen::VectorXd& start,
-                  const SolveOptions& options, const SolveProgress& progress) {
-  constexpr double kGain = 1e-3;  // of the cost
-  constexpr int kMostRounds = 4;
-  SolveResult best = SolveFrom(residuals, free, start, options, progress);
-  const int depth = DepthOf(free);
-  if (depth < 0) return best;
-  bool better = true;
-  for (int round = 0; better && round < kMostRounds; ++round) {
-    better = false;
-    const Eigen::VectorXd found = best.x;
-    for (const double factor : {0.5, 0.75, 1.33, 2.0}) {
-      SolveResult again = SolveFrom(residuals, free, TimesAsDeep(factor, depth, free, found), options, progress);
-      again.iterations += best.iterations;
-      if (again.cost < (1.0 - kGain) * best.cost)
-        best = std::move(again), better = true;
-      else
-        best.iterations = again.iterations;
-    }
-  }
-  return best;
-}
-
-namespace {
-
-SolveResult SolveFrom(const ImageResiduals& residuals, const FreeParameters& free, const Eigen::VectorXd& start,
-                      const SolveOptions& options, const SolveProgress& progress) {
+/// `cast_at`: where the geometry was cast.
+SolveResult SolveFrom(const ImageResiduals& residuals, const FreeParameters& free, const Eigen::VectorXd& cast_at,
+                      const Eigen::VectorXd& start, const SolveOptions& options, const SolveProgress& progress) {
   SolveResult result;
   result.x = start;
   if (free.count() == 0) {
@@ -229,11 +174,11 @@ SolveResult SolveFrom(const ImageResiduals& residuals, const FreeParameters& fre
   ceres_options.gradient_tolerance = 1e-9;
   ceres_options.logging_type = ceres::SILENT;
   ceres_options.update_state_every_iteration = true;
-  Watch watch(free, options, start, result.x.data(), progress, result);
+  Watch watch(free, options, cast_at, result.x.data(), progress, result);
   ceres_options.callbacks.push_back(&watch);
   ceres::Solver::Summary summary;
   ceres::Solve(ceres_options, &problem, &summary);
-  result.cost = summary.final_cost;
+  result.cost = summary.termination_type == ceres::FAILURE ? HUGE_VAL : summary.final_cost;
   result.iterations = static_cast<int>(summary.iterations.size()) - 1;
   result.converged = summary.termination_type == ceres::CONVERGENCE;
   result.message = summary.message;
@@ -241,4 +186,60 @@ SolveResult SolveFrom(const ImageResiduals& residuals, const FreeParameters& fre
 }
 
 }  // namespace
+
+Eigen::VectorXd BracketStart(const ImageResiduals& residuals, const FreeParameters& free, const SolveOptions& options,
+                             Eigen::VectorXd x) {
+  double best = CostAt(residuals, free, options, x);
+  for (int round = 0; round < 2; ++round) {
+    for (Quantity quantity : {Quantity::kAbsorption, Quantity::kReducedScattering, Quantity::kRoughness}) {
+      const Eigen::VectorXd from = x;
+      for (int power : {-3, -2, -1, 1, 2, 3}) {
+        Eigen::VectorXd trial = from;
+        bool moved = false;
+        for (int k = 0; k < free.count(); ++k) {
+          const FreeEntry& e = free.entries[k];
+          if (e.quantity != quantity || e.role == FreeEntry::Role::kPowerExponent) continue;
+          trial[k] = std::clamp(from[k] + power * std::log(2.0), e.low, e.high);
+          moved = true;
+        }
+        if (!moved) break;
+        const double cost = CostAt(residuals, free, options, trial);
+        if (cost >= best) continue;
+        best = cost;
+        x = trial;
+      }
+    }
+  }
+  return x;
+}
+
+SolveResult Solve(const ImageResiduals& residuals, const FreeParameters& free, const Eigen::VectorXd& start,
+                  const SolveOptions& options, const SolveProgress& progress) {
+  constexpr double kGain = 0.5;  // of the cost: chi2 by 1
+  constexpr int kMostRounds = 4;
+  SolveResult best = SolveFrom(residuals, free, start, start, options, progress);
+  const int depth = DepthOf(free);
+  if (depth < 0) return best;
+  const auto show_best = [&](int iteration, double cost) {
+    if (progress) progress(best.iterations + iteration, std::min(cost, best.cost));
+  };
+  bool gained = true;
+  for (int round = 0; gained && round < kMostRounds; ++round) {
+    const double before = best.cost;
+    const Eigen::VectorXd found = best.x;
+    for (const double factor : {0.5, 0.75, 1.33, 2.0}) {
+      if (best.thickness_moved) return best;  // its geometry comes first
+      SolveResult again =
+          SolveFrom(residuals, free, start, TimesAsDeep(factor, depth, free, found), options, show_best);
+      again.iterations += best.iterations;
+      if (again.cost < best.cost)
+        best = std::move(again);
+      else
+        best.iterations = again.iterations;
+    }
+    gained = before - best.cost > kGain;
+  }
+  return best;
+}
+
 }  // namespace crownfit

@@ -223,7 +223,7 @@ Uncertainty Quantify(const Capture& capture, const FreeParameters& free, const E
     }
     bool unidentified = false, prior = false, at_bound = false;
     for (size_t c = 0; c < p.value.size(); ++c) {
-      // In ln where the fit moves in ln: intervals are then factors and never cross zero.
+      // In ln where the fit moves in ln.
       const bool log = row.scale == Scale::kLog;
       const Eigen::RowVectorXd g =
           ValueGradient(free, x, layer, row.quantity, static_cast<int>(c)) / (log ? p.value[c] : 1.0);
@@ -239,13 +239,14 @@ Uncertainty Quantify(const Capture& capture, const FreeParameters& free, const E
       const bool held = std::isfinite(data_sd) && entry_prior && !still_wide;
       prior |= held;
       const double sd = held ? posterior_sd : data_sd;
-      const double value = p.value[c];
-      const double low = log ? value * std::exp(-kZ95 * sd) : value - kZ95 * sd;
-      const double high = log ? value * std::exp(kZ95 * sd) : value + kZ95 * sd;
-      p.stddev.push_back(std::isfinite(sd) ? (log ? value * sd : sd) : spec.high - spec.low);
+      const double value = p.value[c], stddev = log ? value * sd : sd;
+      // Light is linear in the logarithm of what there is much of, and in the value itself where there is little: the
+      // interval's lower end allows for both.
+      const double low = value - kZ95 * stddev, high = log ? value * std::exp(kZ95 * sd) : value + kZ95 * sd;
+      p.stddev.push_back(std::isfinite(sd) ? stddev : spec.high - spec.low);
       p.low95.push_back(std::isfinite(sd) ? std::max(low, spec.low) : spec.low);
       p.high95.push_back(std::isfinite(sd) ? std::min(high, spec.high) : spec.high);
-      at_bound |= value <= spec.low * 1.001 || value >= spec.high * 0.999;
+      at_bound |= value <= spec.low + 1e-3 * std::abs(spec.low) || value >= spec.high - 1e-3 * std::abs(spec.high);
     }
     p.status = at_bound       ? Status::kAtBound
                : unidentified ? Status::kNotIdentified

@@ -19,7 +19,7 @@ struct WalkComparison {
   /// Huber's, of the pixel's whole patch (kPatch): less where neighbours are off together by more than noise. A single
   /// walked pixel has rare large values by nature, and is right only in the mean.
   std::vector<double> weight;
-  double chi2 = 0, block_chi2 = 0;  ///< sums of squares of pixels (each at most 4^2), of patches
+  double chi2 = 0, block_chi2 = 0;  ///< sums of squares of pixels (clipped at 4), of patches, over noise's own
   double share_of_walks = 0;        ///< in the variances of the residuals; sum over values
   size_t values = 0, block_values = 0;
 };

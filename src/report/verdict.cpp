@@ -50,11 +50,10 @@ std::vector<std::string> ModelCaveats(const CrownFit& fit) {
     caveats.push_back("The scan is open at the neck: what lies beyond is assumed, and pixels within " +
                       Number(kNeckReachMm) + " mm of it count for less (up to 30 % error at the cut).");
   if (fit.model == "path") {
-    for (const FreeEntry& e : fit.entries)
-      if (!IsToldByWalks(e))
-        caveats.push_back("'" + e.name +
-                          "' stays where model `shader` left it: walks give no derivative by it, and "
-                          "what it leaves open is not in the other intervals. Fix it if you know it.");
+    for (const int k : HeldByWalks(capture, fit.entries))
+      caveats.push_back("'" + fit.entries[k].name +
+                        "' was not moved by walks, which give no derivative by it, and what it leaves open is not in "
+                        "the other intervals. Fix it if you know it.");
     std::string noisy;
     const std::vector<double>& of_walks = fit.uncertainty.of_walks;
     for (size_t k = 0; k < of_walks.size(); ++k)
