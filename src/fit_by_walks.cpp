@@ -47,7 +47,12 @@ class WalkFit {
 
   /// What is left in patches, over its noise.
   struct Misfit {
-    double of_patches, share_of_walks;  ///< of the walks in that noise
+    double of_patches, share_of_walks, patches;  ///< of the walks in that noise; how many values
+    /// Of the difference between two of the same photographs, each by walks of its own, where both are right.
+    double StddevOfDifference() const {
+      const double common = 1.0 - share_of_walks;
+      return 2.0 * std::sqrt((1.0 - common * common) / patches);
+    }
     /// What pictures without noise leave, over the photographs' own, in these units; and what may be told from it.
     double AsSeenByWalks(double of_photographs) const {
       constexpr double kClear = 0.3;
@@ -120,7 +125,8 @@ class WalkFit {
   }
 
   /// Searches. A free roughness may have several optima (a lobe that reaches the camera and one that does not make the
-  /// same level): it is searched for from small, middle and large ones too, and the best is kept. What is left there.
+  /// same level): it is searched for from small, middle and large ones too, and the best is kept; how far off the
+  /// others are that leave no more, but for noise, is not known either. What is left there.
   Misfit ChooseValley() {
     const double same_valley = std::log(1.6);
     std::vector<std::pair<Misfit, Eigen::VectorXd>> found;  // and where
@@ -129,7 +135,7 @@ class WalkFit {
       return std::any_of(found.begin(), found.end(),
                          [&](const auto& f) { return std::abs(f.second[roughness] - here[roughness]) < same_valley; });
     };
-    Misfit left{HUGE_VAL, 1.0};
+    Misfit left{HUGE_VAL, 1.0, 1.0};
     const auto search = [&] {
       for (const double share : {kSearchShare, kMiddleShare})
         if (const auto ended = Search(share * Paths(), was_found)) left = *ended;
@@ -154,11 +160,17 @@ class WalkFit {
       const Estimate e = LongRun();
       found.emplace_back(e.misfit, e.unknowns);
     }
-    const auto& [misfit, where] = *std::min_element(found.begin(), found.end(), [](const auto& a, const auto& b) {
+    const auto [best, where] = *std::min_element(found.begin(), found.end(), [](const auto& a, const auto& b) {
       return a.first.of_patches < b.first.of_patches;
     });
+    constexpr double kAsGood = 3.0;  // standard deviations
+    for (const auto& [misfit, there] : found)
+      if (there != where && misfit.of_patches - best.of_patches < kAsGood * best.StddevOfDifference()) {
+        rivals_.push_back((there - where).head(unknowns_.material()));
+        at_.rival_roughness.push_back(std::exp(there[roughness]));
+      }
     unknowns_.GoTo(where);
-    return misfit;
+    return best;
   }
 
   /// Steps until they gain no more than noise does, or lead to where a search was before. Where one made things worse
@@ -178,7 +190,7 @@ class WalkFit {
         g = gatherer_.Gather(paths, slope_paths, stage_);
       }
       best = g.block_chi2;
-      left = {g.block_chi2, g.share_of_walks};
+      left = {g.block_chi2, g.share_of_walks, g.block_values};
       best_at = unknowns_.Here();
       WalkedStep::Solution s;
       const Eigen::VectorXd whole =
@@ -208,7 +220,7 @@ class WalkFit {
                data.walk_covariance.topLeftCorner(n, n),
                data.slope_covariance.topLeftCorner(n, n),
                g.chi2,
-               {g.block_chi2, g.share_of_walks},
+               {g.block_chi2, g.share_of_walks, g.block_values},
                std::move(g.values),
                IsOnItsWay(whole, step, s.covariance),
                data.seen};
@@ -262,6 +274,8 @@ class WalkFit {
     const auto [variances, directions] = EigenOfSymmetric(covariance - of_a_run);
     const Eigen::MatrixXd of_photographs = directions * variances.cwiseMax(0.0).asDiagonal() * directions.transpose();
     k.covariance = of_photographs + (k.inflation - 1.0) * (of_photographs + of_a_run) + of_walks;
+    for (const Eigen::VectorXd& rival : rivals_)
+      k.covariance += rival * rival.transpose() / static_cast<double>(rivals_.size());
     ForgetRanges(of_photographs + of_walks, k);
     k.of_walks = of_walks.diagonal().cwiseQuotient(k.covariance.diagonal().cwiseMax(1e-300)).cwiseMin(1.0);
     for (Eigen::Index u = 0; u < k.unseen.cols(); ++u) k.of_walks -= k.of_walks.cwiseProduct(k.unseen.col(u));
@@ -300,6 +314,7 @@ class WalkFit {
   FitState& at_;
   WalkUnknowns unknowns_;
   WalkGatherer gatherer_;
+  std::vector<Eigen::VectorXd> rivals_;  ///< other optima as good, from the best one
   std::string stage_;
 };
 

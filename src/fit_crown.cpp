@@ -147,6 +147,7 @@ CrownFit FitCrown(const Capture& stated, const FitOptions& options, Progress& pr
   fit.iterations_by_shader = at.iterations_by_shader;
   fit.steps = at.steps;
   fit.walked_paths = at.walked_paths;
+  fit.rival_roughness = at.rival_roughness;
   fit.converged = at.converged;
   fit.mean_thickness_mm = at.cast.crown->thickness_mm;
   for (size_t l = 0; l < fit.capture.layers.size(); ++l)  // a field was built with its scale, a mesh is as it is

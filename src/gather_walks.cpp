@@ -219,9 +219,9 @@ GatheredWalks WalkGatherer::Gather(double paths, double slope_paths, const std::
     step->AddExact(-e.residuals, e.jacobian);
   }
   ++at_.iterations;
-  const double count = static_cast<double>(total.values);
-  return {std::move(*step), total.chi2 / count, total.block_chi2 / static_cast<double>(total.block_values),
-          total.share_of_walks / count, std::move(values)};
+  const double count = static_cast<double>(total.values), patches = static_cast<double>(total.block_values);
+  return {std::move(*step), total.chi2 / count, total.block_chi2 / patches, total.share_of_walks / count,
+          patches,          std::move(values)};
 }
 
 double WalkGatherer::Misfit(double paths, const std::string& stage) {

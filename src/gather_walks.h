@@ -21,6 +21,7 @@ struct GatheredWalks {
   WalkedStep step;
   double chi2, block_chi2;                      ///< over the number of values, of patches' values
   double share_of_walks;                        ///< in the variances of what is left
+  double block_values;                          ///< how many
   std::vector<std::vector<glm::dvec3>> values;  ///< per photograph of the fit and sharp pixel
 };
 

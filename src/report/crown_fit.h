@@ -107,6 +107,7 @@ struct CrownFit {
   std::vector<ShaderIteration> iterations_by_shader;
   std::vector<WalkedFitStep> steps;  ///< model path
   double walked_paths = 0;
+  std::vector<double> rival_roughness;  ///< of other optima, as good as the result
   size_t fitted_pixels = 0;
   std::vector<std::string> messages;  ///< what was repaired in the input
   std::vector<std::string> reasons;   ///< why the result is not usable, and parameters at their bounds

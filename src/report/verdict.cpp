@@ -54,6 +54,10 @@ std::vector<std::string> ModelCaveats(const CrownFit& fit) {
       caveats.push_back("'" + fit.entries[k].name +
                         "' was not moved by walks, which give no derivative by it, and what it leaves open is not in "
                         "the other intervals. Fix it if you know it.");
+    for (const double rival : fit.rival_roughness)
+      caveats.push_back("A roughness of " + Number(rival) +
+                        " explains the photographs as well as the one found. Intervals are wide enough for both; a "
+                        "photograph with a highlight, or a known roughness, would tell.");
     std::string noisy;
     const std::vector<double>& of_walks = fit.uncertainty.of_walks;
     for (size_t k = 0; k < of_walks.size(); ++k)
