@@ -188,7 +188,7 @@ Uncertainty Quantify(const Capture& capture, const FreeParameters& free, const E
   result.condition = data.condition;
   result.of_walks.assign(data.of_walks.begin(), data.of_walks.end());
   Eigen::MatrixXd posterior(n, n);
-  Eigen::VectorXd prior_variance(n);
+  Eigen::VectorXd prior_variance(n), without_prior = Eigen::VectorXd::Zero(n);
   for (int k = 0; k < n; ++k) prior_variance[k] = free.entries[k].prior_stddev * free.entries[k].prior_stddev;
   if (n > 0) {
     // What the photographs say, plus the priors, or in their place that a value lies in its range.
@@ -206,6 +206,9 @@ Uncertainty Quantify(const Capture& capture, const FreeParameters& free, const E
       precision(k, k) += use_priors ? 1.0 / prior_variance[k] : 1.0 / (range * range);
     }
     posterior = InverseOfSymmetric(precision);
+    // How far from here the photographs alone would put it, were all linear.
+    for (int k = 0; use_priors && k < n; ++k)
+      without_prior += (x[k] - free.entries[k].prior_mean) / prior_variance[k] * data.covariance.col(k);
   }
   result.covariance = posterior;
 
@@ -221,31 +224,38 @@ Uncertainty Quantify(const Capture& capture, const FreeParameters& free, const E
       result.parameters.push_back(p);
       return;
     }
+    struct Interval {
+      double low, high;
+    };
+    const bool log = row.scale == Scale::kLog;  // where the fit moves in ln; standard deviations are relative then
     bool unidentified = false, prior = false, at_bound = false;
     for (size_t c = 0; c < p.value.size(); ++c) {
-      // In ln where the fit moves in ln.
-      const bool log = row.scale == Scale::kLog;
-      const Eigen::RowVectorXd g =
-          ValueGradient(free, x, layer, row.quantity, static_cast<int>(c)) / (log ? p.value[c] : 1.0);
+      const double value = p.value[c], unit = log ? value : 1.0;
+      const Eigen::RowVectorXd g = ValueGradient(free, x, layer, row.quantity, static_cast<int>(c)) / unit;
       const double data_sd = std::sqrt(std::max(0.0, data.Variance(g)));
       const double posterior_sd = std::sqrt((g * posterior * g.transpose())(0, 0));
       const double prior_sd = std::sqrt((g.transpose().cwiseAbs2().cwiseProduct(prior_variance)).sum());
-      const bool entry_prior = use_priors && data_sd > 0.5 * prior_sd;
-      const double factor_width = log ? 2 * kZ95 : 2 * kZ95 / std::max(1e-9, std::abs(p.value[c]));
-      const bool data_wide = !(factor_width * data_sd <= std::log(kUnidentifiedFactor));
-      const bool still_wide = !(factor_width * posterior_sd <= std::log(kUnidentifiedFactor));
-      // A prior narrow enough to hold the value makes it `prior`; one too wide to do so leaves it not identified.
-      unidentified |= !std::isfinite(data_sd) || (data_wide && (!entry_prior || still_wide));
-      const bool held = std::isfinite(data_sd) && entry_prior && !still_wide;
-      prior |= held;
-      const double sd = held ? posterior_sd : data_sd;
-      const double value = p.value[c], stddev = log ? value * sd : sd;
+      const double off = g.dot(without_prior);
       // Light is linear in the logarithm of what there is much of, and in the value itself where there is little: the
-      // interval's lower end allows for both.
-      const double low = value - kZ95 * stddev, high = log ? value * std::exp(kZ95 * sd) : value + kZ95 * sd;
-      p.stddev.push_back(std::isfinite(sd) ? stddev : spec.high - spec.low);
-      p.low95.push_back(std::isfinite(sd) ? std::max(low, spec.low) : spec.low);
-      p.high95.push_back(std::isfinite(sd) ? std::min(high, spec.high) : spec.high);
+      // lower end allows for both.
+      const auto interval = [&](double from, double to) -> Interval {
+        return {value + unit * from, log ? value * std::exp(to) : value + to};
+      };
+      const Interval by_data = interval(std::min(0.0, off) - kZ95 * data_sd, std::max(0.0, off) + kZ95 * data_sd);
+      const Interval with_prior = interval(-kZ95 * posterior_sd, kZ95 * posterior_sd);
+      const auto is_wide = [&](const Interval& i) {
+        return log ? !(i.high <= kUnidentifiedFactor * i.low)
+                   : !(i.high - i.low <= std::log(kUnidentifiedFactor) * std::abs(value));
+      };
+      // A prior narrow enough to hold the value makes it `prior`; one too wide to do so leaves it not identified.
+      const bool seen = std::isfinite(data_sd), entry_prior = use_priors && data_sd > 0.5 * prior_sd;
+      unidentified |= !seen || (is_wide(by_data) && (!entry_prior || is_wide(with_prior)));
+      const bool held = seen && entry_prior && !is_wide(with_prior);
+      prior |= held;
+      const auto [low, high] = held ? with_prior : by_data;
+      p.stddev.push_back(seen ? unit * (held ? posterior_sd : data_sd) : spec.high - spec.low);
+      p.low95.push_back(seen ? std::max(low, spec.low) : spec.low);
+      p.high95.push_back(seen ? std::min(high, spec.high) : spec.high);
       at_bound |= value <= spec.low + 1e-3 * std::abs(spec.low) || value >= spec.high - 1e-3 * std::abs(spec.high);
     }
     p.status = at_bound       ? Status::kAtBound
