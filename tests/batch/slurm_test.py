@@ -157,13 +157,13 @@ with tempfile.TemporaryDirectory() as temporary:
         cluster.start_node()
         print("slurmd killed and started again")
         print(batch("status", out), end="")
-        cluster.wait_for(lambda: not tasks(), "end of all tasks", 60 + 15 * fits)
+        cluster.wait_for(lambda: not tasks(), "end of all tasks", 60 + 60 * fits)
         print(f"array of {fits}: {time.time() - begin:.0f} s")
         left = re.search(r"(\d+) waiting", batch("status", out))
         print(f"after the array: {left[1] if left else 0} crowns without a result")
         if left:  # what died is submitted by the same command
             print(batch(manifest, "-o", out, "--slurm"), end="")
-            cluster.wait_for(lambda: not tasks(), "end of all tasks", 60 + 15 * fits)
+            cluster.wait_for(lambda: not tasks(), "end of all tasks", 60 + 60 * fits)
         said = subprocess.run([program, "batch", "collect", str(out)], capture_output=True, text=True).stdout
         assert f"{fits} crowns" in said and "waiting" not in said, said
         begin = time.time()
