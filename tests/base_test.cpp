@@ -120,6 +120,15 @@ TEST(Confined, ACrashAHangAndGreedEndTheChildAlone) {
   EXPECT_EQ(RunConfined({}, [] { throw 1; }), Ending::kCrashed);
   EXPECT_EQ(RunConfined({}, [] { std::_Exit(0x7f); }), Ending::kCrashed);
   EXPECT_EQ(RunConfined({.seconds = 1}, [] { pause(); }), Ending::kTookTooLong);  // waits without using time
+  SharedMemory first;
+  first.Resize(1);
+  const std::span<std::byte> was_here = first.Bytes();
+  EXPECT_EQ(RunConfined({.seconds = 60},
+                        [&] {
+                          if (std::exchange(was_here[0], std::byte{1}) == std::byte{0}) pause();  // a lock nobody holds
+                        }),
+            Ending::kDone)
+      << "another child is tried";
   EXPECT_EQ(RunConfined({.seconds = 60, .memory_bytes = 1u << 20},
                         [] {
                           SharedMemory memory;

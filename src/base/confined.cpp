@@ -1,10 +1,12 @@
 #include "base/confined.h"
 
+#include <poll.h>
 #include <signal.h>
 #include <sys/mman.h>
 #include <sys/prctl.h>
 #include <sys/resource.h>
 #include <sys/stat.h>
+#include <sys/syscall.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -14,6 +16,8 @@
 #include <cstring>
 #include <fstream>
 #include <new>
+#include <sstream>
+#include <string>
 #include <system_error>
 
 #include "base/error.h"
@@ -63,6 +67,35 @@ void Confine(const Confinement& limits) {
   _exit(code);  // neither destructors nor the parent's unwritten output
 }
 
+/// Ticks of the processor that a process took; -1 where it is gone.
+long TicksOf(pid_t process) {
+  std::ifstream file("/proc/" + std::to_string(process) + "/stat");
+  std::string text;
+  std::getline(file, text);
+  std::istringstream fields(text.substr(std::min(text.size(), text.rfind(')') + 2)));  // the name may hold blanks
+  std::string skipped;
+  for (int i = 0; i < 11; ++i) fields >> skipped;
+  long user = -1, system = 0;
+  fields >> user >> system;
+  return user < 0 ? -1 : user + system;
+}
+
+/// False when the process does nothing for a while.
+bool WaitWhileItWorks(pid_t process) {
+  constexpr int kWhile_ms = 3000;
+  const int file = static_cast<int>(syscall(SYS_pidfd_open, process, 0));
+  if (file < 0) return true;  // an old kernel: whoever waits for it waits longer
+  pollfd watched{file, POLLIN, 0};
+  int ended = 0;
+  for (long before = -1, now = 0; ended == 0 && now != before;) {
+    before = now;
+    while ((ended = poll(&watched, 1, kWhile_ms)) < 0 && errno == EINTR) continue;
+    now = TicksOf(process);
+  }
+  close(file);
+  return ended != 0;
+}
+
 }  // namespace
 
 SharedMemory::SharedMemory() : file_(memfd_create("crownfit", MFD_CLOEXEC)) {
@@ -100,12 +133,20 @@ Ending RunConfined(const Confinement& limits, const std::function<void()>& work)
   SharedMemory said;
   said.Resize(4096);
   const std::span<std::byte> text = said.Bytes();
-  const pid_t child = fork();
-  if (child < 0) throw std::system_error(errno, std::generic_category(), "fork");
-  if (child == 0) BeTheChild(limits, work, text);
+  // A child that was forked while another thread held some library's lock waits for it for ever: it is given up for
+  // another one, but for the last, which may be waiting for a slow disk.
+  constexpr int kMostChildren = 3;
   int status = 0;
-  while (waitpid(child, &status, 0) < 0)
-    if (errno != EINTR) throw std::system_error(errno, std::generic_category(), "waitpid");
+  for (int number = 1; number <= kMostChildren; ++number) {
+    const pid_t child = fork();
+    if (child < 0) throw std::system_error(errno, std::generic_category(), "fork");
+    if (child == 0) BeTheChild(limits, work, text);
+    const bool is_given_up = number < kMostChildren && !WaitWhileItWorks(child);
+    if (is_given_up) kill(child, SIGKILL);
+    while (waitpid(child, &status, 0) < 0)
+      if (errno != EINTR) throw std::system_error(errno, std::generic_category(), "waitpid");
+    if (!is_given_up) break;
+  }
   if (WIFSIGNALED(status)) return WTERMSIG(status) == SIGALRM ? Ending::kTookTooLong : Ending::kCrashed;
   const int code = WEXITSTATUS(status);
   if (code == kSaidWhatIsWrong) throw InputError("", "", reinterpret_cast<const char*>(text.data()));

@@ -38,7 +38,8 @@ struct Confinement {
 
 enum class Ending { kDone, kTookTooLong, kNeededTooMuchMemory, kCrashed };
 
-/// Runs `work` in a child and waits for its end. An InputError that it throws is thrown again here.
+/// Runs `work` in a child and waits for its end; anew where the child does nothing for seconds, as it may wait for a
+/// lock that a library's own thread held at the fork. An InputError that it throws is thrown again here.
 Ending RunConfined(const Confinement& limits, const std::function<void()>& work);
 
 }  // namespace crownfit
