@@ -22,7 +22,7 @@ TEST(PhaseFunction, MeanCosineIsTheAsymmetryTimesTheShareThatIsNotIsotropic) {
   for (const auto& [g, isotropic] :
        {std::pair{0.0, 0.0}, {5e-4, 0.0}, {0.68, 0.0}, {0.96, 0.0}, {-0.5, 0.0}, {0.93, 0.35}}) {
     const Medium m{1.5, g, isotropic};
-    RandomStream random(Key(1, g * 1e4));
+    RandomStream random(Key(1, static_cast<int>(g * 1e4)));
     Mean first, second;
     for (int i = 0; i < 200000; ++i) {
       const double cosine = glm::dot(SamplePhaseFunction(m, {0, 0.6, 0.8}, random), {0, 0.6, 0.8});
@@ -46,7 +46,7 @@ TEST_P(RoughBoundary, StatedDensitiesAreThoseOfTheSampledDirections) {
     for (const double polar : {0.1, 0.7, 1.3}) {
       glm::dvec3 direction = -Towards(polar, 0.4);
       if (!from_outside) direction.z = -direction.z;
-      RandomStream random(Key(7, from_outside, polar * 10, roughness * 100));
+      RandomStream random(Key(7, from_outside, static_cast<int>(polar * 10), static_cast<int>(roughness * 100)));
       Mean sampled[2], stated[2];
       for (int i = 0; i < 300000; ++i) {
         const glm::dvec3 lamp = Towards(std::acos(std::sqrt(random.Next())), 2 * kPi * random.Next());
