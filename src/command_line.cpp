@@ -88,8 +88,10 @@ CommandLine Parse(const std::vector<std::string>& arguments, std::ostream& error
   render->add_option("--material", line.material, "material.json or truth.json; default: the capture's own values.");
   render->add_option("-o,--output", line.output, "Folder for the pictures.")->required();
   render->add_option("--model", line.fit.model,
-                     "shader: the real-time terms, seconds. path: random walks, the reference; with a variance layer.");
-  render->add_option("--paths", line.paths, "Paths per pixel of model path (default 256).")
+                     "shader: the real-time terms, seconds. path: random walks, the reference; with a variance layer.\n"
+                     "diffusion: walks of --collisions, then diffusion in the crown's volume: a tenth of the noise.");
+  AddCollisions(render, line);
+  render->add_option("--paths", line.paths, "Paths per pixel of models path and diffusion (default 256).")
       ->check(CLI::Range(1, 100000000));
   render->add_option("--photograph", line.photograph, "Only this one.");
   render
@@ -165,7 +167,7 @@ CommandLine Parse(const std::vector<std::string>& arguments, std::ostream& error
   line.captures.assign(text.captures.begin(), text.captures.end());
   const std::map<std::string, std::vector<std::string>> models{{"fit", {"auto", "shader", "path", "layered"}},
                                                                {"batch", {"auto", "shader", "path", "layered"}},
-                                                               {"render", {"shader", "path"}},
+                                                               {"render", {"shader", "path", "diffusion"}},
                                                                {"slab", {"layered", "path"}}};
   if (const auto known = models.find(line.command); known != models.end()) {
     const auto& names = known->second;
@@ -176,8 +178,10 @@ CommandLine Parse(const std::vector<std::string>& arguments, std::ostream& error
     }
   }
   constexpr int kFewestForDerivatives = 16;
-  if (line.derivatives && (line.fit.model != "path" || line.paths < kFewestForDerivatives))
-    complain("--derivatives: only with --model path, and at least 16 --paths: their errors are found from groups.");
+  if (line.derivatives && (line.fit.model == "shader" || line.paths < kFewestForDerivatives))
+    complain(
+        "--derivatives: only with --model path or diffusion, and at least 16 --paths: their errors are found from "
+        "groups.");
   TakeFitText(text, complain, line);
   TakeBatch(batch, fit_options, arguments[0], words, complain, line);
   return line;

@@ -119,9 +119,9 @@ int RunRender(const CommandLine& line) {
   Progress progress(line.progress);
   const Capture capture = ReadCapture(line.capture);
   const Material material = line.material.empty() ? StatedMaterial(capture) : ReadMaterialFile(line.material, capture);
-  RenderOptions options{
-      line.fit.model,   {},        line.paths, line.fit.twelve_taps, line.fine, line.fit.seed, line.fit.threads,
-      line.derivatives, line.scale};
+  RenderOptions options{line.fit.model,       {},        line.paths,    line.fit.collisions,
+                        line.fit.twelve_taps, line.fine, line.fit.seed, line.fit.threads,
+                        line.derivatives,     line.scale};
   options.photograph = NamedPhotograph(capture, line.photograph);
   const auto messages = RenderPhotographs(capture, material, options, progress, [&](const RenderedPhotograph& r) {
     const PhotographSpec& photo = capture.photographs[r.photograph];

@@ -8,6 +8,14 @@
 
 namespace crownfit {
 
+CLI::Option* AddCollisions(CLI::App* command, CommandLine& line) {
+  return command
+      ->add_option("--collisions", line.fit.collisions,
+                   "Model diffusion: collisions of every walk before diffusion takes over (default 10); 0: plain "
+                   "diffusion,\nmore: nearer to model path, and slower.")
+      ->check(CLI::Range(0, 1000000));
+}
+
 std::vector<CLI::Option*> AddFitOptions(CLI::App* fit, CommandLine& line, FitText& text) {
   return {
       fit->add_option(

@@ -22,6 +22,9 @@ struct FitText {
   bool no_priors = false;
 };
 
+/// --collisions, of all commands that have model diffusion.
+CLI::Option* AddCollisions(CLI::App* command, CommandLine& line);
+
 /// What `fit` and `batch` share: every one of these may be a column of a manifest.
 std::vector<CLI::Option*> AddFitOptions(CLI::App* fit, CommandLine& line, FitText& text);
 

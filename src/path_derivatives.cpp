@@ -1,7 +1,7 @@
 #include "path_derivatives.h"
 
+#include <algorithm>
 #include <cmath>
-#include <tuple>
 #include <utility>
 
 namespace crownfit {
@@ -38,19 +38,33 @@ bool IsDifferentiatedByLogarithm(Quantity q) {
          q == Quantity::kAbsorption;
 }
 
-const LayeredBody& Bodies::Of(const Material& material) {
+Bodies::Built& Bodies::BuiltFor(const Material& material) {
   constexpr size_t kKept = 4;
   const std::vector<double> thicknesses = ThicknessesOf(input_.capture, material);
-  for (auto b = built_.begin(); b != built_.end(); ++b)
-    if (b->first == thicknesses) {
-      built_.splice(built_.begin(), built_, b);
-      return b->second;
-    }
-  built_.emplace_front(std::piecewise_construct, std::forward_as_tuple(thicknesses),
-                       std::forward_as_tuple(BuildSurfaces(input_.capture, input_.source, thicknesses), threads_,
-                                             input_.source.absorption));
-  if (built_.size() > kKept) built_.pop_back();
-  return built_.front().second;
+  const auto built =
+      std::find_if(built_.begin(), built_.end(), [&](const Built& b) { return b.thicknesses == thicknesses; });
+  if (built != built_.end()) {
+    built_.splice(built_.begin(), built_, built);
+  } else {
+    built_.push_front({thicknesses, LayeredBody(BuildSurfaces(input_.capture, input_.source, thicknesses), threads_,
+                                                input_.source.absorption)});
+    if (built_.size() > kKept) built_.pop_back();
+  }
+  return built_.front();
+}
+
+const LayeredBody& Bodies::Of(const Material& material) { return BuiltFor(material).body; }
+
+const VolumeLattice& Bodies::LatticeOf(const Material& material) {
+  Built& built = BuiltFor(material);
+  double steepest = 0;
+  for (const Material::Layer& layer : material.layers)
+    for (int c = 0; c < kChannels; ++c)
+      steepest = std::max(steepest, layer[Quantity::kReducedScattering][c] + layer[Quantity::kAbsorption][c]);
+  const double element_mm = VolumeLattice::ElementFor(built.body.surfaces, 1.0 / std::max(steepest, 1e-9));
+  if (!built.lattice || built.lattice->element_mm() != element_mm)
+    built.lattice.emplace(built.body.surfaces, built.body.is_exposed, built.body.absorption, element_mm, threads_);
+  return *built.lattice;
 }
 
 std::vector<SlopeParameter> DifferencedParameters(const Capture& capture) {
@@ -78,6 +92,7 @@ std::vector<DifferentiatedPhotograph> DifferentiateByPaths(
   const auto render = [&](const Material& m, bool slopes) {
     PathOptions options = stated;
     options.slopes = slopes;
+    if (stated.lattice) options.lattice = &bodies.LatticeOf(m);
     options.keeps_groups = !differenced.empty();
     const std::string name = capture.photographs[photographs[0]].name;
     auto photos = RenderTogether(capture, bodies.Of(m), input.scenery, m, photographs, options,

@@ -20,11 +20,19 @@ class Bodies {
   Bodies(const CrownInput& input, int threads) : input_(input), threads_(threads) {}
   /// Stays until four others were asked for.
   const LayeredBody& Of(const Material& material);
+  /// The lattice over that body which resolves the material.
+  const VolumeLattice& LatticeOf(const Material& material);
 
  private:
+  struct Built {
+    std::vector<double> thicknesses;
+    LayeredBody body;
+    std::optional<VolumeLattice> lattice = {};
+  };
+  Built& BuiltFor(const Material& material);
   const CrownInput& input_;
   int threads_;
-  std::list<std::pair<std::vector<double>, LayeredBody>> built_;  ///< latest first
+  std::list<Built> built_;  ///< latest first
 };
 
 /// What pictures are needed for: thicknesses that shape the crown, indices, roughness.

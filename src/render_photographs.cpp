@@ -78,6 +78,8 @@ std::vector<std::string> RenderByPath(const CrownInput& input, const Material& m
   path.paths_per_pixel = options.paths_per_pixel;
   path.seed = options.seed;
   path.threads = options.threads;
+  path.collisions = options.collisions;
+  if (options.model == "diffusion") path.lattice = &bodies.LatticeOf(material);
   WalkCounters counters;
   for (size_t i = 0; i < capture.photographs.size(); ++i) {
     if (options.photograph && *options.photograph != i) continue;
@@ -134,8 +136,8 @@ std::vector<std::string> RenderPhotographs(const Capture& capture, const Materia
                                            const RenderOptions& options, Progress& progress, const Done& done) {
   progress.Show("reading", 0.0);
   const CrownInput input = ReadInput(AtScale(capture, options.scale), options.threads, /*with_images=*/false);
-  return options.model == "path" ? RenderByPath(input, material, options, progress, done)
-                                 : RenderByShader(input, material, options, progress, done);
+  return options.model == "shader" ? RenderByShader(input, material, options, progress, done)
+                                   : RenderByPath(input, material, options, progress, done);
 }
 
 }  // namespace crownfit

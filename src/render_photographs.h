@@ -15,7 +15,8 @@ namespace crownfit {
 struct RenderOptions {
   std::string model = "shader";
   std::optional<size_t> photograph;  ///< only this one
-  int paths_per_pixel = 256;         ///< model path
+  int paths_per_pixel = 256;         ///< models path and diffusion
+  int collisions = 10;               ///< model diffusion: of a walk before diffusion takes over
   bool twelve_taps = false;          ///< model shader: 13 blur taps in place of 49
   bool fine = false;                 ///< model shader: four times the light samples
   uint64_t seed = 1;

@@ -22,6 +22,7 @@ struct FitOptions {
   int threads = 0;
   size_t max_pixels_per_photograph = 6000;  ///< the fit takes every n-th pixel of larger ones; figures show them all
   size_t paths_per_photograph = 1250000;    ///< model path: walks of each of its last runs
+  int collisions = 10;                      ///< model diffusion: of a walk before diffusion takes over
   std::optional<double> target_de00, budget_s;  ///< for what model and walks are chosen before the fit (fit_plan.h)
   std::string model_choice = "asked for";       ///< why `model`, where it is not auto
   bool twelve_taps = false;                     ///< blur by the thesis's 13 taps in place of 49

@@ -14,6 +14,7 @@
 #include "geometry/light_samples.h"
 #include "optics/shading_terms.h"
 #include "walk/boundary.h"
+#include "walk/light_field.h"
 #include "walk/path_slopes.h"
 #include "walk/random_walk.h"
 #include "walk/studio.h"
@@ -74,6 +75,22 @@ class CameraPath {
       CrossOuter(b);
     }
     return state.medium != kOutside || GoOnOutside();
+  }
+
+  /// Inside, after the last collision: the rest is left to diffuse light.
+  void HandOver() {
+    const LightFields& fields = *studio_.hand_over.fields;
+    const auto here = fields.At(state.position);
+    if (!here) return;
+    const glm::dvec3 weight = at_.carried * studio_.media.Weight(state);
+    ForEach(at_.serves, [&](size_t p) {
+      const glm::dvec3 seen = weight * fields.Radiance(p, *here);
+      value_[p] += seen;
+      if (!studio_.wants_slopes) return;
+      slopes_.Add(p, state, at_.cut_returns, seen);
+      for (size_t l = 0; l + 1 < studio_.media.size(); ++l)
+        slopes_.AddOfField(p, l, weight * fields.ByScattering(p, l, *here), weight * fields.ByAbsorption(p, l, *here));
+    });
   }
 
   /// pi x radiance found so far, per channel.

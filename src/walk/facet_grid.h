@@ -2,6 +2,7 @@
 // A regular grid over the layers' surfaces: how far the nearest one is, which proves most flights free, and which
 // facets reach into each cube, which finds what the others meet, in double precision.
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstdint>
@@ -110,6 +111,15 @@ class FacetGrid {
     float nx = 0, ny = 0, nz = 1, low = -std::numeric_limits<float>::infinity(),
           high = std::numeric_limits<float>::infinity();
   };
+
+  /// Whether distances alone prove that a flight inside meets nothing.
+  bool IsFree(const glm::dvec3& from, const glm::dvec3& direction, double length_mm) const {
+    const Distances d = distances();
+    const glm::dvec3 to = from + length_mm * direction;
+    const Distances::Place a = d.Find(from.x, from.y, from.z), b = d.Find(to.x, to.y, to.z);
+    return length_mm < std::max(0.0, static_cast<double>(d.distance_mm[a.cube]) - a.off_mm) +
+                           std::max(0.0, static_cast<double>(d.distance_mm[b.cube]) - b.off_mm);
+  }
 
   /// Finds the first facet that ends each flight: met from behind if it bounds the flight's medium, from in front if
   /// its outside may be the medium. Nothing beyond the grid is found. Flights side by side wait for memory together.

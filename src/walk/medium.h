@@ -17,6 +17,8 @@ struct Medium {
   double ior = 1.0, g = 0.0, isotropic_fraction = 0.0;
   glm::dvec3 scattering{0.0}, absorption{0.0};
   const AbsorptionTexture* texture = nullptr;  ///< a factor on absorption; none: homogeneous
+  /// Reduced scattering over scattering.
+  double similarity() const { return 1.0 - (1.0 - isotropic_fraction) * g; }
 };
 
 /// Unit vector at `cosine` and `angle` about `axis`.

@@ -7,6 +7,7 @@
 
 #include "base/error.h"
 #include "base/parallel.h"
+#include "walk/light_field.h"
 #include "walk/studio.h"
 #include "walk/walk_pool.h"
 
@@ -223,7 +224,13 @@ std::vector<PathPhotograph> RenderTogether(const Capture& capture, const Layered
   const Surroundings around(capture, scenery, photographs);
   const WalkScene scene(body, around.meshes);
   const Media media = MediaOf(capture, material, body);
-  const Studio studio = StudioOf(capture, material, photographs, options, {scene, media, around.things});
+  Studio studio = StudioOf(capture, material, photographs, options, {scene, media, around.things});
+  std::optional<LightFields> fields;
+  if (options.lattice) {
+    fields.emplace(studio, *options.lattice, Lighting{.collisions = options.collisions},
+                   Key(options.seed, options.field), options.threads);
+    studio.hand_over = {options.collisions, &*fields};
+  }
 
   const size_t heroes = media.heroes(), shared = photographs.size(), layers = material.layers.size(),
                samples = std::max<size_t>(1, (options.paths_per_pixel + heroes - 1) / heroes),

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "calibration/capture.h"
+#include "diffusion/volume_lattice.h"
 #include "optics/material.h"
 #include "walk/random_walk.h"
 
@@ -39,6 +40,12 @@ struct PathOptions {
   /// Light leaves a smooth surface as diffuse light would: several times less noise from lamps, and values that are
   /// wrong by a few per cent, smoothly over the object. Good enough for derivatives of ln(pixel).
   bool diffuse_exits = false;
+  /// Model `diffusion`: walks end after so many collisions, and are handed over to light that was followed from the
+  /// lamps through as many and is diffuse from then on, found on this lattice over the body (light_field.h). Without
+  /// one they go on to their end.
+  const VolumeLattice* lattice = nullptr;
+  int collisions = 10;
+  uint64_t field = 0;  ///< which random rays light is followed by: the same in pictures that are to differ smoothly
   /// Places that are rendered (index y * width + x). Empty: all.
   std::vector<uint8_t> wanted = {};
 };

@@ -60,6 +60,13 @@ class PathSlopes {
     slopes[layers_ - 1].absorption += value * static_cast<double>(cut_returns) * cut_.absorption;
   }
 
+  /// What the light that a walk was handed over to changes by, as it arrives.
+  void AddOfField(size_t photograph, size_t layer, const glm::dvec3& by_scattering, const glm::dvec3& by_absorption) {
+    LayerSlopes& slopes = slopes_[photograph * layers_ + layer];
+    slopes.scattering += by_scattering;
+    slopes.absorption += by_absorption;
+  }
+
   /// A stretch of flights through one medium begins, with this share of the light left; and ends: its controls.
   void OpenStretch(const WalkState& state, const glm::dvec3& left) {
     from_[state.medium] = state.visits[state.medium];
@@ -71,7 +78,9 @@ class PathSlopes {
     const Visit &from = from_[medium], &to = state.visits[medium];
     const Score score = ScoreOf(medium, {.length_mm = to.length_mm - from.length_mm,
                                          .collisions = to.collisions - from.collisions,
-                                         .phase_score = to.phase_score - from.phase_score});
+                                         .phase_score = to.phase_score - from.phase_score,
+                                         .reduced_mm = to.reduced_mm - from.reduced_mm,
+                                         .reduced_collisions = to.reduced_collisions - from.reduced_collisions});
     const glm::dvec3 weight = left_ * media_.Chance(state);
     from_[medium] = to;
     return LayerControls{weight * score.scattering, weight * score.asymmetry};
@@ -92,10 +101,13 @@ class PathSlopes {
   };
   Score ScoreOf(size_t medium, const Visit& visit) const {
     const Medium& m = media_[static_cast<int>(medium)];
-    const glm::dvec3 scattering = static_cast<double>(visit.collisions) - m.scattering * visit.length_mm;
+    const glm::dvec3 reduced =
+        static_cast<double>(visit.reduced_collisions) - m.similarity() * m.scattering * visit.reduced_mm;
+    const glm::dvec3 scattering = static_cast<double>(visit.collisions - visit.reduced_collisions) -
+                                  m.scattering * (visit.length_mm - visit.reduced_mm);
     // Scattering is the reduced one over 1 - (1 - f) g.
     const double share = 1.0 - m.isotropic_fraction;
-    return {scattering, visit.phase_score + scattering * (share / (1.0 - share * m.g))};
+    return {scattering + reduced, visit.phase_score + scattering * (share / (1.0 - share * m.g))};
   }
   const Media& media_;
   CutSlopes cut_;

@@ -36,7 +36,7 @@ glm::dvec3 Media::Chance(const WalkState& state) const {
     if (visit.length_mm == 0) continue;
     for (int c = 0; c < 3; ++c) {
       const double s = media_[i].scattering[c];
-      log_chance[c] -= s * visit.length_mm;
+      log_chance[c] -= s * (visit.length_mm - (1.0 - media_[i].similarity()) * visit.reduced_mm);
       if (visit.collisions > 0) log_chance[c] += visit.collisions * std::log(s);  // -infinity where s = 0
     }
   }

@@ -19,6 +19,8 @@ struct Visit {
   int collisions = 0;
   double phase_score = 0;       ///< sum of d ln(phase function) / d g, where derivatives are wanted
   glm::dvec3 textured_mm{0.0};  ///< length times the absorption texture, where there is one
+  double reduced_mm = 0;        ///< of the length, flown by the reduced coefficient
+  int reduced_collisions = 0;   ///< of them, at its end
 };
 
 struct WalkCounters {
@@ -39,12 +41,13 @@ struct WalkState {
   int medium = kOutside;
   double boost = 1.0;         ///< inverse probability of what the roulette let live, times what tiles in contact return
   int boundaries = 0;         ///< met from inside
+  int collisions = 0;         ///< in all media
   std::vector<Visit> visits;  ///< per medium
 
   void Begin(size_t media) {
     medium = kOutside;
     boost = 1.0;
-    boundaries = 0;
+    boundaries = collisions = 0;
     visits.assign(media, Visit());
   }
 };

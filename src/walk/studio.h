@@ -57,6 +57,15 @@ struct ContactTile {
   }
 };
 
+class LightFields;
+
+/// Walks end after so many collisions of the true random walk and one flight by the reduced coefficient: what comes to
+/// them there is taken from diffuse light (light_field.h).
+struct HandOver {
+  int collisions = 0;
+  const LightFields* fields = nullptr;  ///< none: walks go on to their end
+};
+
 /// Everything that stays the same for all paths of some photographs.
 struct Studio {
   const WalkScene& scene;
@@ -74,6 +83,10 @@ struct Studio {
   /// of the one direction it takes. Per medium the lobe's 1 / (pi x share of diffuse light that enters from outside).
   bool has_diffuse_exits = false;
   std::vector<double> exit_scale{};
+  HandOver hand_over{};
+
+  /// From here on a walk flies by the reduced coefficient.
+  bool IsReduced(const WalkState& state) const { return hand_over.fields && state.collisions >= hand_over.collisions; }
 };
 
 /// The opaque things of some photographs, each once: its mesh and what paths know of it.

@@ -1,5 +1,7 @@
 #include "walk/walk_pool.h"
 
+#include "base/error.h"
+
 namespace crownfit {
 namespace {
 
@@ -26,7 +28,7 @@ class Pool {
       lanes_.Scatter(active_);
       if (studio_.wants_slopes) lanes_.ScorePhase(active_);
       for (int i = 0; i < active_; ++i)
-        if (lanes_.until_roulette[i] <= 0.0 && !ended_[i]) PlayRoulette(i);
+        if (lanes_.until_roulette[i] <= 0.0 && !ended_[i]) EndOfCount(i);
       for (int i = active_ - 1; i >= 0; --i)
         if (ended_[i] && !Refill(i)) MoveLane(--active_, i);
     }
@@ -43,7 +45,7 @@ class Pool {
       const PathStart s = start_(task);
       task_[slot_[lane]] = task;
       if (path.Begin(s.position, s.direction, s.hero, s.random)) {
-        lanes_.until_roulette[lane] = kRouletteEvery;
+        lanes_.until_roulette[lane] = CollisionsToGo(path.state);
         Load(lane);
         return true;
       }
@@ -91,21 +93,32 @@ class Pool {
     Load(lane);
   }
 
-  void PlayRoulette(int lane) {
-    lanes_.until_roulette[lane] = kRouletteEvery;
+  /// Collisions until the roulette is played or the walk's way of going on changes.
+  double CollisionsToGo(const WalkState& state) const {
+    if (!studio_.hand_over.fields) return kRouletteEvery;
+    return std::clamp(studio_.hand_over.collisions - state.collisions, 1, kRouletteEvery);
+  }
+
+  void EndOfCount(int lane) {
     CameraPath& path = PathOf(lane);
+    const bool was_last = studio_.IsReduced(path.state);
     Store(lane);
     if (!studio_.scene.Holds(path.state.position)) {
       ++counters_.lost;
       return EndBranch(lane);
     }
+    if (was_last) {
+      path.HandOver();
+      return EndBranch(lane);
+    }
     if (!SurvivesRoulette(studio_.media, path.state, path.random())) return EndBranch(lane);
+    lanes_.until_roulette[lane] = CollisionsToGo(path.state);
     Load(lane);
   }
 
   void EndBranch(int lane) {
     if (PathOf(lane).Resume()) {
-      lanes_.until_roulette[lane] = kRouletteEvery;
+      lanes_.until_roulette[lane] = CollisionsToGo(PathOf(lane).state);
       return Load(lane);
     }
     hand_over_(task_[slot_[lane]], PathOf(lane));
@@ -117,7 +130,7 @@ class Pool {
     CameraPath& path = PathOf(i);
     const WalkState& state = path.state;
     const Medium& medium = studio_.media[state.medium];
-    const double scattering = medium.scattering[path.hero()];
+    const double scattering = medium.scattering[path.hero()] * (studio_.IsReduced(state) ? medium.similarity() : 1.0);
     lanes_.x[i] = state.position.x, lanes_.y[i] = state.position.y, lanes_.z[i] = state.position.z;
     lanes_.dx[i] = state.direction.x, lanes_.dy[i] = state.direction.y, lanes_.dz[i] = state.direction.z;
     lanes_.random[i] = path.random().state();
@@ -137,9 +150,17 @@ class Pool {
     state.position = {lanes_.x[i], lanes_.y[i], lanes_.z[i]};
     state.direction = {lanes_.dx[i], lanes_.dy[i], lanes_.dz[i]};
     path.random().set_state(lanes_.random[i]);
-    state.visits[state.medium].length_mm += lanes_.length_mm[i];
-    state.visits[state.medium].collisions += static_cast<int>(lanes_.collisions[i]);
-    state.visits[state.medium].phase_score += lanes_.phase_score[i];
+    Visit& visit = state.visits[state.medium];
+    const int collisions = static_cast<int>(lanes_.collisions[i]);
+    visit.length_mm += lanes_.length_mm[i];
+    visit.collisions += collisions;
+    if (studio_.IsReduced(state)) {  // nobody asks where its last collision sends it
+      visit.reduced_mm += lanes_.length_mm[i];
+      visit.reduced_collisions += collisions;
+    } else {
+      visit.phase_score += lanes_.phase_score[i];
+    }
+    state.collisions += collisions;
     lanes_.length_mm[i] = lanes_.collisions[i] = lanes_.phase_score[i] = 0.0;
     if (studio_.wants_slopes) path.CloseStretch();
   }
@@ -194,6 +215,7 @@ void TraceOneByOne(const Studio& studio, size_t count, const std::function<PathS
 void TracePaths(const Studio& studio, const FacetGrid& grid, size_t count, int lanes,
                 const std::function<PathStart(size_t)>& start,
                 const std::function<void(size_t, const CameraPath&)>& ended, WalkCounters& counters) {
+  Check(lanes > 0 || !studio.hand_over.fields, "walks that are handed over need lanes");
   if (lanes <= 0) return TraceOneByOne(studio, count, start, ended, counters);
   Pool(studio, grid, count, std::min(lanes, FlightLanes::kMax), start, ended, counters).Trace();
 }

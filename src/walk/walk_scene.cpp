@@ -83,6 +83,7 @@ Boundary WalkScene::EndOf(const FacetFlight& flight) const {
 std::optional<Boundary> WalkScene::Next(const glm::dvec3& origin, const glm::dvec3& direction, int medium,
                                         double max_mm, const Boundary* left, const IsThere& is_there) const {
   if (medium != kOutside) {
+    if (!std::isinf(max_mm) && body_.grid.IsFree(origin, direction, max_mm)) return std::nullopt;
     FacetFlight flight{origin, direction, medium, max_mm};
     body_.grid.FindEnds({&flight, 1});
     if (!flight.is_ended()) return std::nullopt;

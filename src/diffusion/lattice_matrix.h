@@ -1,0 +1,55 @@
+#pragma once
+// Symmetric positive matrices that couple a lattice's nodes with their 26 neighbours, and their solution: conjugate
+// gradients, preconditioned by geometric multigrid (Galerkin products with trilinear interpolation, one symmetric sweep
+// of Gauss and Seidel; Briggs, Henson and McCormick 2000).
+
+#include <array>
+#include <glm/glm.hpp>
+#include <memory>
+#include <span>
+#include <vector>
+
+namespace crownfit {
+
+/// The nodes in use of a regular lattice, and who stands beside whom.
+struct LatticeNodes {
+  static constexpr int kBeside = 27, kSelf = 13;
+  glm::ivec3 size{0};             ///< of the whole lattice
+  std::vector<int> number;        ///< per place of the lattice, row by row; -1: not in use
+  std::vector<glm::ivec3> place;  ///< per node
+  std::vector<int> beside;        ///< index 27 node + (dx + 1) + 3 (dy + 1) + 9 (dz + 1); count(): none
+
+  LatticeNodes() = default;
+  LatticeNodes(const glm::ivec3& size, std::vector<uint8_t> is_used);
+  int count() const { return static_cast<int>(place.size()); }
+  size_t IndexOf(const glm::ivec3& p) const { return (static_cast<size_t>(p.z) * size.y + p.y) * size.x + p.x; }
+  int At(const glm::ivec3& p) const {
+    const bool is_in = p.x >= 0 && p.y >= 0 && p.z >= 0 && p.x < size.x && p.y < size.y && p.z < size.z;
+    return is_in ? number[IndexOf(p)] : -1;
+  }
+};
+
+/// What nodes have in common with their neighbours: index as LatticeNodes::beside.
+using LatticeMatrix = std::vector<double>;
+
+/// y = m x.
+void Multiply(const LatticeNodes& nodes, const LatticeMatrix& m, std::span<const double> x, std::span<double> y);
+
+/// Of one matrix, made once for many right-hand sides.
+class LatticeSolver {
+ public:
+  /// `nodes` must outlive it.
+  LatticeSolver(const LatticeNodes& nodes, LatticeMatrix matrix);
+  ~LatticeSolver();
+  LatticeSolver(LatticeSolver&&) noexcept;
+
+  /// x, begun from what it holds, until the residual is `tolerance` times b. Returns the number of iterations.
+  int Solve(std::span<const double> b, std::vector<double>& x, double tolerance) const;
+
+ private:
+  struct Level;
+  void Cycle(size_t level, const std::vector<double>& b, std::vector<double>& x) const;
+  std::vector<Level> levels_;  ///< finest first
+};
+
+}  // namespace crownfit
