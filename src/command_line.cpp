@@ -165,10 +165,11 @@ CommandLine Parse(const std::vector<std::string>& arguments, std::ostream& error
     line.exit_code = 2;
   };
   line.captures.assign(text.captures.begin(), text.captures.end());
-  const std::map<std::string, std::vector<std::string>> models{{"fit", {"auto", "shader", "path", "layered"}},
-                                                               {"batch", {"auto", "shader", "path", "layered"}},
-                                                               {"render", {"shader", "path", "diffusion"}},
-                                                               {"slab", {"layered", "path"}}};
+  const std::map<std::string, std::vector<std::string>> models{
+      {"fit", {"auto", "shader", "diffusion", "path", "layered"}},
+      {"batch", {"auto", "shader", "diffusion", "path", "layered"}},
+      {"render", {"shader", "path", "diffusion"}},
+      {"slab", {"layered", "path"}}};
   if (const auto known = models.find(line.command); known != models.end()) {
     const auto& names = known->second;
     if (std::find(names.begin(), names.end(), line.fit.model) == names.end()) {

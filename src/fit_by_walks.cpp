@@ -14,13 +14,19 @@ namespace {
 class WalkFit {
  public:
   WalkFit(const FitProblem& problem, CrownInput& input, FitState& at, Progress& progress)
-      : problem_(problem), at_(at), unknowns_(problem, at), gatherer_(problem, input, at, unknowns_, progress) {}
+      : problem_(problem),
+        at_(at),
+        unknowns_(problem, at),
+        gatherer_(problem, input, at, unknowns_, progress),
+        last_(problem.options.model == "diffusion" ? WalkGatherer::Walks::kHandedOver
+                                                   : WalkGatherer::Walks::kToTheirEnd) {}
 
   /// False when the search leaves patches further off than `to_beat`.
   bool Run(double to_beat) {
     at_.converged = false;
     ChooseStart();
     if (const Misfit left = ChooseValley(); left.of_patches > left.AsSeenByWalks(to_beat)) return false;
+    gatherer_.GoBy(last_);
     gatherer_.TakePixels(problem_.options.max_pixels_by_walks());
     constexpr size_t kMostRuns = 8, kSeveral = 3;
     std::vector<Estimate> runs{LongRun()};
@@ -42,8 +48,8 @@ class WalkFit {
 
  private:
   static constexpr double kSettled = 3.0;                          // gain of chi2 over that of noise alone
-  static constexpr double kSearchShare = 0.2, kMiddleShare = 0.4;  // of a long run's paths
-  static constexpr double kSlopeShare = 0.4;  // in long runs; derivatives of several runs are averaged
+  static constexpr double kSearchShare = 0.1, kMiddleShare = 0.4;  // of the paths that were asked for
+  static constexpr double kSlopeShare = 0.1;  // in long runs; derivatives of several runs are averaged
 
   /// What is left in patches, over its noise.
   struct Misfit {
@@ -64,6 +70,7 @@ class WalkFit {
     Eigen::VectorXd by_photographs;        ///< the material's entries, had nothing else been known
     Eigen::MatrixXd covariance, of_walks;  ///< of the material's entries
     Eigen::MatrixXd of_slopes;             ///< part of both; later runs' derivatives are means over earlier ones' too
+    Eigen::MatrixXd of_model;  ///< by what photographs have in common of the model's own error; part of none
     double chi2 = 0;
     Misfit misfit;
     std::vector<std::vector<glm::dvec3>> values;
@@ -99,7 +106,12 @@ class WalkFit {
     return share > kShareOfWalks * told;
   }
 
-  double Paths() const { return static_cast<double>(problem_.options.paths_per_photograph); }
+  double Paths() const {
+    return static_cast<double>(problem_.options.paths_per_photograph) *
+           (last_ == WalkGatherer::Walks::kHandedOver ? kOfHandedOver : 1.0);
+  }
+
+  double SearchPaths() const { return kSearchShare * static_cast<double>(problem_.options.paths_per_photograph); }
 
   /// Whether the fit by shader tells an entry: within a factor 4, and not at the end of its range.
   bool IsTold(int k) const {
@@ -114,7 +126,8 @@ class WalkFit {
   /// tell begins there in any case: walks may not tell it either, and would leave it where shader's errors drove it.
   void ChooseStart() {
     stage_ = "walking from the start";
-    const auto misfit = [&] { return gatherer_.Misfit(0.25 * kSearchShare * Paths(), stage_); };
+    gatherer_.GoBy(WalkGatherer::Walks::kHandedOver);
+    const auto misfit = [&] { return gatherer_.Misfit(SearchPaths(), stage_); };
     Eigen::VectorXd from = unknowns_.Here();
     for (int k = 0; k < unknowns_.material(); ++k)
       if (!IsTold(k)) from[k] = unknowns_.Stated()[k];
@@ -137,8 +150,12 @@ class WalkFit {
     };
     Misfit left{HUGE_VAL, 1.0, 1.0};
     const auto search = [&] {
-      for (const double share : {kSearchShare, kMiddleShare})
-        if (const auto ended = Search(share * Paths(), was_found)) left = *ended;
+      for (const bool to_their_end : {false, true}) {
+        if (to_their_end && last_ == WalkGatherer::Walks::kHandedOver) continue;
+        gatherer_.GoBy(to_their_end ? WalkGatherer::Walks::kToTheirEnd : WalkGatherer::Walks::kHandedOver);
+        if (const auto ended = Search((to_their_end ? kMiddleShare * Paths() : SearchPaths()), was_found))
+          left = *ended;
+      }
     };
     if (roughness < 0) {
       search();
@@ -214,11 +231,13 @@ class WalkFit {
     Record("run", Paths(), g, step, s);
     const WalkedStep::Solution data = g.step.Solve(RangesAlone(), unknowns_.Untold());
     const int n = unknowns_.material();
+    const Eigen::MatrixXd of_model = data.covariance * g.model_scatter * data.covariance;
     Estimate e{unknowns_.Here() + step,
                at_.x + data.step.head(n),
                data.covariance.topLeftCorner(n, n),
                data.walk_covariance.topLeftCorner(n, n),
                data.slope_covariance.topLeftCorner(n, n),
+               of_model.topLeftCorner(n, n),
                g.chi2,
                {g.block_chi2, g.share_of_walks, g.block_values},
                std::move(g.values),
@@ -273,7 +292,7 @@ class WalkFit {
     k.inflation = std::max(1.0, k.block_chi2);
     const auto [variances, directions] = EigenOfSymmetric(covariance - of_a_run);
     const Eigen::MatrixXd of_photographs = directions * variances.cwiseMax(0.0).asDiagonal() * directions.transpose();
-    k.covariance = of_photographs + (k.inflation - 1.0) * (of_photographs + of_a_run) + of_walks;
+    k.covariance = of_photographs + (k.inflation - 1.0) * (of_photographs + of_a_run) + of_walks + runs.back().of_model;
     for (const Eigen::VectorXd& rival : rivals_)
       k.covariance += rival * rival.transpose() / static_cast<double>(rivals_.size());
     ForgetRanges(of_photographs + of_walks, k);
@@ -314,6 +333,7 @@ class WalkFit {
   FitState& at_;
   WalkUnknowns unknowns_;
   WalkGatherer gatherer_;
+  const WalkGatherer::Walks last_;       ///< of the pictures that the fit ends at
   std::vector<Eigen::VectorXd> rivals_;  ///< other optima as good, from the best one
   std::string stage_;
 };

@@ -6,6 +6,8 @@
 namespace crownfit {
 
 inline constexpr uint64_t kFitStream = 0x6669747365656bull;  ///< no photograph's synthesis is keyed by it
+inline constexpr double kOfHandedOver =
+    0.2;  ///< of the paths that are asked for: walks of model diffusion tell as much
 
 /// Moves a fit from where another model left it to the optimum of model `path`. First short runs until steps are no
 /// larger than their noise, then long ones with walks of their own until those that arrived agree within what their

@@ -20,9 +20,10 @@ std::vector<CLI::Option*> AddFitOptions(CLI::App* fit, CommandLine& line, FitTex
   return {
       fit->add_option(
           "--model", line.fit.model,
-          "shader: seconds, for looks. path: goes on from there to the optimum of random walks, minutes. auto "
-          "(default\n"
-          "of fit): path, unless the photographs can't tell shader from the truth. Default of batch: shader.\n"
+          "shader: seconds, for looks. diffusion: goes on to walks that end in diffusion in the crown's volume, some "
+          "ten\n"
+          "seconds. path: from there to the optimum of random walks, minutes. auto (default of fit): path, unless the\n"
+          "photographs can't tell shader from the truth. Default of batch: shader.\n"
           "layered: of captures that hold measurements of flat samples alone; their default."),
       fit->add_option(
              "--target-de00", line.fit.target_de00,
@@ -44,11 +45,13 @@ std::vector<CLI::Option*> AddFitOptions(CLI::App* fit, CommandLine& line, FitTex
           ->check(CLI::ExistingFile),
       fit->add_flag("--no-priors", text.no_priors, "Let the photographs alone decide."),
       fit->add_option("--seed", line.fit.seed, "Seed of random numbers (default 1); model shader uses none."),
+      AddCollisions(fit, line),
       fit->add_flag("--twelve-taps", line.fit.twelve_taps,
                     "Blur by the thesis's 1 + 12 taps in place of 49: faster, coarser."),
       fit->add_option(
              "--walks", text.walks,
-             "Model path: walks per photograph of each last run (default 1250000); half as many, 1.4 times the noise.")
+             "Model path: walks per photograph of each last run (default 1250000); half as many, 1.4 times the noise.\n"
+             "Model diffusion: a fifth of them.")
           ->check(CLI::Range(size_t{1000}, size_t{10000000000})),
       fit->add_option("--profiles", line.fit.profile_points,
                       "Model shader: likelihood profiles in the report, by so many fits to either side of each weak\n"

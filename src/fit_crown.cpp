@@ -18,7 +18,8 @@ namespace {
 constexpr double kSuffices = 1.5;  // of patches' squares over their noise's
 
 bool GoesOnToWalks(const FitOptions& options, const DataKnowledge& by_shader) {
-  return options.model == "path" || (options.model == "auto" && by_shader.block_chi2 > kSuffices);
+  return options.model == "path" || options.model == "diffusion" ||
+         (options.model == "auto" && by_shader.block_chi2 > kSuffices);
 }
 
 /// Casts and fits by turns, until thicknesses and calibration stay where they were cast; before walks, which need but a
@@ -79,9 +80,9 @@ void FitByTheModelThatSuffices(const FitProblem& problem, CrownInput& input, Fit
   const double by_shader = at.knowledge.block_chi2;
   const std::string left = "what model shader leaves of patches of neighbouring pixels is " + Number(by_shader) +
                            " times the square of their noise (limit " + Number(kSuffices) + ")";
-  fit.model = GoesOnToWalks(problem.options, at.knowledge) ? "path" : "shader";
+  fit.model = !GoesOnToWalks(problem.options, at.knowledge) ? "shader" : asked == "diffusion" ? asked : "path";
   fit.model_choice = asked == "auto" ? left : problem.options.model_choice;
-  if (fit.model == "path" && !FitByWalks(problem, input, at, asked == "auto", progress)) {
+  if (fit.model != "shader" && !FitByWalks(problem, input, at, asked == "auto", progress)) {
     fit.model = "shader";
     fit.model_choice += "; random walks leave more: were these photographs rendered by shader?";
   }
@@ -156,7 +157,7 @@ CrownFit FitCrown(const Capture& stated, const FitOptions& options, Progress& pr
   fit.messages = input.source.messages;
   if (const std::string note = DepthNote(fit.capture, *at.cast.crown); !note.empty()) fit.messages.push_back(note);
   for (const FitPixels& p : at.pixels) fit.fitted_pixels += p.pixels.size();
-  const Predictor predict = fit.model == "path"
+  const Predictor predict = fit.is_by_walks()
                                 ? PredictorByWalks(problem, input, at, progress)
                                 : PredictorByShader(input, at.cast, fit.material, at.scales, options.threads);
   fit.photographs = ComparePhotographs(input, at.cast, predict, at.scales, at.pixels, options.threads);

@@ -182,7 +182,7 @@ double PathSeconds(const FitProblem& problem, const FitState& at, double paths) 
   double fewest = 0;
   for (const FitPixels& p : at.pixels) {
     photographs.push_back(p.photograph);
-    fewest = std::max(fewest, kFewestPaths * static_cast<double>(p.sources.size()));
+    fewest = std::max(fewest, FewestPaths(MaterialAt(problem.free, at.x)) * static_cast<double>(p.sources.size()));
   }
   const double walks = static_cast<double>(WhichShareWalks(problem.capture, photographs).size()) *
                        (runs * kWalksOfRun * std::max(paths, fewest) +

@@ -1,5 +1,6 @@
 #include "gather_walks.h"
 
+#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 #include <numeric>
@@ -21,6 +22,14 @@ namespace {
 constexpr double kRoughnessShare = 0.25;  // of the paths for other derivatives
 
 }  // namespace
+
+int FewestPaths(const Material& material) {
+  const bool is_grey = std::all_of(material.layers.begin(), material.layers.end(), [](const Material::Layer& l) {
+    const ChannelValues& s = l[Quantity::kReducedScattering];
+    return s[0] == s[1] && s[1] == s[2];
+  });
+  return static_cast<int>(PathPhotograph::kMaxGroups) * (is_grey ? 1 : kChannels);
+}
 
 void MoveInput(const FitProblem& problem, const FitState& at, CrownInput& input) {
   input.capture = Moved(problem.capture, problem.errors, at.calibration.amounts);
@@ -97,34 +106,20 @@ std::vector<PathPhotograph> WalkGatherer::Predict(const Material& material, cons
                         [&](double share) { progress_.Show(stage, share, SpecOf(at_.pixels[shared[0]]).name); });
 }
 
-/// A material with nearly the same derivatives of ln(pixel), whose walks tell them with several times less noise: a
-/// smooth surface with diffuse exits, and less forward scattering at the same reduced coefficient (similarity). The
-/// solution does not move by it: there the derivatives only weigh what is left of the photographs. A body so clear that
-/// light comes out without having become diffuse stays as it is, but for a lobe too narrow to find lamps: a smooth
-/// surface would make derivatives by its scattering up to four times as large as a rough one.
-Material WalkGatherer::SimilarForDerivatives(Material m) const {
-  constexpr double kClear = 1.0, kForwardIfClear = 0.8, kForward = 0.5, kClearBody = 2.0, kFindsLamps = 0.1;
-  std::vector<double> depth;  // in transport paths
-  for (size_t l = 0; l < m.layers.size(); ++l) {
-    const ChannelValues& scattering = m.layers[l][Quantity::kReducedScattering];
-    depth.push_back(*std::min_element(scattering.begin(), scattering.end()) * at_.cast.crown->thickness_mm[l]);
-  }
-  if (std::accumulate(depth.begin(), depth.end(), 0.0) < kClearBody) {
-    for (double& r : m.surface[Quantity::kRoughness]) r = std::max(r, kFindsLamps);
-    return m;
-  }
-  for (size_t l = 0; l < m.layers.size(); ++l) {
-    Material::Layer& layer = m.layers[l];
-    if (unknowns_.IsFree({l, Quantity::kAsymmetry}) || unknowns_.IsFree({l, Quantity::kIsotropicFraction})) continue;
-    const bool is_clear = depth[l] < kClear;
-    layer[Quantity::kAsymmetry].fill(std::min(layer[Quantity::kAsymmetry][0], is_clear ? kForwardIfClear : kForward));
-  }
-  m.surface[Quantity::kRoughness].fill(0.0);
-  return m;
+void WalkGatherer::HandOver(const Material& material, int rays, PathOptions& options) {
+  options.rays = rays;
+  options.collisions = problem_.options.collisions;
+  options.lattice = &bodies_.LatticeOf(material);
 }
 
+/// By walks that are handed over to diffusion, which tell derivatives by scattering with a hundred times less noise,
+/// and wrong by some per cent: at the solution they only weigh what is left of the photographs, so they do not move it.
+/// Light that leaves a smooth surface before finds lamps as diffuse light would.
 void WalkGatherer::Differentiate(const Material& material, const Shared& shared, double paths, bool of_roughness) {
-  PathOptions options = OptionsFor(shared, paths, kFewestPaths);
+  constexpr int kRays = 10000;
+  PathOptions options = OptionsFor(shared, paths, FewestPaths(material));
+  HandOver(material, kRays, options);
+  options.field = run_;
   options.diffuse_exits = !of_roughness;
   auto found = DifferentiateByPaths(
       input_, bodies_, material, PhotographsOf(shared), options,
@@ -161,24 +156,32 @@ std::vector<RowsOfSlopes::Run> WalkGatherer::RunsOf(const std::list<SlopesFound>
   return runs;
 }
 
+/// J' C^-1 of a picture that is brighter by its own size, channel by channel.
+static Eigen::MatrixXd ByLevel(const WalkedRows& row, const WalkComparison& c, const glm::dvec3& value, size_t pixel) {
+  WalkedRows::Rows whole(kChannels, row.all.cols() + row.exact.cols());
+  whole << row.all, row.exact;
+  const Eigen::Matrix3d level = Eigen::Vector3d(value.x, value.y, value.z).asDiagonal();
+  return c.weight[pixel] * whole.transpose() * c.covariance[pixel].inverse() * level;
+}
+
 GatheredWalks WalkGatherer::Gather(double paths, double slope_paths, const std::string& stage) {
   MoveInput(problem_, at_, input_);
   ForgetSlopesFarAway();
   const Material material = MaterialAt(problem_.free, at_.x);
-  const Material similar = SimilarForDerivatives(material);
   std::optional<WalkedStep> step;
   WalkComparison total;
   std::vector<std::vector<glm::dvec3>> values(at_.pixels.size());
+  const ModelError error = walks_ == Walks::kHandedOver ? kDiffusionError : ModelError{};
+  Eigen::MatrixXd model_scatter = Eigen::MatrixXd::Zero(unknowns_.count(), unknowns_.count());
   for (const Shared& shared : SharedWalks()) {
-    PathOptions options = OptionsFor(shared, paths, kFewestPaths);
+    PathOptions options = OptionsFor(shared, paths, FewestPaths(material));
     options.keeps_groups = true;
+    constexpr int kRays = 20000;
+    if (walks_ == Walks::kHandedOver) HandOver(material, kRays, options);
     const std::vector<PathPhotograph> walked = Predict(material, shared, options, stage);
-    Differentiate(similar, shared, slope_paths, false);
-    if (unknowns_.IsFree(RoughnessOf(problem_.capture)) && LacksRoughness(slopes_[shared[0]])) {
-      Material rough = similar;
-      rough.surface[Quantity::kRoughness] = material.surface[Quantity::kRoughness];
-      Differentiate(rough, shared, kRoughnessShare * slope_paths, true);
-    }
+    Differentiate(material, shared, slope_paths, false);
+    if (unknowns_.IsFree(RoughnessOf(problem_.capture)) && LacksRoughness(slopes_[shared[0]]))
+      Differentiate(material, shared, kRoughnessShare * slope_paths, true);
     for (size_t k = 0; k < shared.size(); ++k) {
       const size_t g = shared[k];
       const FitPixels& p = at_.pixels[g];
@@ -191,24 +194,30 @@ GatheredWalks WalkGatherer::Gather(double paths, double slope_paths, const std::
         sharp.push_back(smooth[rank]);
       }
       const double exposure = unknowns_.ExposureOf(p);
-      const WalkComparison c = CompareWithWalks(p, CastOf(p), walked[k], exposure);
+      const WalkComparison c = CompareWithWalks(p, CastOf(p), walked[k], exposure, error.patch);
       const WalkUnknowns::Slopes nuisances(unknowns_, g, input_.capture, material);
       const WalkedStep none(unknowns_.material(), slopes_[g].front().slopes.groups(), unknowns_.nuisances());
       if (!step) step.emplace(none);
       constexpr size_t kParts = 64;  // fixed, so that sums do not depend on the number of threads
       std::vector<WalkedStep> parts(kParts, none);
+      std::vector<Eigen::MatrixXd> by_level(kParts, Eigen::MatrixXd::Zero(unknowns_.count(), kChannels));
       ParallelFor(kParts, problem_.options.threads, [&](size_t part) {
         for (size_t i = part * p.pixels.size() / kParts; i < (part + 1) * p.pixels.size() / kParts; ++i) {
           WalkedRows row = rows.Zero(unknowns_.nuisances());
           for (int t = p.first_term[i]; t < p.first_term[i + 1]; ++t)
             rows.AddTo(row, places[p.terms[t].source], exposure * p.terms[t].weight);
           nuisances.AddTo(row.exact, i, sharp);
+          if (error.photograph > 0) by_level[part] += ByLevel(row, c, p.values[i], i);
           parts[part].Add(
               {c.residual[i], c.covariance[i] / c.weight[i], c.of_walks[i] / c.weight[i], c.off_by_group[i]},
               std::move(row));
         }
       });
       for (const WalkedStep& part : parts) step->Add(part);
+      const Eigen::MatrixXd levels =
+          std::accumulate(by_level.begin(), by_level.end(), Eigen::MatrixXd(0.0 * by_level[0]));
+      model_scatter += std::pow(error.channel, 2) * levels * levels.transpose() +
+                       std::pow(error.photograph, 2) * levels.rowwise().sum() * levels.rowwise().sum().transpose();
       total.chi2 += c.chi2, total.block_chi2 += c.block_chi2, total.share_of_walks += c.share_of_walks;
       total.values += c.values, total.block_values += c.block_values;
     }
@@ -221,7 +230,7 @@ GatheredWalks WalkGatherer::Gather(double paths, double slope_paths, const std::
   ++at_.iterations;
   const double count = static_cast<double>(total.values), patches = static_cast<double>(total.block_values);
   return {std::move(*step), total.chi2 / count, total.block_chi2 / patches, total.share_of_walks / count,
-          patches,          std::move(values)};
+          patches,          std::move(values),  std::move(model_scatter)};
 }
 
 double WalkGatherer::Misfit(double paths, const std::string& stage) {
@@ -230,8 +239,10 @@ double WalkGatherer::Misfit(double paths, const std::string& stage) {
   const Material material = MaterialAt(problem_.free, at_.x);
   double sum = 0;
   for (const Shared& shared : SharedWalks()) {
-    const std::vector<PathPhotograph> walked =
-        Predict(material, shared, OptionsFor(shared, paths, kFewToCompare), stage);
+    PathOptions options = OptionsFor(shared, paths, kFewToCompare);
+    constexpr int kRays = 10000;
+    if (walks_ == Walks::kHandedOver) HandOver(material, kRays, options);
+    const std::vector<PathPhotograph> walked = Predict(material, shared, options, stage);
     for (size_t k = 0; k < shared.size(); ++k) {
       const FitPixels& p = at_.pixels[shared[k]];
       const WalkComparison c = CompareWithWalks(p, CastOf(p), walked[k], unknowns_.ExposureOf(p));

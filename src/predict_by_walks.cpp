@@ -49,8 +49,11 @@ std::map<size_t, WalkedValues> WalkedPictures(const FitProblem& problem, const C
         if (!pixel.at_silhouette) options.wanted[place_of(others[k], pixel)] = 1;
     }
     const auto pixels = std::count(options.wanted.begin(), options.wanted.end(), 1);
-    options.paths_per_pixel = 1 + static_cast<int>(static_cast<double>(problem.options.paths_per_photograph) /
-                                                   static_cast<double>(std::max<long>(1, pixels)));
+    const bool hands_over = problem.options.model == "diffusion";
+    const double paths = static_cast<double>(problem.options.paths_per_photograph) * (hands_over ? kOfHandedOver : 1.0);
+    options.paths_per_pixel = 1 + static_cast<int>(paths / static_cast<double>(std::max<long>(1, pixels)));
+    options.collisions = problem.options.collisions;
+    if (hands_over) options.lattice = &bodies.LatticeOf(material);
     options.seed = problem.options.seed;
     options.stream = Key(kFitStream, 0, photographs[0]);
     options.threads = problem.options.threads;

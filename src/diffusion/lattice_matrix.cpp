@@ -61,7 +61,7 @@ LatticeNodes::LatticeNodes(const glm::ivec3& lattice, std::vector<uint8_t> is_us
       for (int y = -1; y <= 1; ++y)
         for (int x = -1; x <= 1; ++x) {
           const int other = At(p + glm::ivec3(x, y, z));
-          beside.push_back(other < 0 ? count() : other);
+          beside.push_back(other < 0 ? At(p) : other);
         }
 }
 
@@ -71,8 +71,7 @@ void Multiply(const LatticeNodes& nodes, const LatticeMatrix& m, std::span<const
     const int* beside = &nodes.beside[static_cast<size_t>(i) * LatticeNodes::kBeside];
     const double* row = &m[static_cast<size_t>(i) * LatticeNodes::kBeside];
     double sum = 0;
-    for (int k = 0; k < LatticeNodes::kBeside; ++k)
-      if (beside[k] < n) sum += row[k] * x[beside[k]];
+    for (int k = 0; k < LatticeNodes::kBeside; ++k) sum += row[k] * x[beside[k]];
     y[i] = sum;
   }
 }
@@ -90,9 +89,8 @@ struct LatticeSolver::Level {
       const int* beside = &nodes->beside[static_cast<size_t>(i) * LatticeNodes::kBeside];
       const double* row = &matrix[static_cast<size_t>(i) * LatticeNodes::kBeside];
       double rest = b[i];
-      for (int k = 0; k < LatticeNodes::kBeside; ++k)
-        if (k != LatticeNodes::kSelf && beside[k] < n) rest -= row[k] * x[beside[k]];
-      x[i] = rest / row[LatticeNodes::kSelf];
+      for (int k = 0; k < LatticeNodes::kBeside; ++k) rest -= row[k] * x[beside[k]];
+      x[i] += rest / row[LatticeNodes::kSelf];
     }
   }
 };
@@ -110,7 +108,7 @@ LatticeSolver::LatticeSolver(const LatticeNodes& nodes, LatticeMatrix matrix) {
       for (int k = 0; k < LatticeNodes::kBeside; ++k) {
         const size_t at = static_cast<size_t>(i) * LatticeNodes::kBeside + k;
         const int j = fine.nodes->beside[at];
-        if (j >= n || fine.matrix[at] == 0) continue;
+        if (fine.matrix[at] == 0) continue;
         const Parents &of_i = fine.parents[i], &of_j = fine.parents[j];
         for (int a = 0; a < of_i.count; ++a)
           for (int b = 0; b < of_j.count; ++b) {
@@ -128,7 +126,7 @@ LatticeSolver::LatticeSolver(const LatticeNodes& nodes, LatticeMatrix matrix) {
   for (int i = 0; i < n; ++i)
     for (int k = 0; k < LatticeNodes::kBeside; ++k) {
       const size_t at = static_cast<size_t>(i) * LatticeNodes::kBeside + k;
-      if (const int j = last.nodes->beside[at]; j < n) dense(i, j) = last.matrix[at];
+      dense(i, last.nodes->beside[at]) += last.matrix[at];
     }
   last.inverse = InverseOfSymmetric(dense);
 }

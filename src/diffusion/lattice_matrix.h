@@ -17,7 +17,9 @@ struct LatticeNodes {
   glm::ivec3 size{0};             ///< of the whole lattice
   std::vector<int> number;        ///< per place of the lattice, row by row; -1: not in use
   std::vector<glm::ivec3> place;  ///< per node
-  std::vector<int> beside;        ///< index 27 node + (dx + 1) + 3 (dy + 1) + 9 (dz + 1); count(): none
+  /// Index 27 node + (dx + 1) + 3 (dy + 1) + 9 (dz + 1). Where there is none: the node itself, with which a matrix then
+  /// has nothing in common there.
+  std::vector<int> beside;
 
   LatticeNodes() = default;
   LatticeNodes(const glm::ivec3& size, std::vector<uint8_t> is_used);

@@ -11,7 +11,7 @@ namespace crownfit {
 namespace {
 
 constexpr int kPoints = 4;            // along an element, of its quadrature: Gauss's two in either half
-constexpr double kFictitious = 1e-4;  // of the inside's conduction
+constexpr double kFictitious = 1e-4;  // conduction outside, over the element's length: the same for every material
 
 /// Number of a neighbour as LatticeNodes::beside has it, from corner a to corner b of one element.
 constexpr int BesideOf(int a, int b) {
@@ -90,7 +90,7 @@ double VolumeLattice::ElementFor(const std::vector<TriangleMesh>& surfaces, doub
   const double finest = std::max(kShortest, std::cbrt(size.x * size.y * size.z / kMostElements));
   const double wanted = std::max(finest, std::min(kOfThickness * thickness, kOfPath * shortest_mm));
   double element = kLongest;
-  while (element / std::sqrt(2.0) > wanted && element > finest) element /= std::sqrt(2.0);
+  while (element > wanted) element /= std::sqrt(2.0);
   while (element < finest) element *= std::sqrt(2.0);
   return element;
 }
@@ -100,12 +100,14 @@ VolumeLattice::VolumeLattice(const std::vector<TriangleMesh>& surfaces,
                              const std::vector<std::shared_ptr<const AbsorptionTexture>>& textures, double element_mm,
                              int threads)
     : element_mm_(element_mm), layers_(static_cast<int>(surfaces.size())) {
-  auto [low, high] = Bounds(surfaces[0]);
-  for (const TriangleMesh& mesh : surfaces) {
-    const auto [a, b] = Bounds(mesh);
-    low = glm::min(low, a), high = glm::max(high, b);
-  }
-  const glm::dvec3 room = (high - low) / element_mm + 0.5;  // no surface along the lattice's planes
+  const glm::dvec3 axis = glm::normalize(glm::dvec3(0.48, 0.31, 0.82)),
+                   about = glm::normalize(glm::dvec3(0.9, -0.5, 0.2));
+  const glm::dvec3 side = glm::normalize(about - glm::dot(about, axis) * axis);
+  lattice_from_object_ = glm::transpose(glm::dmat3(axis, side, glm::cross(axis, side)));
+  glm::dvec3 low = Stood(surfaces[0].vertices[0]), high = low;
+  for (const TriangleMesh& mesh : surfaces)
+    for (const glm::dvec3& v : mesh.vertices) low = glm::min(low, Stood(v)), high = glm::max(high, Stood(v));
+  const glm::dvec3 room = (high - low) / element_mm + 0.5;
   elements_ = glm::ivec3(glm::ceil(room));
   low_ = 0.5 * (low + high) - 0.5 * element_mm * glm::dvec3(elements_);
   Integrate(surfaces, textures, threads);
@@ -124,7 +126,7 @@ void VolumeLattice::Integrate(const std::vector<TriangleMesh>& surfaces,
   std::vector<std::unique_ptr<ElementSum>> sums(count);
   for (int l = 0; l < layers_; ++l) is_textured_.push_back(textures[l] != nullptr);
   ParallelFor(count, threads, [&](size_t e) {
-    const glm::dvec3 corner = low_ + h * glm::dvec3(place_of(e)), middle = corner + 0.5 * h;
+    const glm::dvec3 corner = low_ + h * glm::dvec3(place_of(e)), middle = Back(corner + 0.5 * h);
     const bool is_cut = finder.IsNearSurface(middle, 0.5 * std::sqrt(3.0) * h);
     const int whole = is_cut ? -1 : finder.LayerAt(middle);
     if (!is_cut && whole < 0) return;
@@ -132,7 +134,7 @@ void VolumeLattice::Integrate(const std::vector<TriangleMesh>& surfaces,
     sum->parts.resize(layers_);
     bool holds_any = false;
     for (const auto& [at, corners] : QuadraturePoints()) {
-      const glm::dvec3 p = corner + h * at;
+      const glm::dvec3 p = Back(corner + h * at);
       const int layer = is_cut ? finder.LayerAt(p) : whole;
       holds_any |= layer >= 0;
       ElementSum::Part* part = layer >= 0 ? &sum->parts[layer] : nullptr;
@@ -233,7 +235,7 @@ void VolumeLattice::FindPieces(const std::vector<TriangleMesh>& surfaces,
 }
 
 std::optional<LatticePlace> VolumeLattice::PlaceOf(const glm::dvec3& p) const {
-  const glm::dvec3 in_elements = (p - low_) / element_mm_, floor = glm::floor(in_elements);
+  const glm::dvec3 in_elements = (Stood(p) - low_) / element_mm_, floor = glm::floor(in_elements);
   const glm::ivec3 e(floor);
   if (glm::any(glm::lessThan(e, glm::ivec3(0))) || glm::any(glm::greaterThanEqual(e, elements_))) return std::nullopt;
   const int element = (e.z * elements_.y + e.y) * elements_.x + e.x;
@@ -253,7 +255,7 @@ LatticeStencil VolumeLattice::StencilOf(const LatticePlace& place) const {
 glm::dvec3 VolumeLattice::PositionOf(const LatticePlace& place) const {
   const glm::ivec3 e(place.element % elements_.x, place.element / elements_.x % elements_.y,
                      place.element / (elements_.x * elements_.y));
-  return low_ + element_mm_ * (glm::dvec3(e) + glm::dvec3(place.at.x, place.at.y, place.at.z));
+  return Back(low_ + element_mm_ * (glm::dvec3(e) + glm::dvec3(place.at.x, place.at.y, place.at.z)));
 }
 
 LatticeMatrix VolumeLattice::Matrix(std::span<const double> conduction, std::span<const double> sink,
@@ -263,7 +265,7 @@ LatticeMatrix VolumeLattice::Matrix(std::span<const double> conduction, std::spa
     const LatticeMatrix& products = products_[l][is_textured_[l] ? channel : 0];
     for (size_t i = 0; i < m.size(); ++i) m[i] += conduction[l] * gradients_[l][i] + sink[l] * products[i];
   }
-  const double fictitious = kFictitious * *std::max_element(conduction.begin(), conduction.end());
+  const double fictitious = kFictitious * element_mm_;
   for (size_t i = 0; i < m.size(); ++i) m[i] += fictitious * outside_[i];
   for (size_t p = 0; p < pieces_.size(); ++p) {
     const LatticeStencil& s = pieces_[p].stencil;

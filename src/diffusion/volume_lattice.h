@@ -1,7 +1,8 @@
 #pragma once
 // The crown's volume on a regular lattice, as trilinear finite cells (Parvizian, Duester and Rank 2007): elements that
 // the surface cuts are integrated over the part inside, by 4 x 4 x 4 points, and what lies outside conducts a little so
-// that their nodes stay determined. No mesh of tetrahedra is made.
+// that their nodes stay determined. No mesh of tetrahedra is made. The lattice stands askew, so that a flat face of the
+// object, which would cut a whole layer of elements between the same points, cuts them everywhere.
 
 #include <functional>
 #include <optional>
@@ -71,6 +72,9 @@ class VolumeLattice {
                  const std::vector<std::shared_ptr<const AbsorptionTexture>>& textures, int threads);
   void FindPieces(const std::vector<TriangleMesh>& surfaces, const std::vector<std::vector<uint8_t>>& is_exposed,
                   int threads);
+  glm::dvec3 Stood(const glm::dvec3& p) const { return lattice_from_object_ * p; }
+  glm::dvec3 Back(const glm::dvec3& p) const { return glm::transpose(lattice_from_object_) * p; }
+  glm::dmat3 lattice_from_object_;  ///< a rotation
   glm::dvec3 low_;
   double element_mm_;
   glm::ivec3 elements_;

@@ -39,13 +39,19 @@ Eigen::Matrix3d NoiseCorrelation(const FitPixels& p, const PhotographCast& cast,
   return root.asDiagonal() * sum * root.asDiagonal();
 }
 
-void WeighPatches(const FitPixels& p, const PhotographCast& cast, const std::vector<Eigen::Vector3d>& stddev,
-                  const Eigen::Matrix3d& noise, WalkComparison& c) {
-  constexpr double kWidth = 3.0, kUsualLargest = 1.0, kClip = 4.0;
-  const Eigen::LLT<Eigen::Matrix3d> root(Shrunk(noise));
-  std::map<std::pair<int, int>, std::vector<size_t>> patches;
+/// Pixels of the fit, by number, in every patch.
+using Patches = std::map<std::pair<int, int>, std::vector<size_t>>;
+Patches PatchesOf(const FitPixels& p, const PhotographCast& cast) {
+  Patches patches;
   for (size_t i = 0; i < p.pixels.size(); ++i)
     patches[{cast.pixels[p.pixels[i]].x / kPatch, cast.pixels[p.pixels[i]].y / kPatch}].push_back(i);
+  return patches;
+}
+
+void WeighPatches(const Patches& patches, const std::vector<Eigen::Vector3d>& stddev, const Eigen::Matrix3d& noise,
+                  WalkComparison& c) {
+  constexpr double kWidth = 3.0, kUsualLargest = 1.0, kClip = 4.0;
+  const Eigen::LLT<Eigen::Matrix3d> root(Shrunk(noise));
   std::vector<double> largest;
   for (const auto& [place, members] : patches) {
     Eigen::Vector3d sum = Eigen::Vector3d::Zero();
@@ -62,12 +68,12 @@ void WeighPatches(const FitPixels& p, const PhotographCast& cast, const std::vec
   }
   const double of_noise = root.solve(noise).trace() / kChannels;  // what noise alone makes of a square
   c.chi2 /= of_noise, c.block_chi2 /= of_noise;
-  c.values = kChannels * p.pixels.size();
+  c.values = kChannels * stddev.size();
   c.block_values = kChannels * patches.size();
   std::vector<double> sorted = largest;
   std::nth_element(sorted.begin(), sorted.begin() + static_cast<long>(sorted.size() / 2), sorted.end());
   const double width = kWidth * std::max(kUsualLargest, sorted[sorted.size() / 2]);
-  c.weight.assign(p.pixels.size(), 1.0);
+  c.weight.assign(stddev.size(), 1.0);
   size_t patch = 0;
   for (const auto& [place, members] : patches) {
     for (const size_t i : members) c.weight[i] = std::min(1.0, width / largest[patch]);
@@ -90,12 +96,16 @@ std::vector<size_t> RanksOf(const FitPixels& p, const PhotographCast& cast, cons
 }
 
 WalkComparison CompareWithWalks(const FitPixels& p, const PhotographCast& cast, const PathPhotograph& walked,
-                                double exposure) {
+                                double exposure, double model_error) {
   const std::vector<size_t> ranks = RanksOf(p, cast, walked);
   const auto smooth = SmoothedCovariance(walked);
   const auto root = [](const glm::dvec3& v) { return Eigen::Vector3d(std::sqrt(v.x), std::sqrt(v.y), std::sqrt(v.z)); };
   WalkComparison c;
   std::vector<Eigen::Vector3d> stddev, of_walks;
+  const Patches patches = PatchesOf(p, cast);
+  std::vector<double> together(p.pixels.size());  // how many pixels the patch has
+  for (const auto& [place, members] : patches)
+    for (const size_t i : members) together[i] = static_cast<double>(members.size());
   for (size_t i = 0; i < p.pixels.size(); ++i) {
     glm::dvec3 predicted = p.scenery.empty() ? glm::dvec3(0.0) : p.scenery[i], variance(0.0);
     auto& off_by_group = c.off_by_group.emplace_back(kChannels, static_cast<Eigen::Index>(walked.groups));
@@ -115,7 +125,8 @@ WalkComparison CompareWithWalks(const FitPixels& p, const PhotographCast& cast, 
     const glm::dvec3 off = p.values[i] - exposure * predicted;
     c.residual.emplace_back(off.x, off.y, off.z);
     of_walks.push_back(root(variance));
-    stddev.push_back(root(variance + p.stddev[i] * p.stddev[i]));
+    const glm::dvec3 of_model = model_error * exposure * predicted;
+    stddev.push_back(root(variance + p.stddev[i] * p.stddev[i] + together[i] * of_model * of_model));
   }
   const Eigen::Matrix3d noise = NoiseCorrelation(p, cast, c.residual, stddev), correlation = Shrunk(noise);
   for (size_t i = 0; i < stddev.size(); ++i) {
@@ -123,7 +134,7 @@ WalkComparison CompareWithWalks(const FitPixels& p, const PhotographCast& cast, 
     c.of_walks.push_back(of_walks[i].asDiagonal() * correlation * of_walks[i].asDiagonal());
     c.share_of_walks += of_walks[i].cwiseQuotient(stddev[i]).squaredNorm();
   }
-  WeighPatches(p, cast, stddev, noise, c);
+  WeighPatches(patches, stddev, noise, c);
   return c;
 }
 

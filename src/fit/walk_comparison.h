@@ -30,7 +30,8 @@ std::vector<size_t> PlacesOf(const FitPixels& p, const PhotographCast& cast, int
 /// The same in a picture that has at least those.
 std::vector<size_t> RanksOf(const FitPixels& p, const PhotographCast& cast, const PathPhotograph& walked);
 
+/// `model_error`: of the prediction, relative, common to a patch; it counts as noise of the patch's sum.
 WalkComparison CompareWithWalks(const FitPixels& p, const PhotographCast& cast, const PathPhotograph& walked,
-                                double exposure);
+                                double exposure, double model_error = 0.0);
 
 }  // namespace crownfit

@@ -14,7 +14,7 @@
 namespace crownfit {
 
 struct FitOptions {
-  std::string model = "auto";  ///< shader, path, layered, or auto: the cheapest that suffices
+  std::string model = "auto";  ///< shader, diffusion, path, layered, or auto: the cheapest that suffices
   FitOverrides overrides;
   bool use_priors = true;
   std::filesystem::path prior;  ///< material file that priors come from; empty: the parameters' own
@@ -89,7 +89,8 @@ struct TogetherWith {
 struct CrownFit {
   Capture capture;  ///< with the overrides applied
   FitOptions options;
-  std::string model, model_choice;  ///< shader, path or layered, and why
+  std::string model, model_choice;  ///< shader, diffusion, path or layered, and why
+  bool is_by_walks() const { return model == "path" || model == "diffusion"; }
   Material material;
   Material seen_by_shader;  ///< with which model `shader` comes nearest: what the viewer shows
   Uncertainty uncertainty;
@@ -106,7 +107,7 @@ struct CrownFit {
   Eigen::VectorXd best;                ///< in the entries' own scales
   std::vector<LikelihoodProfile> profiles;
   std::vector<ShaderIteration> iterations_by_shader;
-  std::vector<WalkedFitStep> steps;  ///< model path
+  std::vector<WalkedFitStep> steps;  ///< by walks
   double walked_paths = 0;
   std::vector<double> rival_roughness;  ///< of other optima, as good as the result
   size_t fitted_pixels = 0;

@@ -49,7 +49,12 @@ std::vector<std::string> ModelCaveats(const CrownFit& fit) {
   if (fit.ends_at_neck)
     caveats.push_back("The scan is open at the neck: what lies beyond is assumed, and pixels within " +
                       Number(kNeckReachMm) + " mm of it count for less (up to 30 % error at the cut).");
-  if (fit.model == "path") {
+  if (fit.is_by_walks()) {
+    if (fit.model == "diffusion")
+      caveats.push_back(
+          "Model `diffusion` hands walks over to diffusion after " + std::to_string(fit.options.collisions) +
+          " collisions. Its own error, as it was measured on path-traced crowns, is in the intervals; model path has "
+          "none.");
     for (const int k : HeldByWalks(capture, fit.entries))
       caveats.push_back("'" + fit.entries[k].name +
                         "' was not moved by walks, which give no derivative by it, and what it leaves open is not in "
@@ -145,7 +150,7 @@ void Judge(CrownFit& fit) {
   if (u.reduced_chi2 > kChi2Limit)
     fit.reasons.push_back("reduced chi2 is " + Number(u.reduced_chi2) + ", above the limit " + Number(kChi2Limit) +
                           ": the model does not explain these " + SourceOf(fit) + " within their errors");
-  if (fit.model == "path" && u.block_chi2 > kChi2Limit)
+  if (fit.is_by_walks() && u.block_chi2 > kChi2Limit)
     fit.reasons.push_back("what is left in patches of neighbouring pixels is " + Number(u.block_chi2) +
                           " times its noise (limit " + Number(kChi2Limit) +
                           "): the photographs, their calibration and the model contradict each other, or more walks "

@@ -38,7 +38,7 @@ struct LightRays {
 /// How light is followed from the lamps before diffusion takes over.
 struct Lighting {
   int collisions = 10;  ///< of the true random walk
-  int rays = 40000;     ///< of each lamp, over the whole surface: 1 to 2 % of noise a square millimetre
+  int rays = 40000;     ///< of each lamp, over the whole surface; 1 to 2 % of noise a square millimetre
   double least = 1e-3;  ///< of a ray's power: where it ends
 };
 

@@ -227,7 +227,7 @@ std::vector<PathPhotograph> RenderTogether(const Capture& capture, const Layered
   Studio studio = StudioOf(capture, material, photographs, options, {scene, media, around.things});
   std::optional<LightFields> fields;
   if (options.lattice) {
-    fields.emplace(studio, *options.lattice, Lighting{.collisions = options.collisions},
+    fields.emplace(studio, *options.lattice, Lighting{.collisions = options.collisions, .rays = options.rays},
                    Key(options.seed, options.field), options.threads);
     studio.hand_over = {options.collisions, &*fields};
   }

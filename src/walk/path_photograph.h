@@ -45,7 +45,8 @@ struct PathOptions {
   /// one they go on to their end.
   const VolumeLattice* lattice = nullptr;
   int collisions = 10;
-  uint64_t field = 0;  ///< which random rays light is followed by: the same in pictures that are to differ smoothly
+  int rays = 40000;    ///< of each lamp, by which light is followed: their noise is common to all walks
+  uint64_t field = 0;  ///< which rays: the same in pictures that are to differ smoothly
   /// Places that are rendered (index y * width + x). Empty: all.
   std::vector<uint8_t> wanted = {};
 };
