@@ -1,12 +1,12 @@
 #include "gather_walks.h"
 
-#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 #include <numeric>
 #include <optional>
 #include <utility>
 
+#include "base/linear_algebra.h"
 #include "base/parallel.h"
 #include "fit/flat_residuals.h"
 #include "fit/neighbouring_noise.h"
@@ -112,15 +112,16 @@ void WalkGatherer::HandOver(const Material& material, int rays, PathOptions& opt
   options.lattice = &bodies_.LatticeOf(material);
 }
 
-/// By walks that are handed over to diffusion, which tell derivatives by scattering with a hundred times less noise,
-/// and wrong by some per cent: at the solution they only weigh what is left of the photographs, so they do not move it.
-/// Light that leaves a smooth surface before finds lamps as diffuse light would.
+/// By walks that are soon handed over to diffusion, which tell derivatives by scattering with a hundred times less
+/// noise, and wrong by some per cent: at the solution they only weigh what is left of the photographs, so they do not
+/// move it. Light that leaves a smooth surface before finds lamps as diffuse light would.
 void WalkGatherer::Differentiate(const Material& material, const Shared& shared, double paths, bool of_roughness) {
-  constexpr int kRays = 10000;
-  PathOptions options = OptionsFor(shared, paths, FewestPaths(material));
+  constexpr int kRays = 10000, kCollisions = 4, kOfAGroup = 3;  // with fewer paths the groups' own noise is not known
+  PathOptions options = OptionsFor(shared, paths, kOfAGroup * FewestPaths(material));
   HandOver(material, kRays, options);
   options.field = run_;
   options.diffuse_exits = !of_roughness;
+  options.collisions = std::min(kCollisions, options.collisions);
   auto found = DifferentiateByPaths(
       input_, bodies_, material, PhotographsOf(shared), options,
       of_roughness ? std::vector<SlopeParameter>{RoughnessOf(problem_.capture)} : differenced_, progress_);
@@ -161,7 +162,7 @@ static Eigen::MatrixXd ByLevel(const WalkedRows& row, const WalkComparison& c, c
   WalkedRows::Rows whole(kChannels, row.all.cols() + row.exact.cols());
   whole << row.all, row.exact;
   const Eigen::Matrix3d level = Eigen::Vector3d(value.x, value.y, value.z).asDiagonal();
-  return c.weight[pixel] * whole.transpose() * c.covariance[pixel].inverse() * level;
+  return c.weight[pixel] * whole.transpose() * SolveSymmetric(c.covariance[pixel], level);
 }
 
 GatheredWalks WalkGatherer::Gather(double paths, double slope_paths, const std::string& stage) {
