@@ -26,20 +26,22 @@ std::string Cell(double value) {
 }
 std::string Cell(const std::optional<double>& value) { return value ? Cell(*value) : ""; }
 
+size_t SeriesOf(const TradeOffRow& row) { return row.model == "shader" ? 0 : row.model == "diffusion" ? 1 : 2; }
+
 /// The rows that have figures, as points: `y` of each.
 std::vector<ScatterPoint> Points(const std::vector<TradeOffRow>& rows,
                                  const std::function<double(const TradeOffRow&)>& y) {
   std::vector<ScatterPoint> points;
   for (const TradeOffRow& row : rows)
     if (row.fault.empty() && row.cpu_s > 0 && y(row) > 0)
-      points.push_back({row.cpu_s, y(row), row.name, row.model == "shader" ? 0u : 1u, false});
+      points.push_back({row.cpu_s, y(row), row.name, SeriesOf(row), false});
   MarkFront(points);
   return points;
 }
 
 bool IsOnFront(const std::vector<ScatterPoint>& points, const TradeOffRow& row) {
   return std::any_of(points.begin(), points.end(), [&](const ScatterPoint& p) {
-    return p.is_on_front && p.label == row.name && p.series == (row.model == "shader" ? 0u : 1u);
+    return p.is_on_front && p.label == row.name && p.series == (SeriesOf(row));
   });
 }
 
@@ -116,7 +118,7 @@ int RunBenchmark(const CommandLine& line) {
   progress.Clear();
   const auto predictions = Points(t.predictions, [](const TradeOffRow& row) { return row.de00_median; });
   const auto fits = Points(t.fits, [](const TradeOffRow& row) { return row.error_median_percent.value_or(0); });
-  const std::vector<std::string> series{"model shader", "model path"};
+  const std::vector<std::string> series{"model shader", "model diffusion", "model path"};
   WriteTextFile(line.output / "tradeoff.csv",
                 "kind,model,name,arguments,cpu_s,wall_s,peak_MiB,de00_median,de00_p95,de00_median_worst_photograph,"
                 "parameter_error_median_percent,parameter_error_largest_percent,intervals_that_hold,intervals,status,"

@@ -43,6 +43,10 @@ class WalkFit {
       if (runs.back().tells_all) std::erase_if(runs, [](const Estimate& e) { return !e.tells_all; });
       at_.converged = Conclude(runs) && runs.size() > 1;
     }
+    if (last_ == WalkGatherer::Walks::kHandedOver) {
+      model_offset_ = StepToTheirEnd();
+      Conclude(runs);
+    }
     return true;
   }
 
@@ -247,6 +251,19 @@ class WalkFit {
     return e;
   }
 
+  /// Where walks to their end would go from here in one step: as far as handing them over misleads.
+  Eigen::VectorXd StepToTheirEnd() {
+    constexpr double kReach = 1.0;
+    stage_ = "walking to the end, once";
+    gatherer_.GoBy(WalkGatherer::Walks::kToTheirEnd);
+    const GatheredWalks g = gatherer_.Gather(Paths(), kSlopeShare * Paths(), stage_);
+    WalkedStep::Solution s;
+    const Eigen::VectorXd step =
+        unknowns_.Bounded(g.step, unknowns_.Prior(kReach, WalkUnknowns::From::kAll), WalkedStep::Noise::kTakenOff, s);
+    Record("to the end", Paths(), g, step, s);
+    return step.head(unknowns_.material());
+  }
+
   /// What is known of the material before any photograph: within a factor e^3, or less by the range or the prior.
   WalkedStep::Prior RangesAlone() const {
     constexpr double kNothingKnown = 3.0;
@@ -295,6 +312,7 @@ class WalkFit {
     k.covariance = of_photographs + (k.inflation - 1.0) * (of_photographs + of_a_run) + of_walks + runs.back().of_model;
     for (const Eigen::VectorXd& rival : rivals_)
       k.covariance += rival * rival.transpose() / static_cast<double>(rivals_.size());
+    if (model_offset_.size() > 0) k.covariance += model_offset_ * model_offset_.transpose();
     ForgetRanges(of_photographs + of_walks, k);
     k.of_walks = of_walks.diagonal().cwiseQuotient(k.covariance.diagonal().cwiseMax(1e-300)).cwiseMin(1.0);
     for (Eigen::Index u = 0; u < k.unseen.cols(); ++u) k.of_walks -= k.of_walks.cwiseProduct(k.unseen.col(u));
@@ -335,6 +353,7 @@ class WalkFit {
   WalkGatherer gatherer_;
   const WalkGatherer::Walks last_;       ///< of the pictures that the fit ends at
   std::vector<Eigen::VectorXd> rivals_;  ///< other optima as good, from the best one
+  Eigen::VectorXd model_offset_;         ///< of walks that are handed over; empty: none are, or not known yet
   std::string stage_;
 };
 

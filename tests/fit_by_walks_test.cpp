@@ -46,8 +46,9 @@ Capture Walked(const std::filesystem::path& folder, const std::vector<double>& e
   return capture;
 }
 
-CrownFit Fit(const Capture& capture, size_t walks) {
+CrownFit Fit(const Capture& capture, size_t walks, const std::string& model = "auto") {
   FitOptions options;
+  options.model = model;
   options.use_priors = false;
   options.paths_per_photograph = walks;
   options.overrides.fix = {{"surface.roughness", {0.22, 0.22, 0.22}}};
@@ -103,6 +104,22 @@ TEST(FitByWalks, FindsAToothWithinItsOwnIntervalsWhereShaderMissesIt) {
     EXPECT_GT(share, 0.0);
     EXPECT_LT(share, 1.0);
   }
+}
+
+TEST(FitByWalks, ByDiffusionIntervalsHoldTheModelsOwnError) {
+  // Clear enamel of g 0.96: ten collisions are less than half a transport path, the worst there is for this model.
+  const TemporaryFolder folder;
+  const Capture capture = Walked(folder.path, {1.0, 1.0, 1.0, 1.0, 1.0, 1.0});
+  const CrownFit fit = Fit(capture, 300000, "diffusion");
+  EXPECT_EQ(fit.model, "diffusion");
+  EXPECT_TRUE(fit.usable);
+  EXPECT_LT(fit.uncertainty.block_chi2, 1.5) << "patches are off by no more than the model is said to be";
+  const Coverage c = CoverageOf(fit, folder.path);
+  EXPECT_GE(c.fitted, 3);
+  EXPECT_LT(c.chi2, 6.25 * c.fitted) << "channels share one error of the model, so that one direction is off in all: "
+                                        "2.5 standard deviations at most, where one by chance has 2";
+  const auto is_said = [](const std::string& caveat) { return caveat.find("diffusion after 10 coll") != caveat.npos; };
+  EXPECT_TRUE(std::any_of(fit.caveats.begin(), fit.caveats.end(), is_said));
 }
 
 TEST(FitByWalks, ADepthThatAMeshHasIsHeldAndSaidToBe) {

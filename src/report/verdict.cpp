@@ -53,8 +53,8 @@ std::vector<std::string> ModelCaveats(const CrownFit& fit) {
     if (fit.model == "diffusion")
       caveats.push_back(
           "Model `diffusion` hands walks over to diffusion after " + std::to_string(fit.options.collisions) +
-          " collisions. Its own error, as it was measured on path-traced crowns, is in the intervals; model path has "
-          "none.");
+          " collisions. Intervals hold what it is wrong by as a rule, and one step that walks to their end would make "
+          "from here; model path goes on with those.");
     for (const int k : HeldByWalks(capture, fit.entries))
       caveats.push_back("'" + fit.entries[k].name +
                         "' was not moved by walks, which give no derivative by it, and what it leaves open is not in "

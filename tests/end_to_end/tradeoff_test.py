@@ -40,7 +40,7 @@ with tempfile.TemporaryDirectory() as folder:
     require(done.returncode == 0, f"exit {done.returncode}: {done.stderr}")
     rows = list(csv.DictReader(open(out / "tradeoff.csv")))
     models = {r["model"] for r in rows}
-    require(models == {"shader", "path"} and len(rows) >= 8, f"{len(rows)} rows of {models}")
+    require(models == {"shader", "diffusion", "path"} and len(rows) >= 8, f"{len(rows)} rows of {models}")
     for row in rows:
         require(row["status"] != "failed" and float(row["cpu_s"]) > 0 and float(row["peak_MiB"]) > 10 and float(row["de00_median"]) > 0, f"no figures: {row}")
         require(row["name"] in done.stdout, f"{row['name']} is not printed")
@@ -54,7 +54,7 @@ with tempfile.TemporaryDirectory() as folder:
     require(0 < noise < float(paths[4]["de00_median"]), f"the reference is as noisy ({noise}) as 4 paths a pixel")
     plot = xml.dom.minidom.parse(str(out / "prediction.svg"))
     circles = plot.getElementsByTagName("circle")
-    require(len(circles) == len(rows) + 2, f"{len(circles)} points for {len(rows)} rows and two models")
+    require(len(circles) == len(rows) + 3, f"{len(circles)} points for {len(rows)} rows and three models")
     inside = all(72 <= float(c.getAttribute("cx")) <= 760 and 0 <= float(c.getAttribute("cy")) <= 500 for c in circles)
     require(inside, "a point lies outside the plot")
     half = (out / "pictures/shader_half_size" / f"{name}.exr").read_bytes()
