@@ -23,12 +23,13 @@ constexpr double kRoughnessShare = 0.25;  // of the paths for other derivatives
 
 }  // namespace
 
-ModelError DiffusionError(const Material& material, int collisions) {
+ModelError DiffusionError(const Material& material, const FitOptions& options) {
   constexpr ModelError kLeast{0.03, 0.02, 0.01};
-  constexpr double kEnough = 3.0, kMost = 4.0;  // transport paths; times
+  constexpr double kEnough = 3.0, kMost = 4.0;      // transport paths; times
+  if (options.model != "diffusion") return kLeast;  // a search on the way to walks that have none
   const Material::Layer& outer = material.layers.front();
   const double share = 1.0 - (1.0 - outer[Quantity::kIsotropicFraction][0]) * outer[Quantity::kAsymmetry][0];
-  const double times = std::clamp(std::sqrt(kEnough / std::max(0.1, collisions * share)), 1.0, kMost);
+  const double times = std::clamp(std::sqrt(kEnough / std::max(0.1, options.collisions * share)), 1.0, kMost);
   return {times * kLeast.patch, times * kLeast.photograph, times * kLeast.channel};
 }
 
@@ -181,8 +182,7 @@ GatheredWalks WalkGatherer::Gather(double paths, double slope_paths, const std::
   std::optional<WalkedStep> step;
   WalkComparison total;
   std::vector<std::vector<glm::dvec3>> values(at_.pixels.size());
-  const ModelError error =
-      walks_ == Walks::kHandedOver ? DiffusionError(material, problem_.options.collisions) : ModelError{};
+  const ModelError error = walks_ == Walks::kHandedOver ? DiffusionError(material, problem_.options) : ModelError{};
   Eigen::MatrixXd model_scatter = Eigen::MatrixXd::Zero(unknowns_.count(), unknowns_.count());
   for (const Shared& shared : SharedWalks()) {
     PathOptions options = OptionsFor(shared, paths, FewestPaths(material));

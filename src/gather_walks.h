@@ -35,7 +35,7 @@ struct ModelError {
 /// Of model `diffusion` at the true values of path-traced captures, after ten collisions: the first figures where those
 /// are three transport paths or more, and by the root as much larger as they are fewer (g 0.68: 2 % a photograph, 3 % a
 /// patch; g 0.96: 3 and 9 %, 5 and 12 %; docs/validation.md).
-ModelError DiffusionError(const Material& material, int collisions);
+ModelError DiffusionError(const Material& material, const FitOptions& options);
 
 class WalkGatherer {
  public:
