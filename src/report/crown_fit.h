@@ -36,7 +36,7 @@ struct FitOptions {
 
 /// One step of a fit by walks, in the free entries' own scales.
 struct WalkedFitStep {
-  std::string stage;  ///< "search" or "run"
+  std::string stage;  ///< "search", "run" or "to the end"
   double paths_per_photograph = 0, reduced_chi2 = 0, block_chi2 = 0;
   Eigen::VectorXd from, step, stddev, stddev_of_walks;
 };
