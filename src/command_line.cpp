@@ -97,9 +97,9 @@ CommandLine Parse(const std::vector<std::string>& arguments, std::ostream& error
   render
       ->add_option("--noise", line.noise, "Add relative noise of this standard deviation (0.01: 1 %), keyed by --seed.")
       ->check(CLI::Range(0.0, 1.0));
-  render->add_flag(
-      "--derivatives", line.derivatives,
-      "Model path: also PHOTOGRAPH_derivatives.exr, derivatives by scattering, absorption, g, index and so on.");
+  render->add_flag("--derivatives", line.derivatives,
+                   "Models path and diffusion: also PHOTOGRAPH_derivatives.exr, derivatives by scattering, absorption, "
+                   "g, index and so on.");
   render->add_flag("--half", line.half_float, "16-bit EXR.");
   render->add_flag("--twelve-taps", line.fit.twelve_taps, "Blur by the thesis's 1 + 12 taps in place of 49.");
   render->add_flag("--fine", line.fine, "Four times the light samples.");
@@ -127,12 +127,16 @@ CommandLine Parse(const std::vector<std::string>& arguments, std::ostream& error
 
   auto* slab = app.add_subcommand("slab", "Reflectance and transmittance of a flat layered sample, as JSON.");
   slab->add_option("SLAB", line.capture, "slab.json (docs/file_formats.md).")->required();
-  slab->add_option("--model", line.fit.model,
-                   "layered: adding-doubling, milliseconds (default). path: random walks, with errors and rings.");
+  slab->add_option(
+      "--model", line.fit.model,
+      "layered: adding-doubling, exact, milliseconds (default). path: random walks, with errors and rings. "
+      "shader, diffusion: what those models of crowns make of it, to see how far they are off.");
   slab->add_option("--photons", line.photons,
-                   "Photons of model path at normal incidence (default 1000000); a quarter as many come diffusely.")
+                   "Photons of models path and diffusion at normal incidence (default 1000000); a quarter as many come "
+                   "diffusely.")
       ->check(CLI::Range(uint64_t{2}, uint64_t{1000000000000}));
-  slab->add_option("--seed", line.fit.seed, "Seed of model path (default 1).");
+  slab->add_option("--seed", line.fit.seed, "Seed of models path and diffusion (default 1).");
+  AddCollisions(slab, line);
   AddCommonOptions(slab, line);
 
   auto* compare =
@@ -169,7 +173,7 @@ CommandLine Parse(const std::vector<std::string>& arguments, std::ostream& error
       {"fit", {"auto", "shader", "diffusion", "path", "layered"}},
       {"batch", {"auto", "shader", "diffusion", "path", "layered"}},
       {"render", {"shader", "path", "diffusion"}},
-      {"slab", {"layered", "path"}}};
+      {"slab", {"layered", "path", "shader", "diffusion"}}};
   if (const auto known = models.find(line.command); known != models.end()) {
     const auto& names = known->second;
     if (std::find(names.begin(), names.end(), line.fit.model) == names.end()) {

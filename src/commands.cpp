@@ -16,6 +16,7 @@
 #include "match_view.h"
 #include "mesh_capture.h"
 #include "optics/adding_doubling.h"
+#include "optics/shader_slab.h"
 #include "photo/image_io.h"
 #include "render_photographs.h"
 #include "report/figures.h"
@@ -24,6 +25,7 @@
 #include "synthetic/synthesize.h"
 #include "view_crown.h"
 #include "view_window.h"
+#include "walk/slab_diffusion.h"
 #include "walk/slab_walk.h"
 
 namespace crownfit {
@@ -156,16 +158,17 @@ int RunSlab(const CommandLine& line) {
   const Slab slab = ReadSlab(line.capture);
   CheckSlabCanBeSolved(line.capture, slab, line.fit.model);
   Progress progress(line.progress);
+  const std::string& model = line.fit.model;
+  const auto show = [&](double share) { progress.Show("walking", share); };
+  if (!slab.radii_mm.empty() && model != "path")
+    throw InputError(line.capture, "radii_mm", "model " + model + " answers totals, so it has no rings",
+                     "Remove the key, or use --model path.");
   SlabAnswer answer;
-  if (line.fit.model == "layered") {
-    if (!slab.radii_mm.empty())
-      throw InputError(line.capture, "radii_mm", "model layered knows no lateral transport, so it has no rings",
-                       "Remove the key, or use --model path.");
-    answer = SolveByAddingDoubling(slab);
-  } else {
-    answer = SolveByWalks(slab, {line.photons, line.fit.seed, line.fit.threads},
-                          [&](double share) { progress.Show("walking", share); });
-  }
+  if (model == "layered") answer = SolveByAddingDoubling(slab);
+  if (model == "shader") answer = SolveByShader(slab);
+  if (model == "diffusion")
+    answer = SolveByDiffusion(slab, {line.photons, line.fit.seed, line.fit.threads, line.fit.collisions}, show);
+  if (model == "path") answer = SolveByWalks(slab, {line.photons, line.fit.seed, line.fit.threads}, show);
   progress.Clear();
   answer.wall_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
   std::fputs(SlabAnswerJson(answer).c_str(), stdout);

@@ -5,49 +5,12 @@
 #include <numbers>
 
 #include "base/parallel.h"
-#include "optics/fresnel_moments.h"
+#include "walk/diffuse_boundary.h"
 #include "walk/light_deposits.h"
 #include "walk/light_rays.h"
 
 namespace crownfit {
 namespace {
-
-/// Passed light's moments over the hemisphere inside, of the flux int (1 - F) mu dmu and of int (1 - F) mu^2 dmu: what
-/// the boundary's A = (1 + 3 C2) / (1 - 2 C1) is made of. By quadrature; of rough surfaces, whose walk between facets
-/// has no closed form, by stratified samples of it (0.3 %).
-struct PassedMoments {
-  double first = 0, second = 0;
-  /// J = n^2 psi / (2 A), over psi.
-  double Leak(double index2) const { return index2 * first / (2.0 - 3.0 * second); }
-};
-
-PassedMoments PassedBy(const OuterBoundary& b) {
-  PassedMoments m;
-  if (b.is_smooth() && b.inside_ior >= b.outside_ior) {
-    const double n = b.inside_ior / b.outside_ior;
-    const WetSurface<double> surface{n, b.wetness, b.outside_ior, b.wetness > 0};
-    const Quadrature& q = UnitIntervalQuadrature();
-    for (size_t i = 0; i < q.node.size(); ++i) {
-      const double root = q.node[i], outside = root * root;
-      const double inside = std::sqrt(1.0 - (1.0 - outside * outside) / (n * n));
-      const double passed = 2.0 * q.weight[i] * root * outside * (1.0 - surface.Reflectance(outside)) / (n * n);
-      m.first += passed;
-      m.second += passed * inside;
-    }
-    return m;
-  }
-  constexpr int kSamples = 1 << 16;
-  RandomStream random(0x626f756e64ull);
-  for (int i = 0; i < kSamples; ++i) {
-    const double cosine = (i + random.Next()) / kSamples;
-    const glm::dvec3 direction(std::sqrt(1.0 - cosine * cosine), 0.0, cosine);
-    const bool passes = b.Scatter(direction, {0, 0, 1}, random, {}, {}).direction.z > 0;
-    if (!passes) continue;
-    m.first += cosine / kSamples;
-    m.second += cosine * cosine / kSamples;
-  }
-  return m;
-}
 
 DiffusingMedia MediaOfChannel(const Studio& studio, const VolumeLattice& lattice,
                               const std::vector<PassedMoments>& passed, int channel) {

@@ -27,51 +27,14 @@ struct Bench {
   const Slab& slab;
   std::vector<FlatLayer> layers;
 
-  explicit Bench(const Slab& s) : slab(s) {
-    double top = 0;
-    for (size_t i = 0; i < s.layers.size(); ++i) {
-      const SlabLayer& l = s.layers[i];
-      const bool is_last = i + 1 == s.layers.size();
-      const double above = i == 0 ? s.ior_above : s.layers[i - 1].ior,
-                   below = !is_last            ? s.layers[i + 1].ior
-                           : s.backing_contact ? l.ior  // light reaches the backing as if there were no boundary
-                                               : s.ior_below;
-      layers.push_back({top, top - l.thickness_mm,
-                        l.scattering_per_mm > 0 ? 1.0 / l.scattering_per_mm : FlatLayer::kNoCollision,
-                        l.absorption_per_mm, l.g, l.isotropic_fraction, above / l.ior, below / l.ior});
-      top -= l.thickness_mm;
-    }
-  }
+  explicit Bench(const Slab& s) : slab(s), layers(FlatLayersOf(s)) {}
 };
-
-/// A photon just inside the first layer.
-struct Entered {
-  glm::dvec3 direction;
-  RandomStream random;
-};
-
-/// Nothing where the first surface mirrors the photon.
-std::optional<Entered> Enter(const Slab& slab, double specular, bool is_diffuse, uint64_t key) {
-  RandomStream random(key);
-  glm::dvec3 direction(0, 0, -1);
-  double entered = 1.0 - specular;
-  if (is_diffuse) {
-    const double n = slab.layers[0].ior / slab.ior_above;
-    direction = -SampleLambert({0, 0, 1}, random);
-    const double cosine = -direction.z;
-    entered = 1.0 - Terms<double>::FresnelReflectance(cosine, n);
-    const double inside = Terms<double>::RefractedCosine(cosine, n);
-    direction = glm::normalize(glm::dvec3(direction.x / n, direction.y / n, -inside));
-  }
-  if (random.Next() >= entered) return std::nullopt;
-  return Entered{direction, random};
-}
 
 /// Walks photons in lanes until the last has left.
 class Pool {
  public:
   Pool(const Bench& bench, int lanes, std::span<PhotonEnd> ends,
-       const std::function<std::optional<Entered>(size_t)>& start)
+       const std::function<std::optional<EnteredPhoton>(size_t)>& start)
       : bench_(bench), ends_(ends), start_(start) {
     while (active_ < lanes && Refill(active_)) ++active_;
   }
@@ -184,7 +147,7 @@ class Pool {
 
   const Bench& bench_;
   std::span<PhotonEnd> ends_;
-  const std::function<std::optional<Entered>(size_t)>& start_;
+  const std::function<std::optional<EnteredPhoton>(size_t)>& start_;
   SlabLanes lanes_{};
   std::vector<RandomStream> random_{SlabLanes::kMax, RandomStream(0)};
   std::array<size_t, SlabLanes::kMax> photon_{}, layer_{};
@@ -227,6 +190,40 @@ double StandardError(double sum, double square, double n) {
 
 }  // namespace
 
+std::vector<FlatLayer> FlatLayersOf(const Slab& s) {
+  std::vector<FlatLayer> layers;
+  double top = 0;
+  for (size_t i = 0; i < s.layers.size(); ++i) {
+    const SlabLayer& l = s.layers[i];
+    const bool is_last = i + 1 == s.layers.size();
+    const double above = i == 0 ? s.ior_above : s.layers[i - 1].ior,
+                 below = !is_last            ? s.layers[i + 1].ior
+                         : s.backing_contact ? l.ior  // light reaches the backing as if there were no boundary
+                                             : s.ior_below;
+    layers.push_back({top, top - l.thickness_mm,
+                      l.scattering_per_mm > 0 ? 1.0 / l.scattering_per_mm : FlatLayer::kNoCollision,
+                      l.absorption_per_mm, l.g, l.isotropic_fraction, above / l.ior, below / l.ior});
+    top -= l.thickness_mm;
+  }
+  return layers;
+}
+
+std::optional<EnteredPhoton> EnterSlab(const Slab& slab, double specular, bool is_diffuse, uint64_t key) {
+  RandomStream random(key);
+  glm::dvec3 direction(0, 0, -1);
+  double entered = 1.0 - specular;
+  if (is_diffuse) {
+    const double n = slab.layers[0].ior / slab.ior_above;
+    direction = -SampleLambert({0, 0, 1}, random);
+    const double cosine = -direction.z;
+    entered = 1.0 - Terms<double>::FresnelReflectance(cosine, n);
+    const double inside = Terms<double>::RefractedCosine(cosine, n);
+    direction = glm::normalize(glm::dvec3(direction.x / n, direction.y / n, -inside));
+  }
+  if (random.Next() >= entered) return std::nullopt;
+  return EnteredPhoton{direction, random};
+}
+
 SlabAnswer SolveByWalks(const Slab& slab, const SlabWalkOptions& options, const std::function<void(double)>& progress) {
   const Bench bench(slab);
   SlabAnswer answer;
@@ -249,7 +246,7 @@ SlabAnswer SolveByWalks(const Slab& slab, const SlabWalkOptions& options, const 
     const std::function start = [&](size_t k) {
       const bool is_diffuse = k >= count;
       const uint64_t photon = is_diffuse ? first_diffuse + (k - count) : first + k;
-      return Enter(slab, answer.specular, is_diffuse, Key(options.seed, 0x736c6162ull, is_diffuse, photon));
+      return EnterSlab(slab, answer.specular, is_diffuse, Key(options.seed, 0x736c6162ull, is_diffuse, photon));
     };
     Pool(bench, std::clamp(options.lanes, 1, SlabLanes::kMax), ends, start).Trace();
     for (size_t k = 0; k < ends.size(); ++k)

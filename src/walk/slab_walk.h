@@ -3,8 +3,12 @@
 // is the walk itself.
 
 #include <functional>
+#include <glm/glm.hpp>
+#include <optional>
 
+#include "base/random.h"
 #include "optics/slab.h"
+#include "walk/slab_lanes.h"
 
 namespace crownfit {
 
@@ -17,5 +21,16 @@ struct SlabWalkOptions {
 /// Totals with standard errors, and ring means where the slab names radii. `photons` come at normal
 /// incidence, on one point, and a quarter as many diffusely.
 SlabAnswer SolveByWalks(const Slab& slab, const SlabWalkOptions& options, const std::function<void(double)>& progress);
+
+std::vector<FlatLayer> FlatLayersOf(const Slab& slab);
+
+/// A photon just inside the first layer.
+struct EnteredPhoton {
+  glm::dvec3 direction;
+  RandomStream random;
+};
+
+/// Nothing where the first surface mirrors it; `specular`: by what chance, at normal incidence.
+std::optional<EnteredPhoton> EnterSlab(const Slab& slab, double specular, bool is_diffuse, uint64_t key);
 
 }  // namespace crownfit
