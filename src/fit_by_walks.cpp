@@ -24,6 +24,8 @@ class WalkFit {
   /// False when the search leaves patches further off than `to_beat`.
   bool Run(double to_beat) {
     at_.converged = false;
+    unknowns_.ForgetCalibration();  // what shader moved made up for its own errors, by up to 23 stated ones
+    if (!problem_.errors.empty()) gatherer_.TakePixels(problem_.options.max_pixels_per_photograph);
     ChooseStart();
     if (const Misfit left = ChooseValley(); left.of_patches > left.AsSeenByWalks(to_beat)) return false;
     gatherer_.GoBy(last_);
@@ -53,7 +55,7 @@ class WalkFit {
  private:
   static constexpr double kSettled = 3.0;                          // gain of chi2 over that of noise alone
   static constexpr double kSearchShare = 0.1, kMiddleShare = 0.4;  // of the paths that were asked for
-  static constexpr double kSlopeShare = 0.1;  // in long runs; derivatives of several runs are averaged
+  static constexpr double kSlopeShare = 0.3;  // in long runs; derivatives of several runs are averaged
 
   /// What is left in patches, over its noise.
   struct Misfit {

@@ -21,15 +21,27 @@ namespace {
 
 constexpr double kRoughnessShare = 0.25;  // of the paths for other derivatives
 
+/// Of a layer: reduced scattering over scattering.
+double Similarity(const Material::Layer& l) {
+  return 1.0 - (1.0 - l[Quantity::kIsotropicFraction][0]) * l[Quantity::kAsymmetry][0];
+}
+
+/// After which derivatives by diffusion are within some per cent of the path model's: so many transport paths into the
+/// outer layer. After a tenth of it, in clear enamel of 0.9 mm, those by its scattering from behind are three times too
+/// large (docs/validation.md).
+int CollisionsThatTell(const Material& material) {
+  constexpr double kTransportPaths = 1.3, kMost = 100.0;
+  return static_cast<int>(std::ceil(std::min(kMost, kTransportPaths / std::max(1e-3, Similarity(material.layers[0])))));
+}
+
 }  // namespace
 
 ModelError DiffusionError(const Material& material, const FitOptions& options) {
   constexpr ModelError kLeast{0.03, 0.02, 0.01};
   constexpr double kEnough = 3.0, kMost = 4.0;      // transport paths; times
   if (options.model != "diffusion") return kLeast;  // a search on the way to walks that have none
-  const Material::Layer& outer = material.layers.front();
-  const double share = 1.0 - (1.0 - outer[Quantity::kIsotropicFraction][0]) * outer[Quantity::kAsymmetry][0];
-  const double times = std::clamp(std::sqrt(kEnough / std::max(0.1, options.collisions * share)), 1.0, kMost);
+  const double walked = options.collisions * Similarity(material.layers.front());
+  const double times = std::clamp(std::sqrt(kEnough / std::max(0.1, walked)), 1.0, kMost);
   return {times * kLeast.patch, times * kLeast.photograph, times * kLeast.channel};
 }
 
@@ -63,14 +75,16 @@ WalkGatherer::WalkGatherer(const FitProblem& problem, CrownInput& input, FitStat
 void WalkGatherer::TakePixels(size_t at_most) {
   MoveInput(problem_, at_, input_);
   const Material material = MaterialAt(problem_.free, at_.x);
+  CastOptions options;
+  options.threads = problem_.options.threads;
+  if (problem_.options.twelve_taps) options.kernel = TwelveTapKernel();
+  options.shade_scenery = AnyBlurred(problem_.capture);
+  if (!problem_.errors.empty())
+    at_.cast = CastAll(input_, ThicknessesOf(problem_.capture, material), options, progress_);
   at_.pixels = ChoosePixels(input_, at_.cast, at_most);
-  if (!at_.calibration.slopes.empty()) {
-    CastOptions options;
-    options.threads = problem_.options.threads;
-    if (problem_.options.twelve_taps) options.kernel = TwelveTapKernel();
+  if (!problem_.errors.empty())
     at_.calibration.slopes = SlopesOf(input_, problem_.capture, problem_.errors, at_.calibration.amounts, at_.cast,
                                       material, at_.scales.light, options, at_.pixels, progress_);
-  }
   slopes_.assign(at_.pixels.size(), {});
   TakeNoiseFromNeighbours();
 }
@@ -119,6 +133,8 @@ std::vector<PathPhotograph> WalkGatherer::Predict(const Material& material, cons
 void WalkGatherer::HandOver(const Material& material, int rays, PathOptions& options) {
   options.rays = rays;
   options.collisions = problem_.options.collisions;
+  if (problem_.options.model != "diffusion")
+    options.collisions = std::max(options.collisions, CollisionsThatTell(material));
   options.lattice = &bodies_.LatticeOf(material);
 }
 
@@ -126,12 +142,12 @@ void WalkGatherer::HandOver(const Material& material, int rays, PathOptions& opt
 /// noise, and wrong by some per cent: at the solution they only weigh what is left of the photographs, so they do not
 /// move it. Light that leaves a smooth surface before finds lamps as diffuse light would.
 void WalkGatherer::Differentiate(const Material& material, const Shared& shared, double paths, bool of_roughness) {
-  constexpr int kRays = 10000, kCollisions = 4, kOfAGroup = 3;  // with fewer paths the groups' own noise is not known
+  constexpr int kRays = 10000, kOfAGroup = 3;  // with fewer paths the groups' own noise is not known
   PathOptions options = OptionsFor(shared, paths, kOfAGroup * FewestPaths(material));
   HandOver(material, kRays, options);
   options.field = run_;
   options.diffuse_exits = !of_roughness;
-  options.collisions = std::min(kCollisions, options.collisions);
+  options.collisions = CollisionsThatTell(material);
   auto found = DifferentiateByPaths(
       input_, bodies_, material, PhotographsOf(shared), options,
       of_roughness ? std::vector<SlopeParameter>{RoughnessOf(problem_.capture)} : differenced_, progress_);

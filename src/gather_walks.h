@@ -46,7 +46,8 @@ class WalkGatherer {
   /// How pictures are predicted from now on: by walks to their end (at first), or handed over to diffusion.
   enum class Walks { kToTheirEnd, kHandedOver };
   void GoBy(Walks how) { walks_ = how; }
-  /// From now on at most so many pixels a photograph are compared.
+  /// From now on at most so many pixels a photograph are compared, which lie on the object where the calibration
+  /// stands.
   void TakePixels(size_t at_most);
   /// Walks every photograph once for values and once for derivatives, so many paths each. Counts an iteration.
   GatheredWalks Gather(double paths, double slope_paths, const std::string& stage);

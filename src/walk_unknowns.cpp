@@ -59,6 +59,15 @@ void WalkUnknowns::GoTo(const Eigen::VectorXd& there) {
   for (int e = 0; e < errors_; ++e) at_.calibration.amounts[e] = there[error(e)];
 }
 
+void WalkUnknowns::ForgetCalibration() {
+  for (int e = 0; e < exposures_; ++e)
+    if (problem_.capture.photographs[first_photograph_[e]].exposure_stddev > 0)
+      at_.scales.exposure[e] = stated_.exposure[e];
+  for (const int l : lights_)
+    if (!problem_.capture.lights[l].scale_is_free) at_.scales.light[l] = stated_.light[l];
+  for (int e = 0; e < errors_; ++e) at_.calibration.amounts[e] = 0.0;
+}
+
 double WalkUnknowns::ExposureOf(const FitPixels& p) const {
   return p.exposure < 0 ? problem_.capture.photographs[p.photograph].exposure_scale : at_.scales.exposure[p.exposure];
 }

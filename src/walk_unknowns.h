@@ -26,6 +26,8 @@ class WalkUnknowns {
   Eigen::VectorXd Here() const;
   Eigen::VectorXd Stated() const;  ///< where the capture starts
   void GoTo(const Eigen::VectorXd& there);
+  /// Nuisances with a stated error go back to what is stated.
+  void ForgetCalibration();
   double ExposureOf(const FitPixels& p) const;
 
   /// Stated errors of the nuisances; from all that is known, also the material's priors and what others know of it.
