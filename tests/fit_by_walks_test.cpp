@@ -127,7 +127,7 @@ TEST(FitByWalks, ADepthThatAMeshHasIsHeldAndSaidToBe) {
   std::filesystem::copy(CROWNFIT_DATASETS "/disc", folder.path, std::filesystem::copy_options::recursive);
   Capture capture = ReadCapture(folder.path);
   std::erase_if(capture.photographs, [](const PhotographSpec& p) { return p.is_holdout; });
-  capture.photographs.resize(2);
+  capture.photographs.resize(1);
   for (PhotographSpec& p : capture.photographs) {
     p.camera = WithPixels(p.camera, 12, 12, 8.0, 8.0);
     p.files.variance.reset();
