@@ -72,7 +72,7 @@ SlabAnswer SolveByShader(const Slab& slab) {
     const double mirrored = DiffuseReflectance(below, slab.layers.back().ior);
     const Passed back = Of(turned, slab.ior_above, diagonal, 1.0 - mirrored);
     for (Passed* p : {&collimated, &diffuse}) {
-      const double met = p->transmitted / (1.0 - rho * (mirrored + back.reflected));
+      const double met = p->transmitted / std::max(1.0 - rho * (mirrored + back.reflected), 1e-12);
       *p = {p->reflected + rho * met * back.transmitted, (1.0 - rho) * met};
     }
   }

@@ -83,13 +83,7 @@ struct Tally {
   void Add(const Shares& s) { up += s.up, up2 += s.up * s.up, down += s.down, down2 += s.down * s.down, ++count; }
   void Add(const Tally& o) { up += o.up, up2 += o.up2, down += o.down, down2 += o.down2, count += o.count; }
   Shares mean() const { return {up / count, down / count}; }
-  Shares error() const { return {Error(up, up2), Error(down, down2)}; }
-
- private:
-  double Error(double sum, double square) const {
-    const double mean = sum / count;
-    return count > 1 ? std::sqrt(std::max(0.0, square / count - mean * mean) / (count - 1)) : 0.0;
-  }
+  Shares error() const { return {StandardError(up, up2, count), StandardError(down, down2, count)}; }
 };
 
 }  // namespace

@@ -184,11 +184,11 @@ struct Tally {
   }
 };
 
+}  // namespace
+
 double StandardError(double sum, double square, double n) {
   return n > 1 ? std::sqrt(std::max(0.0, square / n - (sum / n) * (sum / n)) / (n - 1)) : 0.0;
 }
-
-}  // namespace
 
 std::vector<FlatLayer> FlatLayersOf(const Slab& s) {
   std::vector<FlatLayer> layers;

@@ -22,6 +22,9 @@ struct SlabWalkOptions {
 /// incidence, on one point, and a quarter as many diffusely.
 SlabAnswer SolveByWalks(const Slab& slab, const SlabWalkOptions& options, const std::function<void(double)>& progress);
 
+/// Of the mean of so many values, from their sum and the sum of their squares.
+double StandardError(double sum, double square, double n);
+
 std::vector<FlatLayer> FlatLayersOf(const Slab& slab);
 
 /// A photon just inside the first layer.
