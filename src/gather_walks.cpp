@@ -15,6 +15,7 @@
 #include "fit_pixels.h"
 #include "forward/predict.h"
 #include "optics/twelve_taps.h"
+#include "photograph_flow.h"
 
 namespace crownfit {
 namespace {
@@ -82,9 +83,11 @@ void WalkGatherer::TakePixels(size_t at_most) {
   if (!problem_.errors.empty())
     at_.cast = CastAll(input_, ThicknessesOf(problem_.capture, material), options, progress_);
   at_.pixels = ChoosePixels(input_, at_.cast, at_most);
-  if (!problem_.errors.empty())
+  if (!problem_.errors.empty()) {
     at_.calibration.slopes = SlopesOf(input_, problem_.capture, problem_.errors, at_.calibration.amounts, at_.cast,
                                       material, at_.scales.light, options, at_.pixels, progress_);
+    TakePhotographsOwnGradients(problem_, input_, at_);
+  }
   slopes_.assign(at_.pixels.size(), {});
   TakeNoiseFromNeighbours();
 }

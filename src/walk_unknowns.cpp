@@ -178,8 +178,12 @@ void WalkUnknowns::Slopes::AddTo(WalkedRows::Rows& by_nuisances, size_t pixel,
     for (size_t l = 0; l < of_light.size(); ++l) by(u_.light(l)) += scale * of_light[l][c];
     if (!calibration_) continue;
     const auto row = kChannels * static_cast<Eigen::Index>(pixel) + c;
-    for (size_t e = 0; e < calibration_->errors.size(); ++e)
-      by(u_.error(calibration_->errors[e])) += scale * calibration_->by_error(row, static_cast<Eigen::Index>(e));
+    for (size_t e = 0; e < calibration_->errors.size(); ++e) {
+      const auto column = static_cast<Eigen::Index>(e);
+      double& slope = by(u_.error(calibration_->errors[e]));
+      slope += scale * calibration_->by_error(row, column);
+      if (calibration_->of_photograph.size() > 0) slope += calibration_->of_photograph(row, column);
+    }
   }
 }
 

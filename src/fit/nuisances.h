@@ -33,6 +33,7 @@ struct FitPixels {
 struct CalibrationSlopes {
   std::vector<int> errors;   ///< which
   Eigen::MatrixXd by_error;  ///< (pixel, channel) x errors, per standard deviation
+  Eigen::MatrixXd of_photograph = {};  ///< what is to be added as the photograph was exposed; empty: nothing
 };
 
 /// Where the calibration was cast, and what moving it changes.
