@@ -89,12 +89,16 @@ class WalkFit {
   }
 
   /// Whether a step that was cut short leads somewhere: what was cut is more than is not known anyway, and the whole of
-  /// it more than noise would make of nothing.
-  static bool IsOnItsWay(const Eigen::VectorXd& whole, const Eigen::VectorXd& step, const Eigen::MatrixXd& covariance) {
+  /// what was cut more than noise would make of nothing.
+  static bool IsOnItsWay(const Eigen::VectorXd& whole, const WalkUnknowns::ShortStep& made,
+                         const Eigen::MatrixXd& covariance) {
     constexpr double kKnown = 1.0, kUnlikely = 3.0;  // of chi2; standard deviations of chi2
-    const auto freedom = static_cast<double>((covariance.diagonal().array() > 0.0).count());  // but those held
-    return ChiSquare(whole - step, covariance) > kKnown &&
-           ChiSquare(whole, covariance) > freedom + kUnlikely * std::sqrt(2.0 * freedom);
+    if (made.cut.empty()) return false;
+    const auto freedom = static_cast<double>(made.cut.size());
+    const Eigen::VectorXd wanted = whole(made.cut);
+    const Eigen::MatrixXd of_those = covariance(made.cut, made.cut);
+    return ChiSquare(wanted - made.step(made.cut), of_those) > kKnown &&
+           ChiSquare(wanted, of_those) > freedom + kUnlikely * std::sqrt(2.0 * freedom);
   }
 
   /// Whether walks make more than half of the variance of what they could tell and have not told precisely yet:
@@ -218,7 +222,8 @@ class WalkFit {
       WalkedStep::Solution s;
       const Eigen::VectorXd whole =
           unknowns_.Bounded(g.step, unknowns_.Prior(kReach, WalkUnknowns::From::kAll), WalkedStep::Noise::kLeft, s);
-      const Eigen::VectorXd step = unknowns_.Shortened(whole, kLongest);
+      const WalkUnknowns::ShortStep made = unknowns_.Shortened(whole, s.covariance, kLongest);
+      const Eigen::VectorXd& step = made.step;
       Record("search", paths, g, step, s);
       unknowns_.GoTo(best_at + step);
       if (s.gain <= kSettled * s.noise_gain) break;
@@ -233,7 +238,8 @@ class WalkFit {
     WalkedStep::Solution s;
     const Eigen::VectorXd whole =
         unknowns_.Bounded(g.step, unknowns_.Prior(kReach, WalkUnknowns::From::kAll), WalkedStep::Noise::kTakenOff, s);
-    const Eigen::VectorXd step = unknowns_.Shortened(whole, kLongest);
+    const WalkUnknowns::ShortStep made = unknowns_.Shortened(whole, s.covariance, kLongest);
+    const Eigen::VectorXd& step = made.step;
     Record("run", Paths(), g, step, s);
     const WalkedStep::Solution data = g.step.Solve(RangesAlone(), unknowns_.Untold());
     const int n = unknowns_.material();
@@ -247,7 +253,7 @@ class WalkFit {
                g.chi2,
                {g.block_chi2, g.share_of_walks, g.block_values},
                std::move(g.values),
-               IsOnItsWay(whole, step, s.covariance),
+               IsOnItsWay(whole, made, s.covariance),
                data.seen};
     unknowns_.GoTo(e.unknowns);
     return e;

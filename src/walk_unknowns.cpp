@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "base/linear_algebra.h"
 #include "path_derivatives.h"
 
 namespace crownfit {
@@ -18,6 +19,12 @@ WalkUnknowns::WalkUnknowns(const FitProblem& problem, FitState& at) : problem_(p
   for (auto p = at.pixels.rbegin(); p != at.pixels.rend(); ++p)
     if (p->exposure >= 0) first_photograph_[p->exposure] = p->photograph;
   untold_ = HeldByWalks(problem.capture, problem.free.entries);
+  for (int e = 0; e < exposures_; ++e)
+    if (problem.capture.photographs[first_photograph_[e]].exposure_stddev > 0) known_within_.push_back(exposure(e));
+  for (size_t l = 0; l < lights_.size(); ++l)
+    if (!problem.capture.lights[lights_[l]].scale_is_free) known_within_.push_back(light(l));
+  for (int e = 0; e < errors_; ++e)
+    if (problem.errors[e].light) known_within_.push_back(error(e));
   at_.scales.calibration.assign(problem.errors.size(), 0.0);
 }
 
@@ -103,6 +110,7 @@ Eigen::VectorXd WalkUnknowns::Bounded(const WalkedStep& step, const WalkedStep::
                                       WalkedStep::Solution& s) const {
   Eigen::VectorXd moved = Eigen::VectorXd::Zero(count());
   std::vector<int> held = untold_;
+  if (noise == WalkedStep::Noise::kLeft) held.insert(held.end(), known_within_.begin(), known_within_.end());
   for (bool again = true; again;) {
     again = false;
     s = step.Solve(prior, held, noise);
@@ -115,7 +123,7 @@ Eigen::VectorXd WalkUnknowns::Bounded(const WalkedStep& step, const WalkedStep::
       again = true;
     }
   }
-  moved.tail(count() - material_) = s.step.tail(count() - material_);
+  moved.tail(nuisances()) = s.step.tail(nuisances());
   return moved;
 }
 
@@ -126,9 +134,38 @@ double WalkUnknowns::LongestLogarithm(const Eigen::VectorXd& step) const {
   return longest;
 }
 
-Eigen::VectorXd WalkUnknowns::Shortened(const Eigen::VectorXd& step, double longest) const {
-  const double here = LongestLogarithm(step);
-  return here > longest ? Eigen::VectorXd(longest / here * step) : step;
+WalkUnknowns::ShortStep WalkUnknowns::Shortened(const Eigen::VectorXd& whole, const Eigen::MatrixXd& covariance,
+                                                double longest) const {
+  const auto is_more_absorption = [&](int k, double by) {
+    return by > 0 && problem_.free.entries[k].quantity == Quantity::kAbsorption;
+  };
+  const auto over = [&](int k, double by) {  // the furthest it may go
+    if (problem_.free.entries[k].scale != Scale::kLog) return 0.0;
+    return std::abs(by) / (is_more_absorption(k, by) ? std::expm1(2.0 * longest) : longest);
+  };
+  ShortStep made{whole, {}};
+  std::vector<double> back;  // per entry that is cut
+  while (true) {
+    int most = -1;
+    for (int k = 0; k < material_; ++k)
+      if (over(k, made.step[k]) > (most < 0 ? 1.0 : over(most, made.step[most])) &&
+          !std::count(made.cut.begin(), made.cut.end(), k))
+        most = k;
+    if (most < 0) break;
+    made.cut.push_back(most);
+    back.push_back(made.step[most] / over(most, made.step[most]) - whole[most]);
+    made.step =
+        whole + covariance(Eigen::all, made.cut) *
+                    SolveSymmetric(covariance(made.cut, made.cut),
+                                   Eigen::Map<Eigen::VectorXd>(back.data(), static_cast<Eigen::Index>(back.size())))
+                        .col(0);
+  }
+  for (int k = 0; k < material_; ++k) {
+    const FreeEntry& e = problem_.free.entries[k];
+    if (e.scale == Scale::kLog && is_more_absorption(k, made.step[k])) made.step[k] = std::log1p(made.step[k]);
+    made.step[k] = std::clamp(made.step[k], e.low - at_.x[k], e.high - at_.x[k]);
+  }
+  return made;
 }
 
 SlopeChain WalkUnknowns::Chain() const {

@@ -35,10 +35,18 @@ class WalkUnknowns {
   enum class From { kPhotographs, kAll };
   WalkedStep::Prior Prior(double reach, From from) const;
   /// The step that stays within the bounds: what would cross one stops there, and the others are solved without it.
+  /// With noise left in, slopes by the entries are too flat; exposures and lamps that are known within an error stay
+  /// then: theirs have none, and they would take what is the entries'.
   Eigen::VectorXd Bounded(const WalkedStep& step, const WalkedStep::Prior& prior, WalkedStep::Noise noise,
                           WalkedStep::Solution& solution) const;
-  /// The same direction, with no entry's logarithm moved further than `longest`.
-  Eigen::VectorXd Shortened(const Eigen::VectorXd& step, double longest) const;
+  struct ShortStep {
+    Eigen::VectorXd step;
+    std::vector<int> cut;  ///< entries that wanted to go further
+  };
+  /// No entry's logarithm moved further than `longest`; the others go where the photographs want them with that.
+  /// More absorption may be three times as far: its effect goes with itself, not with its logarithm. `covariance`: of
+  /// the whole step.
+  ShortStep Shortened(const Eigen::VectorXd& whole, const Eigen::MatrixXd& covariance, double longest) const;
   /// Of what the logarithms of free entries move by.
   double LongestLogarithm(const Eigen::VectorXd& step) const;
 
@@ -73,6 +81,7 @@ class WalkUnknowns {
   LinearScales stated_;
   int material_, exposures_, errors_;
   std::vector<int> untold_;
+  std::vector<int> known_within_;         ///< nuisances but poses that have a stated error
   std::vector<int> lights_;               ///< of the capture, whose intensity is fitted
   std::vector<size_t> first_photograph_;  ///< per exposure
 };

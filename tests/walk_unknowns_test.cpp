@@ -1,0 +1,80 @@
+// Steps that are cut short.
+
+#include "walk_unknowns.h"
+
+#include <gtest/gtest.h>
+
+#include <Eigen/Cholesky>
+#include <algorithm>
+#include <cmath>
+
+#include "base/random.h"
+#include "support/synthetic_capture.h"
+#include "support/temporary_folder.h"
+
+namespace crownfit {
+namespace {
+
+/// An incisor's free entries at their start values.
+class CutSteps : public testing::Test {
+ protected:
+  CutSteps() {
+    WriteSyntheticCapture(folder_.path, {.pixels = 16, .levels = 8});
+    capture_ = ReadCapture(folder_.path);
+    free_ = FreeParametersOf(capture_);
+    at_.x = StartVector(free_);
+    unknowns_.emplace(problem_, at_);
+  }
+
+  bool IsAbsorption(int k) const { return free_.entries[k].quantity == Quantity::kAbsorption; }
+
+  static constexpr double kLongest = 0.5;
+  TemporaryFolder folder_;
+  Capture capture_;
+  FreeParameters free_;
+  std::vector<CalibrationError> errors_;
+  FitOptions options_;
+  FitProblem problem_{capture_, free_, errors_, options_};
+  FitState at_;
+  std::optional<WalkUnknowns> unknowns_;
+};
+
+TEST_F(CutSteps, LeaveTheOtherEntriesAtTheLeastSquaresOfWhatIsCut) {
+  const int n = unknowns_->count();
+  for (int run = 0; run < 20; ++run) {
+    Eigen::MatrixXd root(n, n);
+    for (int i = 0; i < n * n; ++i) root.data()[i] = Gaussian(Key(run, 1), i);
+    const Eigen::MatrixXd covariance = root * root.transpose() / n + 0.1 * Eigen::MatrixXd::Identity(n, n);
+    Eigen::VectorXd whole(n);
+    for (int k = 0; k < n; ++k) whole[k] = -0.6 * std::abs(Gaussian(Key(run, 2), k));
+    const WalkUnknowns::ShortStep made = unknowns_->Shortened(whole, covariance, kLongest);
+    Eigen::VectorXd step = made.step;
+    for (int k = 0; k < unknowns_->material(); ++k)
+      if (IsAbsorption(k) && step[k] > 0) step[k] = std::expm1(step[k]);
+    const Eigen::VectorXd force = covariance.ldlt().solve(step - whole);
+    for (int k = 0; k < n; ++k) {
+      const bool is_cut = std::count(made.cut.begin(), made.cut.end(), k) > 0;
+      if (is_cut) {
+        EXPECT_NEAR(std::abs(made.step[k]), kLongest, 1e-9);
+      } else {
+        EXPECT_NEAR(force[k], 0.0, 1e-9) << "run " << run << " entry " << k;
+      }
+    }
+  }
+}
+
+TEST_F(CutSteps, MoreAbsorptionGoesWithItselfAndNotWithItsLogarithm) {
+  const int n = unknowns_->count();
+  const Eigen::MatrixXd apart = Eigen::MatrixXd::Identity(n, n);
+  for (const double more : {0.1, 1.0, 5.0}) {
+    const WalkUnknowns::ShortStep made = unknowns_->Shortened(Eigen::VectorXd::Constant(n, more), apart, kLongest);
+    for (int k = 0; k < unknowns_->material(); ++k) {
+      if (free_.entries[k].scale != Scale::kLog) continue;
+      const double wanted = IsAbsorption(k) ? std::min(std::log1p(more), 2.0 * kLongest) : std::min(more, kLongest);
+      EXPECT_NEAR(made.step[k], wanted, 1e-9);
+    }
+  }
+}
+
+}  // namespace
+}  // namespace crownfit
