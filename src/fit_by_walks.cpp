@@ -31,6 +31,7 @@ class WalkFit {
     gatherer_.GoBy(last_);
     gatherer_.TakePixels(problem_.options.max_pixels_by_walks());
     constexpr size_t kMostRuns = 8, kSeveral = 3;
+    if (!problem_.errors.empty()) LongRun();  // lamps, which stood still so far, first come to where they may stay
     std::vector<Estimate> runs{LongRun()};
     bool has_strayed = false;
     for (size_t made = 1; made < kMostRuns && !(at_.converged && !WouldGainByWalks()); ++made) {

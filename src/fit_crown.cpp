@@ -37,9 +37,11 @@ FitState FitByShader(const FitProblem& problem, CrownInput& input, Progress& pro
   FitState at;
   at.x = StartVector(free);
   at.calibration.amounts.assign(errors.size(), 0.0);
-  constexpr int kMaxCasts = 10, kCastsBeforeWalks = 3;
+  constexpr int kMaxCasts = 10;
+  // Calibration errors make a cast three times as dear, and walks begin at the stated calibration in any case.
+  const int casts_before_walks = errors.empty() ? 3 : options.model == "auto" ? 2 : 1;
   for (bool again = true; again && at.casts < kMaxCasts; ++at.casts) {
-    if (at.casts >= kCastsBeforeWalks && GoesOnToWalks(options, at.knowledge)) break;
+    if (at.casts >= casts_before_walks && GoesOnToWalks(options, at.knowledge)) break;
     input.capture = Moved(capture, errors, at.calibration.amounts);
     at.cast = CastAll(input, ThicknessesOf(capture, MaterialAt(free, at.x)), cast_options, progress);
     at.pixels = ChoosePixels(input, at.cast, options.max_pixels_per_photograph);

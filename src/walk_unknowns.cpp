@@ -13,7 +13,7 @@ WalkUnknowns::WalkUnknowns(const FitProblem& problem, FitState& at) : problem_(p
   stated_ = nuisances.Stated();
   material_ = problem.free.count();
   exposures_ = static_cast<int>(stated_.exposure.size());
-  errors_ = at.calibration.slopes.empty() ? 0 : static_cast<int>(problem.errors.size());
+  errors_ = static_cast<int>(problem.errors.size());
   lights_ = nuisances.lights();
   first_photograph_.resize(exposures_);
   for (auto p = at.pixels.rbegin(); p != at.pixels.rend(); ++p)

@@ -147,7 +147,7 @@ TEST(ScanPose, AMeshOfAnotherSizeThanTheCrownIsRefused) {
   }
   std::vector<ScanPhotograph> photographs;
   for (int k = 0; k < 3; ++k) photographs.push_back({&images[k], kCamera, truths[k]});
-  const AlignOptions near{.search_mm = 0.3, .search_deg = 2, .starts = 40};
+  const AlignOptions near{.search_mm = 0.3, .search_deg = 2, .starts = 12};
   const AlignedScan right = AlignScan(mesh, photographs, near);
   EXPECT_LT(std::abs(right.larger), 3 * right.larger_stddev);
   for (glm::dvec3& v : mesh.vertices) v = centre + 1.05 * (v - centre);
