@@ -1,6 +1,5 @@
 #include "photograph_flow.h"
 
-#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 #include <optional>
@@ -51,7 +50,8 @@ class PixelsOnObject {
       }
     Gradient gradient;
     constexpr double kFlat = 1e-3;
-    if (neighbours.size() < kFew || normal.determinant() < kFlat * std::pow(normal.trace(), 3)) return gradient;
+    if (neighbours.size() < kFew || EigenOfSymmetric(normal).values.minCoeff() < kFlat * normal.trace())
+      return gradient;
     const Eigen::Matrix3d inverse = InverseOfSymmetric(normal);
     for (size_t n = 0; n < neighbours.size(); ++n) {
       const Eigen::Vector3d plane = weights[n] * inverse * neighbours[n].second;
