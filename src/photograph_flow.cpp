@@ -2,7 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
-#include <optional>
+#include <utility>
+#include <vector>
 
 #include "base/linear_algebra.h"
 #include "base/parallel.h"
@@ -49,8 +50,8 @@ class PixelsOnObject {
         weights.push_back(weight);
       }
     Gradient gradient;
-    constexpr double kFlat = 1e-3;
-    if (neighbours.size() < kFew || EigenOfSymmetric(normal).values.minCoeff() < kFlat * normal.trace())
+    constexpr double kFlat = 1e-3;  // determinant over trace^3; 0.03 with all neighbours
+    if (neighbours.size() < kFew || EigenOfSymmetric(normal).values.prod() < kFlat * std::pow(normal.trace(), 3))
       return gradient;
     const Eigen::Matrix3d inverse = InverseOfSymmetric(normal);
     for (size_t n = 0; n < neighbours.size(); ++n) {

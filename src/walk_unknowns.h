@@ -44,7 +44,7 @@ class WalkUnknowns {
     std::vector<int> cut;  ///< entries that wanted to go further
   };
   /// No entry's logarithm moved further than `longest`; the others go where the photographs want them with that.
-  /// More absorption may be three times as far: its effect goes with itself, not with its logarithm. `covariance`: of
+  /// More absorption may be twice as far: its effect goes with itself, not with its logarithm. `covariance`: of
   /// the whole step.
   ShortStep Shortened(const Eigen::VectorXd& whole, const Eigen::MatrixXd& covariance, double longest) const;
   /// Of what the logarithms of free entries move by.

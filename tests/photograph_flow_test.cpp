@@ -19,7 +19,7 @@ namespace {
 /// Per pixel of a cast.
 using Picture = std::vector<glm::dvec3>;
 
-/// The front photograph of an incisor whose pose may be wrong by 0.15 mm to either side; a pixel is as large.
+/// The front photograph of an incisor whose pose may be wrong by 0.15 mm.
 class PhotographFlow : public testing::Test {
  protected:
   PhotographFlow() {

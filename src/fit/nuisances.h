@@ -31,8 +31,8 @@ struct FitPixels {
 
 /// How stated errors change what one photograph's pixels show, at exposure 1.
 struct CalibrationSlopes {
-  std::vector<int> errors;   ///< which
-  Eigen::MatrixXd by_error;  ///< (pixel, channel) x errors, per standard deviation
+  std::vector<int> errors;             ///< which
+  Eigen::MatrixXd by_error;            ///< (pixel, channel) x errors, per standard deviation
   Eigen::MatrixXd of_photograph = {};  ///< what is to be added as the photograph was exposed; empty: nothing
 };
 
