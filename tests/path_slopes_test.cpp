@@ -71,9 +71,9 @@ struct Case {
 };
 std::vector<Case> Cases() {
   std::vector<Case> cases;
-  cases.push_back({"slab", Coloured(Box({-20, -20, -2}, {20, 20, 0}), 0.7, 3, 1.0), 400});
-  cases.push_back({"sphere", Coloured(Sphere(1.5, 24), 0.4, 6, 2.6), 90});
-  cases.push_back({"crown", Coloured(Incisor(), 0.9, 8, 10.0), 90});
+  cases.push_back({"slab", Coloured(Box({-20, -20, -2}, {20, 20, 0}), 0.7, 3, 1.0), 240});
+  cases.push_back({"sphere", Coloured(Sphere(1.5, 24), 0.4, 6, 2.6), 54});
+  cases.push_back({"crown", Coloured(Incisor(), 0.9, 8, 10.0), 54});
   SetLayer(cases[2].scene, 0, 1.63, 0.68, {2.1, 2.1, 2.1}, {0.01, 0.03, 0.08});  // one walk for all channels
   SetLayer(cases[2].scene, 1, 1.54, 0.8, {2.0, 2.0, 2.0}, {0.03, 0.1, 0.3});
   return cases;
