@@ -7,6 +7,7 @@
 
 #include "base/linear_algebra.h"
 #include "gather_walks.h"
+#include "long_runs.h"
 
 namespace crownfit {
 namespace {
@@ -18,6 +19,7 @@ class WalkFit {
         at_(at),
         unknowns_(problem, at),
         gatherer_(problem, input, at, unknowns_, progress),
+        runs_(unknowns_, at),
         last_(problem.options.model == "diffusion" ? WalkGatherer::Walks::kHandedOver
                                                    : WalkGatherer::Walks::kToTheirEnd) {}
 
@@ -27,28 +29,19 @@ class WalkFit {
     unknowns_.ForgetCalibration();  // what shader moved made up for its own errors, by up to 23 stated ones
     if (!problem_.errors.empty()) gatherer_.TakePixels(problem_.options.max_pixels_per_photograph);
     ChooseStart();
-    if (const Misfit left = ChooseValley(); left.of_patches > left.AsSeenByWalks(to_beat)) return false;
+    if (const PatchMisfit left = ChooseValley(); left.of_patches > left.AsSeenByWalks(to_beat)) return false;
     gatherer_.GoBy(last_);
     gatherer_.TakePixels(problem_.options.max_pixels_by_walks());
-    constexpr size_t kMostRuns = 8, kSeveral = 3;
+    constexpr size_t kMostRuns = 8;
     if (!problem_.errors.empty()) LongRun();  // lamps, which stood still so far, first come to where they may stay
-    std::vector<Estimate> runs{LongRun()};
-    bool has_strayed = false;
-    for (size_t made = 1; made < kMostRuns && !(at_.converged && !WouldGainByWalks()); ++made) {
-      runs.push_back(LongRun());
-      // Those that were still on their way only led here; so did those whose derivatives were too noisy to tell what
-      // later ones, which know those of several runs, do.
-      // One that strays from several that had arrived has bad luck with its derivatives; a second one has not.
-      if (runs.back().is_on_its_way && runs.size() > kSeveral && !has_strayed)
-        runs.pop_back(), has_strayed = true;
-      else if (runs.end()[-2].is_on_its_way || runs.back().is_on_its_way)
-        runs.erase(runs.begin(), runs.end() - 1);
-      if (runs.back().tells_all) std::erase_if(runs, [](const Estimate& e) { return !e.tells_all; });
-      at_.converged = Conclude(runs) && runs.size() > 1;
+    runs_.Add(LongRun());
+    for (size_t made = 1; made < kMostRuns && !(at_.converged && !runs_.WouldGainByWalks()); ++made) {
+      runs_.Add(LongRun());
+      at_.converged = runs_.Conclude();
     }
     if (last_ == WalkGatherer::Walks::kHandedOver) {
-      model_offset_ = StepToTheirEnd();
-      Conclude(runs);
+      runs_.SetModelOffset(StepToTheirEnd());
+      runs_.Conclude();
     }
     return true;
   }
@@ -57,33 +50,6 @@ class WalkFit {
   static constexpr double kSettled = 3.0;                          // gain of chi2 over that of noise alone
   static constexpr double kSearchShare = 0.1, kMiddleShare = 0.4;  // of the paths that were asked for
   static constexpr double kSlopeShare = 0.3;  // in long runs; derivatives of several runs are averaged
-
-  /// What is left in patches, over its noise.
-  struct Misfit {
-    double of_patches, share_of_walks, patches;  ///< of the walks in that noise; how many values
-    /// Of the difference between two of the same photographs, each by walks of its own, where both are right.
-    double StddevOfDifference() const {
-      const double common = 1.0 - share_of_walks;
-      return 2.0 * std::sqrt((1.0 - common * common) / patches);
-    }
-    /// What pictures without noise leave, over the photographs' own, in these units; and what may be told from it.
-    double AsSeenByWalks(double of_photographs) const {
-      constexpr double kClear = 0.3;
-      return share_of_walks * (1.0 + kClear) + (1.0 - share_of_walks) * of_photographs;
-    }
-  };
-  struct Estimate {
-    Eigen::VectorXd unknowns;
-    Eigen::VectorXd by_photographs;        ///< the material's entries, had nothing else been known
-    Eigen::MatrixXd covariance, of_walks;  ///< of the material's entries
-    Eigen::MatrixXd of_slopes;             ///< part of both; later runs' derivatives are means over earlier ones' too
-    Eigen::MatrixXd of_model;  ///< by what photographs have in common of the model's own error; part of none
-    double chi2 = 0;
-    Misfit misfit;
-    std::vector<std::vector<glm::dvec3>> values;
-    bool is_on_its_way;  ///< the step was cut short, and led somewhere
-    bool tells_all;      ///< its derivatives do, of every direction
-  };
 
   static double ChiSquare(const Eigen::VectorXd& off, const Eigen::MatrixXd& covariance) {
     return off.dot(SolveSymmetric(covariance, off).col(0));
@@ -100,21 +66,6 @@ class WalkFit {
     const Eigen::MatrixXd of_those = covariance(made.cut, made.cut);
     return ChiSquare(wanted - made.step(made.cut), of_those) > kKnown &&
            ChiSquare(wanted, of_those) > freedom + kUnlikely * std::sqrt(2.0 * freedom);
-  }
-
-  /// Whether walks make more than half of the variance of what they could tell and have not told precisely yet:
-  /// photographs alone would tell it within a factor 4.
-  bool WouldGainByWalks() const {
-    constexpr double kShareOfWalks = 0.5, kTold = 0.35, kPrecise = 0.02;  // in ln
-    double share = 0;
-    int told = 0;
-    for (int k = 0; k < unknowns_.material(); ++k) {
-      const double of_walks = at_.knowledge.of_walks[k], variance = at_.knowledge.covariance(k, k);
-      if (variance < kPrecise * kPrecise || (1.0 - of_walks) * variance > kTold * kTold) continue;
-      share += of_walks;
-      ++told;
-    }
-    return share > kShareOfWalks * told;
   }
 
   double Paths() const {
@@ -151,15 +102,15 @@ class WalkFit {
   /// Searches. A free roughness may have several optima (a lobe that reaches the camera and one that does not make the
   /// same level): it is searched for from small, middle and large ones too, and the best is kept; how far off the
   /// others are that leave no more, but for noise, is not known either. What is left there.
-  Misfit ChooseValley() {
+  PatchMisfit ChooseValley() {
     const double same_valley = std::log(1.6);
-    std::vector<std::pair<Misfit, Eigen::VectorXd>> found;  // and where
+    std::vector<std::pair<PatchMisfit, Eigen::VectorXd>> found;  // and where
     const int roughness = unknowns_.EntryOf(RoughnessOf(problem_.capture));
     const auto was_found = [&](const Eigen::VectorXd& here) {
       return std::any_of(found.begin(), found.end(),
                          [&](const auto& f) { return std::abs(f.second[roughness] - here[roughness]) < same_valley; });
     };
-    Misfit left{HUGE_VAL, 1.0, 1.0};
+    PatchMisfit left{HUGE_VAL, 1.0, 1.0};
     const auto search = [&] {
       for (const bool to_their_end : {false, true}) {
         if (to_their_end && last_ == WalkGatherer::Walks::kHandedOver) continue;
@@ -185,7 +136,7 @@ class WalkFit {
       unknowns_.GoTo(there);
       search();
       if (was_found(unknowns_.Here())) continue;
-      const Estimate e = LongRun();
+      const RunEstimate e = LongRun();
       found.emplace_back(e.misfit, e.unknowns);
     }
     const auto [best, where] = *std::min_element(found.begin(), found.end(), [](const auto& a, const auto& b) {
@@ -194,7 +145,7 @@ class WalkFit {
     constexpr double kAsGood = 3.0;  // standard deviations
     for (const auto& [misfit, there] : found)
       if (there != where && misfit.of_patches - best.of_patches < kAsGood * best.StddevOfDifference()) {
-        rivals_.push_back((there - where).head(unknowns_.material()));
+        runs_.AddRival((there - where).head(unknowns_.material()));
         at_.rival_roughness.push_back(std::exp(there[roughness]));
       }
     unknowns_.GoTo(where);
@@ -203,12 +154,12 @@ class WalkFit {
 
   /// Steps until they gain no more than noise does, or lead to where a search was before. Where one made things worse
   /// it is taken back, and derivatives get twice the paths. What was left before the last one, if there was one.
-  std::optional<Misfit> Search(double paths, const std::function<bool(const Eigen::VectorXd&)>& was_found) {
+  std::optional<PatchMisfit> Search(double paths, const std::function<bool(const Eigen::VectorXd&)>& was_found) {
     constexpr double kReach = 0.4, kLongest = 0.7, kWorse = 1.5;
     constexpr int kMostSteps = 20;
     double slope_paths = paths, best = HUGE_VAL;
     Eigen::VectorXd best_at = unknowns_.Here();
-    std::optional<Misfit> left;
+    std::optional<PatchMisfit> left;
     for (int i = 0; i < kMostSteps && !was_found(unknowns_.Here()); ++i) {
       stage_ = "walking, step " + std::to_string(at_.steps.size() + 1);
       GatheredWalks g = gatherer_.Gather(paths, slope_paths, stage_);
@@ -232,7 +183,7 @@ class WalkFit {
     return left;
   }
 
-  Estimate LongRun() {
+  RunEstimate LongRun() {
     constexpr double kReach = 1.0, kLongest = 0.5;
     stage_ = "walking, long run, step " + std::to_string(at_.steps.size() + 1);
     GatheredWalks g = gatherer_.Gather(Paths(), kSlopeShare * Paths(), stage_);
@@ -242,20 +193,20 @@ class WalkFit {
     const WalkUnknowns::ShortStep made = unknowns_.Shortened(whole, s.covariance, kLongest);
     const Eigen::VectorXd& step = made.step;
     Record("run", Paths(), g, step, s);
-    const WalkedStep::Solution data = g.step.Solve(RangesAlone(), unknowns_.Untold());
+    const WalkedStep::Solution data = g.step.Solve(unknowns_.RangesAlone(), unknowns_.Untold());
     const int n = unknowns_.material();
     const Eigen::MatrixXd of_model = data.covariance * g.model_scatter * data.covariance;
-    Estimate e{unknowns_.Here() + step,
-               at_.x + data.step.head(n),
-               data.covariance.topLeftCorner(n, n),
-               data.walk_covariance.topLeftCorner(n, n),
-               data.slope_covariance.topLeftCorner(n, n),
-               of_model.topLeftCorner(n, n),
-               g.chi2,
-               {g.block_chi2, g.share_of_walks, g.block_values},
-               std::move(g.values),
-               IsOnItsWay(whole, made, s.covariance),
-               data.seen};
+    RunEstimate e{unknowns_.Here() + step,
+                  at_.x + data.step.head(n),
+                  data.covariance.topLeftCorner(n, n),
+                  data.walk_covariance.topLeftCorner(n, n),
+                  data.slope_covariance.topLeftCorner(n, n),
+                  of_model.topLeftCorner(n, n),
+                  g.chi2,
+                  {g.block_chi2, g.share_of_walks, g.block_values},
+                  std::move(g.values),
+                  IsOnItsWay(whole, made, s.covariance),
+                  data.seen};
     unknowns_.GoTo(e.unknowns);
     return e;
   }
@@ -273,81 +224,6 @@ class WalkFit {
     return step.head(unknowns_.material());
   }
 
-  /// What is known of the material before any photograph: within a factor e^3, or less by the range or the prior.
-  WalkedStep::Prior RangesAlone() const {
-    constexpr double kNothingKnown = 3.0;
-    return unknowns_.Prior(kNothingKnown, WalkUnknowns::From::kPhotographs);
-  }
-
-  /// Goes to the runs' mean and says what is known there; true when they agree: two at once, or several that scatter
-  /// by somewhat more than their walks, which then widens the intervals. Where the photographs tell little, runs may
-  /// differ by a share of what is not known.
-  bool Conclude(const std::vector<Estimate>& runs) {
-    constexpr double kAgreeAtOnce = 2.0, kAgree = 5.0;  // mean square of scatter in standard deviations of the walks
-    constexpr size_t kSeveral = 4;
-    constexpr double kOfUnknown = 0.1;  // of the variance
-    const double n = static_cast<double>(runs.size());
-    const int m = unknowns_.material();
-    Eigen::VectorXd mean = Eigen::VectorXd::Zero(unknowns_.count());
-    Eigen::MatrixXd covariance = Eigen::MatrixXd::Zero(m, m), of_walks = covariance;
-    DataKnowledge k;
-    k.by_photographs = Eigen::VectorXd::Zero(m);
-    at_.walked.clear();
-    for (const auto& values : runs[0].values) at_.walked.emplace_back(values.size(), glm::dvec3(0.0));
-    for (const Estimate& e : runs) {
-      mean += e.unknowns / n;
-      k.by_photographs += e.by_photographs / n;
-      covariance += e.covariance / n;
-      of_walks += e.of_walks / n;
-      k.reduced_chi2 += e.chi2 / n;
-      k.block_chi2 += e.misfit.of_patches / n;
-      for (size_t g = 0; g < at_.walked.size(); ++g)
-        for (size_t i = 0; i < at_.walked[g].size(); ++i) at_.walked[g][i] += e.values[g][i] / n;
-    }
-    double off = 0;
-    const Eigen::VectorXd allowed = of_walks.diagonal().cwiseMax(kOfUnknown * covariance.diagonal()).cwiseMax(1e-12);
-    for (const Estimate& e : runs) off += (e.unknowns - mean).head(m).cwiseAbs2().cwiseQuotient(allowed).sum();
-    const Eigen::MatrixXd of_a_run = of_walks, &of_slopes = runs.back().of_slopes;
-    const double moving = static_cast<double>(m) - static_cast<double>(unknowns_.Untold().size());
-    const double scatter = runs.size() > 1 && moving > 0 ? off / (moving * (n - 1.0)) : 0.0;
-    // Values are walked anew in every run; derivatives, in the last one, are the mean of all runs'.
-    of_walks = std::max(1.0, scatter) * ((of_a_run - of_slopes) / n + of_slopes);
-    unknowns_.GoTo(mean);
-    // What is left beyond noise is common to all runs: no number of walks averages it out. It is measured against the
-    // noise of one run, photographs and walks.
-    k.inflation = std::max(1.0, k.block_chi2);
-    const auto [variances, directions] = EigenOfSymmetric(covariance - of_a_run);
-    const Eigen::MatrixXd of_photographs = directions * variances.cwiseMax(0.0).asDiagonal() * directions.transpose();
-    k.covariance = of_photographs + (k.inflation - 1.0) * (of_photographs + of_a_run) + of_walks + runs.back().of_model;
-    for (const Eigen::VectorXd& rival : rivals_)
-      k.covariance += rival * rival.transpose() / static_cast<double>(rivals_.size());
-    if (model_offset_.size() > 0) k.covariance += model_offset_ * model_offset_.transpose();
-    ForgetRanges(of_photographs + of_walks, k);
-    k.of_walks = of_walks.diagonal().cwiseQuotient(k.covariance.diagonal().cwiseMax(1e-300)).cwiseMin(1.0);
-    for (Eigen::Index u = 0; u < k.unseen.cols(); ++u) k.of_walks -= k.of_walks.cwiseProduct(k.unseen.col(u));
-    const Eigen::VectorXd all = EigenOfSymmetric(k.covariance).values;  // 0 where nothing is seen
-    if (const auto unseen = k.unseen.cols(); unseen < m) k.condition = std::sqrt(all[m - 1] / all[unseen]);
-    at_.knowledge = k;
-    return scatter <= (runs.size() < kSeveral ? kAgreeAtOnce : kAgree);
-  }
-
-  /// Entries of which pictures know no more than their range does were not seen, nor were those without derivatives.
-  /// What the others owe to the range of such a one stays in their variances.
-  void ForgetRanges(const Eigen::MatrixXd& known, DataKnowledge& k) const {
-    constexpr double kNoMore = 0.5;  // of the range's variance
-    const int m = unknowns_.material();
-    const Eigen::VectorXd of_range = RangesAlone().precision.diagonal().head(m).cwiseInverse();
-    std::vector<int> unseen = unknowns_.Untold();
-    for (int i = 0; i < m; ++i)
-      if (known(i, i) > kNoMore * of_range[i] && !std::count(unseen.begin(), unseen.end(), i)) unseen.push_back(i);
-    k.unseen = Eigen::MatrixXd::Zero(m, static_cast<Eigen::Index>(unseen.size()));
-    for (size_t u = 0; u < unseen.size(); ++u) {
-      k.unseen(unseen[u], static_cast<Eigen::Index>(u)) = 1.0;
-      k.covariance.row(unseen[u]).setZero();
-      k.covariance.col(unseen[u]).setZero();
-    }
-  }
-
   void Record(const std::string& stage, double paths, const GatheredWalks& g, const Eigen::VectorXd& step,
               const WalkedStep::Solution& s) {
     const int n = unknowns_.material();
@@ -360,9 +236,8 @@ class WalkFit {
   FitState& at_;
   WalkUnknowns unknowns_;
   WalkGatherer gatherer_;
-  const WalkGatherer::Walks last_;       ///< of the pictures that the fit ends at
-  std::vector<Eigen::VectorXd> rivals_;  ///< other optima as good, from the best one
-  Eigen::VectorXd model_offset_;         ///< of walks that are handed over; empty: none are, or not known yet
+  LongRuns runs_;
+  const WalkGatherer::Walks last_;  ///< of the pictures that the fit ends at
   std::string stage_;
 };
 

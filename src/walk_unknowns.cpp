@@ -106,6 +106,11 @@ WalkedStep::Prior WalkUnknowns::Prior(double reach, From from) const {
   return prior;
 }
 
+WalkedStep::Prior WalkUnknowns::RangesAlone() const {
+  constexpr double kNothingKnown = 3.0;
+  return Prior(kNothingKnown, From::kPhotographs);
+}
+
 Eigen::VectorXd WalkUnknowns::Bounded(const WalkedStep& step, const WalkedStep::Prior& prior, WalkedStep::Noise noise,
                                       WalkedStep::Solution& s) const {
   Eigen::VectorXd moved = Eigen::VectorXd::Zero(count());

@@ -34,6 +34,8 @@ class WalkUnknowns {
   /// `reach`: how far a step may be trusted, in ln or in prior standard deviations.
   enum class From { kPhotographs, kAll };
   WalkedStep::Prior Prior(double reach, From from) const;
+  /// What is known of the material before any photograph: within a factor e^3, or less by the range.
+  WalkedStep::Prior RangesAlone() const;
   /// The step that stays within the bounds: what would cross one stops there, and the others are solved without it.
   /// With noise left in, slopes by the entries are too flat; exposures and lamps that are known within an error stay
   /// then: theirs have none, and they would take what is the entries'.

@@ -1,5 +1,6 @@
 // Flat layered samples: adding-doubling against published and converged values and against what physics demands, and
-// the random walk against adding-doubling. `./dev bench slabs` holds both against tables of independent programs.
+// the random walk against adding-doubling. `./dev bench slabs` holds both against tables of independent programs; all
+// models of slabs against each other: slab_models_test.
 
 #include <gtest/gtest.h>
 
@@ -9,8 +10,7 @@
 
 #include "optics/adding_doubling.h"
 #include "optics/quadrature.h"
-#include "optics/shader_slab.h"
-#include "walk/slab_diffusion.h"
+#include "support/slabs.h"
 #include "walk/slab_lanes.h"
 #include "walk/slab_walk.h"
 
@@ -20,14 +20,6 @@ namespace {
 /// Layer by albedo and optical depth.
 SlabLayer Layer(double ior, double albedo, double depth, double g) {
   return {ior, g, 0.0, albedo * depth, (1 - albedo) * depth, 1.0};
-}
-SlabLayer Tissue(double absorption, double scattering, double g, double ior, double mm) {
-  return {ior, g, 0.0, scattering, absorption, mm};
-}
-Slab Of(std::vector<SlabLayer> layers) {
-  Slab slab;
-  slab.layers = std::move(layers);
-  return slab;
 }
 
 /// Totals with the first surface's mirror reflection, as adding-doubling programs print them.
@@ -344,51 +336,6 @@ TEST(SlabLanes, FlightsAreExponentialAndTurnsThoseOfHenyeyAndGreenstein) {
         for (int b = 0; b < 3; ++b) EXPECT_NEAR(second[a][b] / n, want[a][b], tolerance) << a << b;
       }
     }
-}
-
-/// Largest difference of a total from adding-doubling's, beyond `errors` standard errors.
-double OffFromLayered(const Slab& slab, const SlabAnswer& a, double errors = 4.0) {
-  const SlabTotals want = SolveByAddingDoubling(slab).value;
-  const auto off = [&](double got, double right, double error) {
-    return std::max(0.0, std::abs(got - right) - errors * error);
-  };
-  return std::max(
-      {off(a.value.reflectance_collimated, want.reflectance_collimated, a.stddev.reflectance_collimated),
-       off(a.value.transmittance_collimated, want.transmittance_collimated, a.stddev.transmittance_collimated),
-       off(a.value.reflectance_diffuse, want.reflectance_diffuse, a.stddev.reflectance_diffuse),
-       off(a.value.transmittance_diffuse, want.transmittance_diffuse, a.stddev.transmittance_diffuse)});
-}
-
-TEST(SlabDiffusion, ComesToAgreeWithAddingDoublingAsCollisionsGrow) {
-  Slab on_white = Of({Tissue(.05, 15, .8, 1.54, 1)}), in_contact = on_white;
-  on_white.backing_reflectance = in_contact.backing_reflectance = 0.8;
-  in_contact.backing_contact = true;
-  Slab under_glass = Of({Tissue(.05, 15, .8, 1.3, 1)});
-  under_glass.ior_above = 1.5;
-  const Slab two = Of({Tissue(.01, 6.6, .68, 1.63, 1), Tissue(.1, 28, .93, 1.54, 2)});
-  const auto off = [](const Slab& slab, int collisions) {
-    return OffFromLayered(slab, SolveByDiffusion(slab, {20000, 1, 0, collisions}, [](double) {}));
-  };
-  for (const Slab& slab : {on_white, in_contact, under_glass, two}) {
-    EXPECT_LT(off(slab, 10), 0.006);
-    EXPECT_LT(off(slab, 1500), 1e-4);
-  }
-}
-
-TEST(SlabDiffusion, LightThatNothingAbsorbsLeavesUpwardsOrDownwards) {
-  const Slab slab = Of({Tissue(0, 6.6, .68, 1.63, 1), Tissue(0, 0, 0, 1.4, 0), Tissue(0, 28, .93, 1.54, 2)});
-  const FlatEscape escape(FlatLayersOf(slab));
-  for (const auto& [layer, height] : {std::pair<size_t, double>{0, 0.3}, {2, 0.0}, {2, 1.999}}) {
-    const auto [up, down] = escape.From(layer, height);
-    EXPECT_NEAR(up + down, 1.0, 1e-8);  // coupling through nothing costs digits
-    EXPECT_GT(std::min(up, down), 0.05);
-  }
-}
-
-TEST(ModelsOfSlabs, AgreeWhereLayersAreThickAndHardlyAbsorb) {
-  const Slab thick = Of({Tissue(.005, 20, .8, 1.5, 20)});
-  EXPECT_LT(OffFromLayered(thick, SolveByShader(thick)), 0.01);
-  EXPECT_LT(OffFromLayered(thick, SolveByDiffusion(thick, {20000, 1, 0, 0}, [](double) {})), 0.004);
 }
 
 TEST(SlabWalk, SameAnswerForAnyNumberOfThreads) {

@@ -21,6 +21,12 @@ std::vector<double> IndicesOf(const Slab& slab) {
   return indices;
 }
 
+/// Shares are exact to some roundings of all light: what is less than none by that is none.
+double Share(double sum) {
+  constexpr double kRoundings = 1e-14;
+  return sum < 0.0 && sum > -kRoundings ? 0.0 : sum;
+}
+
 /// A slab's layers, ready for any thicknesses.
 struct Assembly {
   Assembly(const Slab& slab, int nodes, const std::vector<double>& views)
@@ -63,10 +69,10 @@ SlabAnswer SolveByAddingDoubling(const Slab& slab, const AddingDoublingOptions& 
   const VectorXd reflected = (in.transpose() * stack.reflect_down).transpose().cwiseQuotient(in),
                  transmitted = (out.transpose() * stack.transmit_down).transpose().cwiseQuotient(in);
   const Index normal = assembly.all.NormalIncidence();
-  answer.value.reflectance_collimated = reflected[normal] - answer.specular;
-  answer.value.transmittance_collimated = transmitted[normal];
-  answer.value.reflectance_diffuse = (reflected - assembly.Mirrored()).dot(in) / in.sum();
-  answer.value.transmittance_diffuse = transmitted.dot(in) / in.sum();
+  answer.value.reflectance_collimated = Share(reflected[normal] - answer.specular);
+  answer.value.transmittance_collimated = Share(transmitted[normal]);
+  answer.value.reflectance_diffuse = Share((reflected - assembly.Mirrored()).dot(in) / in.sum());
+  answer.value.transmittance_diffuse = Share(transmitted.dot(in) / in.sum());
   return answer;
 }
 
@@ -90,7 +96,7 @@ std::vector<ViewedSlab> ViewSlab(const Slab& slab, const std::vector<std::vector
     const Stack stack = assembly.OfThicknesses(mm);
     ViewedSlab v;
     v.mirrored = mirrored;
-    v.reflectance = eye.dot(stack.reflect_down * light) - mirrored;
+    v.reflectance = Share(eye.dot(stack.reflect_down * light) - mirrored);
     v.transmittance = out.dot(stack.transmit_down * light);
     v.emergence = eye.dot(stack.transmit_up * every_below) / out.sum();
     v.reflectance_below = out.dot(stack.reflect_up * every_below) / out.sum();
