@@ -23,18 +23,26 @@ class WalkFit {
         last_(problem.options.model == "diffusion" ? WalkGatherer::Walks::kHandedOver
                                                    : WalkGatherer::Walks::kToTheirEnd) {}
 
-  /// False when the search leaves patches further off than `to_beat`.
+  /// False when it leaves patches further off than `to_beat`, which the model that `at` comes from left.
   bool Run(double to_beat) {
     at_.converged = false;
+    const bool may_move = unknowns_.HaveStatedErrors();
+    const double moved_before = unknowns_.CalibrationCost();
+    const auto explains_less = [&](const PatchMisfit& left, double moved) {
+      return left.of_patches + moved / left.patches > left.AsSeenByWalks(to_beat + moved_before / left.patches);
+    };
     unknowns_.ForgetCalibration();  // what shader moved made up for its own errors, by up to 23 stated ones
     if (!problem_.errors.empty()) gatherer_.TakePixels(problem_.options.max_pixels_per_photograph);
     ChooseStart();
-    if (const PatchMisfit left = ChooseValley(); left.of_patches > left.AsSeenByWalks(to_beat)) return false;
+    if (const PatchMisfit left = ChooseValley(); !may_move && explains_less(left, 0.0)) return false;
     gatherer_.GoBy(last_);
     gatherer_.TakePixels(problem_.options.max_pixels_by_walks());
     constexpr size_t kMostRuns = 8;
-    if (!problem_.errors.empty()) LongRun();  // lamps, which stood still so far, first come to where they may stay
-    runs_.Add(LongRun());
+    if (may_move) LongRun();  // lamps and exposures, which stood still so far, first come to where they may stay
+    const double moved = unknowns_.CalibrationCost();
+    RunEstimate first = LongRun();
+    if (may_move && explains_less(first.misfit, moved)) return false;
+    runs_.Add(std::move(first));
     for (size_t made = 1; made < kMostRuns && !(at_.converged && !runs_.WouldGainByWalks()); ++made) {
       runs_.Add(LongRun());
       at_.converged = runs_.Conclude();

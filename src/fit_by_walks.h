@@ -12,8 +12,9 @@ inline constexpr double kOfHandedOver =
 /// Moves a fit from where another model left it to the optimum of model `path`. First short runs until steps are no
 /// larger than their noise, then long ones with walks of their own until those that arrived agree within what their
 /// walks explain; the result is their mean. The start is whichever of `at` and the capture's own
-/// start values explains the photographs better. With `must_explain_more`, it gives up after the search where the model
-/// that `at` comes from explains the photographs better: false, and `at` is as it was.
+/// start values explains the photographs better. With `must_explain_more`, it gives up where the model that `at` comes
+/// from explains the photographs better: after the search, or, where what is calibrated may move within stated errors,
+/// after it has; what was moved counts. Then it is false, and `at` is as it was.
 bool FitByWalks(const FitProblem& problem, CrownInput& input, FitState& at, bool must_explain_more, Progress& progress);
 
 /// Pictures of every photograph, held-out ones included, to look at: walks at the solution; where they are noisier than

@@ -75,6 +75,12 @@ void WalkUnknowns::ForgetCalibration() {
   for (int e = 0; e < errors_; ++e) at_.calibration.amounts[e] = 0.0;
 }
 
+double WalkUnknowns::CalibrationCost() const {
+  const auto [precision, pull] = Prior(1.0, From::kPhotographs);
+  const Eigen::VectorXd wants = pull.tail(nuisances());
+  return wants.cwiseAbs2().cwiseQuotient(precision.diagonal().tail(nuisances())).sum();
+}
+
 double WalkUnknowns::ExposureOf(const FitPixels& p) const {
   return p.exposure < 0 ? problem_.capture.photographs[p.photograph].exposure_scale : at_.scales.exposure[p.exposure];
 }

@@ -28,6 +28,9 @@ class WalkUnknowns {
   void GoTo(const Eigen::VectorXd& there);
   /// Nuisances with a stated error go back to what is stated.
   void ForgetCalibration();
+  bool HaveStatedErrors() const { return errors_ > 0 || !known_within_.empty(); }
+  /// The squares of how many stated errors nuisances have been moved, summed.
+  double CalibrationCost() const;
   double ExposureOf(const FitPixels& p) const;
 
   /// Stated errors of the nuisances; from all that is known, also the material's priors and what others know of it.

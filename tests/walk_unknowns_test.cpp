@@ -1,4 +1,4 @@
-// Steps that are cut short.
+// Steps that are cut short, and what moved calibration costs.
 
 #include "walk_unknowns.h"
 
@@ -16,9 +16,9 @@ namespace crownfit {
 namespace {
 
 /// An incisor's free entries at their start values.
-class CutSteps : public testing::Test {
+class AnIncisorsUnknowns : public testing::Test {
  protected:
-  CutSteps() {
+  AnIncisorsUnknowns() {
     WriteSyntheticCapture(folder_.path, {.pixels = 16, .levels = 8});
     capture_ = ReadCapture(folder_.path);
     free_ = FreeParametersOf(capture_);
@@ -39,7 +39,7 @@ class CutSteps : public testing::Test {
   std::optional<WalkUnknowns> unknowns_;
 };
 
-TEST_F(CutSteps, LeaveTheOtherEntriesAtTheLeastSquaresOfWhatIsCut) {
+TEST_F(AnIncisorsUnknowns, LeaveTheOtherEntriesAtTheLeastSquaresOfWhatIsCut) {
   const int n = unknowns_->count();
   for (int run = 0; run < 20; ++run) {
     Eigen::MatrixXd root(n, n);
@@ -63,7 +63,7 @@ TEST_F(CutSteps, LeaveTheOtherEntriesAtTheLeastSquaresOfWhatIsCut) {
   }
 }
 
-TEST_F(CutSteps, MoreAbsorptionGoesWithItselfAndNotWithItsLogarithm) {
+TEST_F(AnIncisorsUnknowns, MoreAbsorptionGoesWithItselfAndNotWithItsLogarithm) {
   const int n = unknowns_->count();
   const Eigen::MatrixXd apart = Eigen::MatrixXd::Identity(n, n);
   for (const double more : {0.1, 1.0, 5.0}) {
@@ -74,6 +74,17 @@ TEST_F(CutSteps, MoreAbsorptionGoesWithItselfAndNotWithItsLogarithm) {
       EXPECT_NEAR(made.step[k], wanted, 1e-9);
     }
   }
+}
+
+TEST_F(AnIncisorsUnknowns, MovedCalibrationCostsItsSquaresAndNothingWhenForgotten) {
+  EXPECT_FALSE(unknowns_->HaveStatedErrors());
+  errors_.resize(2);
+  at_.calibration.amounts = {1.5, -2.0};
+  WalkUnknowns moved(problem_, at_);
+  EXPECT_TRUE(moved.HaveStatedErrors());
+  EXPECT_NEAR(moved.CalibrationCost(), 1.5 * 1.5 + 2.0 * 2.0, 1e-9);
+  moved.ForgetCalibration();
+  EXPECT_EQ(moved.CalibrationCost(), 0.0);
 }
 
 }  // namespace
