@@ -38,13 +38,13 @@ class WalkFit {
     gatherer_.GoBy(last_);
     gatherer_.TakePixels(problem_.options.max_pixels_by_walks());
     constexpr size_t kMostRuns = 8;
-    if (may_move) LongRun();  // lamps and exposures, which stood still so far, first come to where they may stay
-    const double moved = unknowns_.CalibrationCost();
-    RunEstimate first = LongRun();
-    if (may_move && explains_less(first.misfit, moved)) return false;
-    runs_.Add(std::move(first));
+    if (!problem_.errors.empty()) LongRun();  // lamps, which stood still so far, first come to where they may stay
+    runs_.Add(LongRun());
     for (size_t made = 1; made < kMostRuns && !(at_.converged && !runs_.WouldGainByWalks()); ++made) {
-      runs_.Add(LongRun());
+      const double moved = unknowns_.CalibrationCost();
+      RunEstimate run = LongRun();
+      if (may_move && made == 1 && explains_less(run.misfit, moved)) return false;
+      runs_.Add(std::move(run));
       at_.converged = runs_.Conclude();
     }
     if (last_ == WalkGatherer::Walks::kHandedOver) {

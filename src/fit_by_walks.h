@@ -14,7 +14,7 @@ inline constexpr double kOfHandedOver =
 /// walks explain; the result is their mean. The start is whichever of `at` and the capture's own
 /// start values explains the photographs better. With `must_explain_more`, it gives up where the model that `at` comes
 /// from explains the photographs better: after the search, or, where what is calibrated may move within stated errors,
-/// after it has; what was moved counts. Then it is false, and `at` is as it was.
+/// after it has in long runs; what was moved counts. Then it is false, and `at` is as it was.
 bool FitByWalks(const FitProblem& problem, CrownInput& input, FitState& at, bool must_explain_more, Progress& progress);
 
 /// Pictures of every photograph, held-out ones included, to look at: walks at the solution; where they are noisier than
