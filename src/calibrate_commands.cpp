@@ -294,6 +294,8 @@ int RunCaptureInit(const CommandLine& line) {
     parts.lit.emplace_back(name, lights);
   }
   InitCapture(parts, line.output);
+  std::printf("Index and g of every layer were taken by its name. Correct them in %s where you know better.\n",
+              (std::filesystem::path(line.output) / "capture.json").c_str());
   return CheckWhatWasMade(line);
 }
 

@@ -89,7 +89,7 @@ CommandLine Parse(const std::vector<std::string>& arguments, std::ostream& error
   render->add_option("-o,--output", line.output, "Folder for the pictures.")->required();
   render->add_option("--model", line.fit.model,
                      "shader: the real-time terms, seconds. path: random walks, the reference; with a variance layer.\n"
-                     "diffusion: walks of --collisions, then diffusion in the crown's volume: a tenth of the noise.");
+                     "diffusion: walks of --collisions, then diffusion in the crown's volume: less noise.");
   AddCollisions(render, line);
   render->add_option("--paths", line.paths, "Paths per pixel of models path and diffusion (default 256).")
       ->check(CLI::Range(1, 100000000));

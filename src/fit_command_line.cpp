@@ -20,15 +20,15 @@ std::vector<CLI::Option*> AddFitOptions(CLI::App* fit, CommandLine& line, FitTex
   return {
       fit->add_option(
           "--model", line.fit.model,
-          "shader: seconds, for looks. diffusion: goes on to walks that end in diffusion in the crown's volume, some "
-          "ten\n"
-          "seconds. path: from there to the optimum of random walks, minutes. auto (default of fit): path, unless the\n"
+          "shader: seconds, for looks. diffusion: goes on to walks that end in diffusion in the crown's volume, about "
+          "a\n"
+          "minute. path: from there to the optimum of random walks, minutes. auto (default of fit): path, unless the\n"
           "photographs can't tell shader from the truth. Default of batch: shader.\n"
           "layered: of captures that hold measurements of flat samples alone; their default."),
       fit->add_option(
              "--target-de00", line.fit.target_de00,
-             "Choose --model and --walks before the fit: the cheapest whose pictures of this scene are within so\n"
-             "much CIEDE2000 of the truth. Looks at the scene by some walks first.")
+             "Choose --model and --walks before the fit: the cheapest whose pictures of this scene are, as far\n"
+             "as can be foreseen, within so much CIEDE2000 of the truth. Looks at the scene by some walks first.")
           ->check(CLI::Range(0.001, 1e7)),
       fit->add_option("--budget-s", line.fit.budget_s,
                       "Choose --model and --walks before the fit: the most accurate that takes so many seconds on two\n"

@@ -185,7 +185,7 @@ std::vector<std::string> Arguments(const RawRow& raw, const FitCommand& fit, std
 }  // namespace
 
 Manifest ReadManifest(const std::filesystem::path& file, const FitCommand& fit, const std::optional<Shard>& only) {
-  const std::vector<RawRow> raw_rows = file.extension() == ".json" ? ReadJson(file) : ReadCsv(file, fit);
+  std::vector<RawRow> raw_rows = file.extension() == ".json" ? ReadJson(file) : ReadCsv(file, fit);
   if (raw_rows.empty()) throw InputError(file, "", "the manifest lists no crown", "Give it one row a crown.");
   std::set<std::string> known{"id", "capture", "group"};
   std::string columns = "id, capture, group";
@@ -198,10 +198,11 @@ Manifest ReadManifest(const std::filesystem::path& file, const FitCommand& fit, 
   std::map<std::vector<std::string>, std::string> fault_of_arguments;  // few differ, and parsing costs
   Manifest manifest;
   std::set<std::string> unknown;
-  for (const RawRow& raw : raw_rows) {
+  for (RawRow& raw : raw_rows) {
     ManifestRow row;
     std::string fault;
-    for (const auto& [name, values] : raw.cells) {
+    for (auto& [name, values] : raw.cells) {
+      if (name == "prior" && !values.empty() && !values[0].empty()) values[0] = (folder / values[0]).lexically_normal();
       const std::string value = values.empty() ? "" : values[0];
       if (!known.contains(name) && unknown.insert(name).second)
         manifest.faults.push_back(file.string() + ": " + name + ": there is no such column. Known: " + columns);

@@ -91,9 +91,9 @@ LightRig ReadLightRig(const std::filesystem::path& path) {
       const JsonObject spec(*scale, {"fixed", "initial", "stddev"});
       const auto fixed = spec.Find("fixed"), initial = spec.Find("initial");
       if (fixed.has_value() == initial.has_value()) scale->Fail("expected either {\"fixed\": v} or {\"initial\": v}");
-      light.scale_is_free = initial.has_value();
+      light.scale_is_free = initial && !spec.Find("stddev");  // known within an error is not free
       light.intensity_scale = (fixed ? *fixed : *initial).Positive(kLargestFactor);
-      if (const auto stddev = spec.Find("stddev"); stddev && fixed) light.intensity_stddev = stddev->Positive();
+      if (const auto stddev = spec.Find("stddev")) light.intensity_stddev = stddev->Positive();
     }
     if (const auto stddev = object.Find("stddev_mm")) light.stddev_mm = stddev->Positive();
     if (const auto stddev = object.Find("stddev_deg")) light.stddev_deg = stddev->Positive();

@@ -116,7 +116,9 @@ JsonValue ViewerJson(const CrownFit& fit) {
 
 JsonValue ProvenanceJson(const CrownFit& fit) {
   JsonValue::Object digests;
-  for (const auto& file : fit.capture.input_files)
+  std::vector<std::filesystem::path> inputs = fit.capture.input_files;
+  if (!fit.options.prior.empty()) inputs.push_back(fit.options.prior);
+  for (const auto& file : inputs)
     digests.emplace_back(std::filesystem::relative(file, fit.capture.folder).generic_string(), Sha256OfFile(file));
   JsonValue::Array fixed, freed;
   for (const auto& [name, value] : fit.options.overrides.fix)

@@ -124,10 +124,12 @@ def every_fault_of_a_manifest_is_named_before_anything_starts(folder):
     lab.manifest.write_bytes(b'\xef\xbb\xbfid;capture;fix\r\nx;a;"dentine.absorption_per_mm=0.05,0.06,0.07; enamel.g=0.9"\r\n\r\n')  # as a spreadsheet saves it
     lab.run()
     assert json.loads((lab.out / "crowns/x/crown.json").read_text())["arguments"] == ["--model", "shader", "--fix", "dentine.absorption_per_mm=0.05,0.06,0.07", "--fix", "enamel.g=0.9", "--profiles", "0"]
-    (folder / "m.json").write_text(json.dumps({"format": "crownfit-manifest/1", "crowns": [{"id": "x", "capture": "a", "fix": ["dentine.g=0.9", "enamel.g=0.9"], "max_pixels": 400, "no_priors": True}]}))
+    (folder / "p.json").write_text("{}")  # beside the manifest, not in the working folder
+    (folder / "m.json").write_text(json.dumps({"format": "crownfit-manifest/1", "crowns": [{"id": "x", "capture": "a", "fix": ["dentine.g=0.9", "enamel.g=0.9"], "max_pixels": 400, "no_priors": True, "prior": "p.json"}]}))
     lab.manifest = folder / "m.json"
     lab.run()
-    assert json.loads((lab.out / "crowns/x/crown.json").read_text())["arguments"] == ["--model", "shader", "--fix", "dentine.g=0.9", "--fix", "enamel.g=0.9", "--no-priors", "--profiles", "0", "--max-pixels", "400"]
+    arguments = json.loads((lab.out / "crowns/x/crown.json").read_text())["arguments"]
+    assert sorted(arguments) == sorted(["--model", "shader", "--fix", "dentine.g=0.9", "--fix", "enamel.g=0.9", "--prior", str(folder / "p.json"), "--no-priors", "--profiles", "0", "--max-pixels", "400"]), arguments
 
 
 def two_batches_never_work_in_one_folder(folder):

@@ -127,7 +127,10 @@ with tempfile.TemporaryDirectory() as folder:
     made = json.loads((folder / "one/capture.json").read_text())
     start, truth = made["object"]["layers"][1]["absorption_per_mm"]["initial"], json.loads((folder / "one/truth.json").read_text())["layers"][1]["absorption_per_mm"]
     require(all(abs(a / b - 2) < 1e-6 for a, b in zip(start, truth)), "the free parameter does not start off by the factor")
+    made["photographs"][0]["exposure_scale"] = {"initial": 1, "stddev": 0.02}  # known within an error: not free
+    (folder / "one/capture.json").write_text(json.dumps(made))
     checked = json.loads(run("check", folder / "one", "--json").stdout)
+    require("exposure free" not in run("check", folder / "one").stdout, "an exposure with a stated error is called free")
     require(checked["valid"] is True and checked["free"] == [f"dentine.absorption_per_mm[{c}]" for c in "RGB"], "not what was asked is free")
     refused = run("fit", folder / "one", "-o", folder / "never", "--budget-s", 0.01, "--max-pixels", "500", expect=2).stderr
     require("--budget-s" in refused and "walks a photograph" in refused, f"a budget that nothing keeps: {refused}")
