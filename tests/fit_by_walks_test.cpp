@@ -50,6 +50,7 @@ CrownFit Fit(const Capture& capture, size_t walks, const std::string& model = "a
   FitOptions options;
   options.model = model;
   options.use_priors = false;
+  options.advises = false;  // no test of these looks at it
   options.paths_per_photograph = walks;
   options.overrides.fix = {{"surface.roughness", {0.22, 0.22, 0.22}}};
   Progress silent(ProgressMode::kNone);
@@ -133,6 +134,7 @@ TEST(FitByWalks, ADepthThatAMeshHasIsHeldAndSaidToBe) {
     p.files.variance.reset();
   }
   capture.layers[0][Quantity::kThickness].fixed = false;
+  capture.surface[static_cast<size_t>(Quantity::kRoughness)].fixed = true;  // else every fit is four
   RenderTruth(capture, StatedMaterial(capture));
   FitOptions options;
   options.model = "path";
