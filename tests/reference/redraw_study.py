@@ -2,7 +2,8 @@
 """redraw_study.py CROWNFIT REFERENCE WORK NAME [COUNT] [--seed N] [--walks N] [--calibration-error [exposure] [pose] [light]]:
 whether stated standard deviations are those with which fits scatter. The capture NAME (disc00, crown00, ...) that
 REFERENCE/acceptance/make_recipes.py draws for the seed is photographed COUNT (50) times, 64 x 64 pixels with noise of their
-own, and fitted every time with walks of its own. With --calibration-error its calibration, or what of it is named, is off by
+own, and fitted every time by model path with walks of its own (left to itself a fit of such noisy photographs ends with shader,
+whose intervals hold its own error). With --calibration-error its calibration, or what of it is named, is off by
 errors of its own every time too, of the stated size (1 %; 0.1 degrees and 0.1 mm; 1 mm). Printed per value: scatter of ln,
 mean stated deviation, their ratio, mean pull. What a run was stopped at is gone on with.
 """
@@ -46,7 +47,7 @@ def main():
         if not (capture / "truth.json").exists():
             subprocess.run([o.crownfit, "synthesize", file, "-o", capture, "--progress", "none"], check=True, stdout=subprocess.DEVNULL)
         if not (result / "material.json").exists():
-            subprocess.run([o.crownfit, "fit", capture, "-o", result, "--progress", "none", "--walks", o.walks, "--seed", str(draw + 1)], stdout=subprocess.DEVNULL)
+            subprocess.run([o.crownfit, "fit", capture, "-o", result, "--progress", "none", "--model", "path", "--walks", o.walks, "--seed", str(draw + 1)], stdout=subprocess.DEVNULL)
         for name, c, true, fitted, pull, _, status in values_of(result, capture):
             if status == "fitted":
                 off = math.log(fitted / true)
