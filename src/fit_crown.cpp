@@ -88,7 +88,7 @@ void FitByTheModelThatSuffices(const FitProblem& problem, CrownInput& input, Fit
     fit.model = "shader";
     fit.model_choice += "; random walks leave more: were these photographs rendered by shader?";
     if (at.converged) return;
-    FitOptions to_its_end = problem.options;  // walks needed but a start
+    FitOptions to_its_end = problem.options;  // walks needed but a start; what others know is of the path model
     to_its_end.model = "shader";
     at = FitByShader({problem.capture, problem.free, problem.errors, to_its_end}, input, progress);
     fit.seen_by_shader = MaterialAt(problem.free, at.x);
