@@ -3,6 +3,8 @@
 
 include(GNUInstallDirs)
 install(TARGETS crownfit RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR})
+install(TARGETS crownfit_images LIBRARY DESTINATION ${CMAKE_INSTALL_LIBDIR}/crownfit)
+set_target_properties(crownfit PROPERTIES INSTALL_RPATH "$ORIGIN/../${CMAKE_INSTALL_LIBDIR}/crownfit")
 install(DIRECTORY calib DESTINATION ${CMAKE_INSTALL_DATADIR}/crownfit)
 install(DIRECTORY datasets_synthetic/incisor_shader datasets_synthetic/flat_samples DESTINATION ${CMAKE_INSTALL_DATADIR}/crownfit/examples)
 install(DIRECTORY docs/ DESTINATION ${CMAKE_INSTALL_DOCDIR})

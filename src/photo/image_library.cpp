@@ -1,0 +1,166 @@
+#include "photo/image_library.h"
+
+#include <OpenImageIO/imagebuf.h>
+#include <OpenImageIO/imagebufalgo.h>
+#include <OpenImageIO/imageio.h>
+#include <OpenImageIO/strutil.h>
+
+#include <algorithm>
+#include <array>
+#include <cstring>
+#include <optional>
+#include <set>
+
+namespace crownfit {
+namespace {
+
+/// What LibRaw is to do with a camera's file. Its "linear" colour space would mix the channels and cut off what falls
+/// below 0; "raw" leaves the camera's own bands.
+OIIO::ImageSpec CameraRawSettings() {
+  OIIO::ImageSpec settings;
+  settings.attribute("raw:ColorSpace", "raw");
+  settings.attribute("raw:Demosaic", "linear");
+  settings.attribute("raw:auto_bright", 0);
+  settings.attribute("raw:use_camera_wb", 1);
+  settings.attribute("raw:user_flip", 0);
+  return settings;
+}
+
+std::optional<std::array<double, 3>> WhiteBalance(const OIIO::ImageSpec& spec) {
+  const auto* factors = spec.find_attribute("raw:cam_mul");
+  if (!factors || !(factors->get_float_indexed(1) > 0)) return std::nullopt;
+  const double green = factors->get_float_indexed(1);
+  return std::array<double, 3>{factors->get_float_indexed(0) / green, 1.0, factors->get_float_indexed(2) / green};
+}
+
+/// What a picture's header may not be, before memory is asked for.
+void CheckHeader(const std::filesystem::path& file, const std::string& format, const OIIO::ImageSpec& spec,
+                 const Limits& limits) {
+  // OpenImageIO reads films, sockets' streams and pictures that it makes up, too.
+  const std::set<std::string> known{"openexr", "png", "tiff", "jpeg", "raw", "hdr",
+                                    "bmp",     "pnm", "webp", "heif", "dpx", "jpeg2000"};
+  if (!known.contains(format)) DamagedImage(file, "photographs are not read in the format '" + format + "'");
+  const auto size = std::to_string(spec.width) + " x " + std::to_string(spec.height);
+  if (spec.width < 1 || spec.height < 1 || spec.nchannels < 1 || spec.depth > 1)
+    DamagedImage(file, "its size " + size + " makes no sense");
+  if (static_cast<double>(spec.width) * spec.height > 1e6 * limits.image_megapixels)
+    throw InputError(
+        file, "",
+        "the image has " + size + " pixels, more than " + std::to_string(static_cast<int>(limits.image_megapixels)) +
+            " million",
+        "Cut the photograph to the crown and calibrate at that size, or raise CROWNFIT_MAX_IMAGE_MEGAPIXELS.");
+  if (spec.deep) DamagedImage(file, "it holds deep pixels; write flat ones");
+  if (format != "openexr") return;
+  if (spec.x != spec.full_x || spec.y != spec.full_y || spec.width != spec.full_width ||
+      spec.height != spec.full_height)
+    throw InputError(file, "",
+                     "its data window (" + size + " from " + std::to_string(spec.x) + ", " + std::to_string(spec.y) +
+                         ") is not its display window (" + std::to_string(spec.full_width) + " x " +
+                         std::to_string(spec.full_height) + " from " + std::to_string(spec.full_x) + ", " +
+                         std::to_string(spec.full_y) + ")",
+                     "A camera's calibration counts the pixels of the whole picture: write it without cropping.");
+  for (int c = 0; c < 3 && spec.nchannels >= 3; ++c)
+    if (!OIIO::Strutil::iequals(spec.channelnames[c], std::string(1, "RGB"[c])))
+      DamagedImage(
+          file, "its channel " + std::to_string(c) + " is called '" + spec.channelnames[c] + "', expected R, G and B");
+}
+
+/// Pixels that stay where they are, as OpenImageIO's functions take them.
+OIIO::ImageBuf Wrapped(int width, int height, int channels, float* values) {
+  return {OIIO::ImageSpec(width, height, channels, OIIO::TypeDesc::FLOAT), values};
+}
+
+class OpenImageIo : public ImageLibrary {
+ public:
+  OpenImageIo() {
+    // It keeps to the calling thread, so that a forked child misses none of its threads.
+    const bool takes_settings =
+        OIIO::attribute("threads", 1) && OIIO::attribute("exr_threads", -1) &&
+        !OIIO::get_string_attribute("format_list").empty();  // looked up here once, not by each child
+    Check(takes_settings, "OpenImageIO takes its settings");
+  }
+
+  void Decode(const std::filesystem::path& file, const Limits& limits,
+              const std::function<std::span<std::byte>(size_t)>& memory) const override {
+    const OIIO::ImageSpec settings = CameraRawSettings();
+    (void)OIIO::geterror();  // forget complaints about earlier files
+    const auto input = OIIO::ImageInput::open(file.string(), &settings);
+    if (!input) DamagedImage(file, OIIO::geterror());
+    const OIIO::ImageSpec spec = input->spec();
+    const std::string format = input->format_name();
+    CheckHeader(file, format, spec, limits);
+    DecodedImage found{};
+    found.width = spec.width;
+    found.height = spec.height;
+    found.channels = spec.nchannels > 4 ? 3 : spec.nchannels;  // beyond alpha stand layers of other pictures
+    found.is_jpeg = format == "jpeg";
+    if (const auto balance = WhiteBalance(spec); balance && format == "raw") {
+      found.has_white_balance = true;
+      std::copy(balance->begin(), balance->end(), found.white_balance);
+    }
+    found.is_integer = !spec.format.is_floating_point();
+    const std::string space = spec.get_string_attribute("oiio:ColorSpace");
+    const bool eight_bit = spec.format.basesize() == 1;
+    found.is_srgb_encoded =
+        found.is_integer && space.find("inear") == std::string::npos &&
+        (eight_bit || space.find("RGB") != std::string::npos || space.find("Gamma") != std::string::npos);
+    found.has_colour_profile = spec.find_attribute("ICCProfile") != nullptr;
+    const auto bytes =
+        memory(sizeof found + sizeof(float) * spec.width * static_cast<size_t>(spec.height) * found.channels);
+    std::memcpy(bytes.data(), &found, sizeof found);
+    const bool read = input->read_image(0, 0, 0, found.channels, OIIO::TypeDesc::FLOAT, bytes.data() + sizeof found);
+    // read_image returns true on truncated TIFF files: a non-empty error string is a failure too.
+    const std::string complaint = input->geterror() + OIIO::geterror();
+    if (!read || !complaint.empty()) DamagedImage(file, complaint);
+  }
+
+  void Write(const std::filesystem::path& file, const std::filesystem::path& beside, const Image& image, bool half,
+             const std::vector<std::string>& channels) const override {
+    const bool is_exr = file.extension() == ".exr";
+    OIIO::ImageSpec spec(image.width, image.height, image.channels,
+                         !is_exr ? OIIO::TypeDesc::UINT8
+                         : half  ? OIIO::TypeDesc::HALF
+                                 : OIIO::TypeDesc::FLOAT);
+    if (!channels.empty()) spec.channelnames = channels;
+    // EXR wants a date; the same picture is to be the same file, which is known by its hash.
+    if (is_exr)
+      spec.attribute("DateTime", "1970:01:01 00:00:00");
+    else
+      spec.attribute("oiio:ColorSpace", "sRGB");
+    if (file.extension() == ".jpg") {
+      spec.attribute("CompressionQuality", 92);
+      spec.attribute("jpeg:subsampling", "4:4:4");
+    }
+    const auto output = OIIO::ImageOutput::create(beside.string());
+    if (!output || !output->open(beside.string(), spec) ||
+        !output->write_image(OIIO::TypeDesc::FLOAT, image.values.data()) || !output->close())
+      throw InputError(file, "", "the image can't be written: " + (output ? output->geterror() : OIIO::geterror()));
+  }
+
+  Image Resized(const Image& image, int width, int height) const override {
+    Image result(width, height, image.channels);
+    std::vector<float> values = image.values;
+    const OIIO::ImageBuf from = Wrapped(image.width, image.height, image.channels, values.data());
+    OIIO::ImageBuf to = Wrapped(width, height, image.channels, result.values.data());
+    Check(OIIO::ImageBufAlgo::resize(to, from, "box"), "a picture that can be resized");
+    return result;
+  }
+
+  void DrawText(Image& image, int x, int y, int size_px, const std::string& text, float grey) const override {
+    // OpenImageIO can't clip all of it.
+    if (x < 0 || y < size_px || x >= image.width || y >= image.height) return;
+    OIIO::ImageBuf buffer = Wrapped(image.width, image.height, image.channels, image.values.data());
+    const std::vector<float> colour(image.channels, grey);
+    OIIO::ImageBufAlgo::render_text(buffer, x, y, text, size_px, "DejaVuSans", colour);
+    (void)OIIO::geterror();
+  }
+};
+
+}  // namespace
+
+extern "C" const ImageLibrary* CrownfitImageLibrary() {
+  static const OpenImageIo library;
+  return &library;
+}
+
+}  // namespace crownfit
