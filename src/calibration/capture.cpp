@@ -239,12 +239,9 @@ PhotographSpec ReadPhotographSpec(const JsonNode& node, Capture& capture) {
   }
   if (const auto blur = o.Find("blur")) photo.blur = ReadBlur(ReadPath(*blur, capture));
   if (const auto scale = o.Find("exposure_scale")) {
-    const JsonObject spec(*scale, {"fixed", "initial", "stddev"});
-    const auto fixed = spec.Find("fixed"), initial = spec.Find("initial");
-    if (fixed.has_value() == initial.has_value()) scale->Fail("expected either {\"fixed\": v} or {\"initial\": v}");
-    photo.exposure_is_free = initial && !spec.Find("stddev");  // known within an error is not free
-    photo.exposure_scale = (fixed ? *fixed : *initial).Positive(kLargestFactor);
-    if (const auto stddev = spec.Find("stddev")) photo.exposure_stddev = stddev->Positive();
+    const Factor factor = ReadFactor(*scale);
+    photo.exposure_scale = factor.value, photo.exposure_stddev = factor.stddev;
+    photo.exposure_is_free = factor.is_free;
   }
   photo.exposure_group = photo.name;
   if (const auto group = o.Find("exposure_group")) photo.exposure_group = "group " + group->String();

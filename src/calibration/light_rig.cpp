@@ -75,6 +75,16 @@ LightShape ReadShape(const JsonObject& o, const std::string& type, std::vector<s
 
 }  // namespace
 
+Factor ReadFactor(const JsonNode& node) {
+  const JsonObject spec(node, {"fixed", "initial", "stddev"});
+  const auto fixed = spec.Find("fixed"), initial = spec.Find("initial"), stddev = spec.Find("stddev");
+  if (fixed.has_value() == initial.has_value()) node.Fail("expected either {\"fixed\": v} or {\"initial\": v}");
+  Factor factor{(fixed ? *fixed : *initial).Positive(kLargestFactor)};
+  if (stddev) factor.stddev = stddev->Positive();
+  factor.is_free = initial && !stddev;
+  return factor;
+}
+
 LightRig ReadLightRig(const std::filesystem::path& path) {
   const JsonFile file(path);
   const JsonObject root = file.RootOfFormat("crownfit-light-rig/1", {"lights", "quality", "provenance"});
@@ -88,12 +98,9 @@ LightRig ReadLightRig(const std::filesystem::path& path) {
     if (!names.insert(light.name).second) object.Require("name").Fail("two lights are called '" + light.name + "'");
     if (const auto frame = object.Find("frame")) light.in_camera_frame = frame->OneOf({"object", "camera"}) == "camera";
     if (const auto scale = object.Find("intensity_scale")) {
-      const JsonObject spec(*scale, {"fixed", "initial", "stddev"});
-      const auto fixed = spec.Find("fixed"), initial = spec.Find("initial");
-      if (fixed.has_value() == initial.has_value()) scale->Fail("expected either {\"fixed\": v} or {\"initial\": v}");
-      light.scale_is_free = initial && !spec.Find("stddev");  // known within an error is not free
-      light.intensity_scale = (fixed ? *fixed : *initial).Positive(kLargestFactor);
-      if (const auto stddev = spec.Find("stddev")) light.intensity_stddev = stddev->Positive();
+      const Factor factor = ReadFactor(*scale);
+      light.intensity_scale = factor.value, light.intensity_stddev = factor.stddev;
+      light.scale_is_free = factor.is_free;
     }
     if (const auto stddev = object.Find("stddev_mm")) light.stddev_mm = stddev->Positive();
     if (const auto stddev = object.Find("stddev_deg")) light.stddev_deg = stddev->Positive();

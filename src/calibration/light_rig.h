@@ -8,6 +8,7 @@
 #include <variant>
 #include <vector>
 
+#include "base/json_file.h"
 #include "calibration/environment_map.h"
 #include "calibration/rigid_transform.h"
 
@@ -15,6 +16,15 @@ namespace crownfit {
 
 /// Of radiance, irradiance and intensity in the photographs' unit; of factors on them. No product overflows a picture.
 inline constexpr double kBrightest = 1e15, kLargestFactor = 1e9;
+
+/// On a light's intensity, or a photograph's exposure.
+struct Factor {
+  double value = 1.0;
+  double stddev = 0;     ///< 0: exact, or free
+  bool is_free = false;  ///< nothing is known of it
+};
+/// {"fixed": v} or {"initial": v}, and "stddev": known within an error is not free. Throws InputError.
+Factor ReadFactor(const JsonNode& node);
 
 struct DirectionalLight {
   glm::dvec3 direction, irradiance;
