@@ -18,7 +18,8 @@ for tree in "installed" "debian/usr"; do
   (cd "$folder/$tree" && find . -type f ! -name NEEDS | sort) >"$folder/files"
   (cd "$folder/moved here" && find . -type f ! -name NEEDS | sort) | diff - "$folder/files"
 done
-"$folder/debian/usr/bin/crownfit" --version >"$folder/log"
+photos="$source/datasets_synthetic/incisor_shader/photos"
+"$folder/debian/usr/bin/crownfit" compare "$photos/front.exr" "$photos/side.exr" | grep -q de00_median
 program="$folder/moved here/bin/crownfit" examples="$folder/moved here/share/crownfit/examples"
 
 for tree in "$source" "$build"; do
