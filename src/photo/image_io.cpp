@@ -16,7 +16,7 @@
 namespace crownfit {
 namespace {
 
-/// The module, which lies where the program's list of folders (RPATH) says.
+/// The shared library, which lies where the program's list of folders (RPATH) says.
 const ImageLibrary& LoadedLibrary() {
   static const ImageLibrary* const library = [] {
     void* module = dlopen("crownfit_images.so", RTLD_LAZY | RTLD_LOCAL);

@@ -1,6 +1,6 @@
 #pragma once
-// Image files. OpenImageIO is named in image_library.cpp only, and decodes in a child process (base/confined): some hundred
-// thousand lines of decoders for a dozen formats stand behind it, and a broken file is to end them, not us.
+// Image files. OpenImageIO is named in image_library.cpp only, and decodes in a child process (base/confined): some
+// hundred thousand lines of decoders for a dozen formats stand behind it, and a broken file is to end them, not us.
 
 #include <array>
 #include <filesystem>

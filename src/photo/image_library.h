@@ -1,7 +1,7 @@
 #pragma once
-// What image_library.cpp does with OpenImageIO, for image_io.cpp. It is a module of its own, loaded with the first
-// picture: two hundred libraries stand behind OpenImageIO, which a program that reads no picture would wait a quarter
-// of a second for.
+// What image_library.cpp does with OpenImageIO, for image_io.cpp. It is a shared library of its own, loaded with the
+// first picture: two hundred libraries stand behind OpenImageIO, which a program that reads no picture would wait a
+// quarter of a second for.
 
 #include <cstddef>
 #include <filesystem>
@@ -44,7 +44,7 @@ class ImageLibrary {
   virtual void DrawText(Image& image, int x, int y, int size_px, const std::string& text, float grey) const = 0;
 };
 
-/// What the module gives, by this name.
+/// What the shared library gives, by this name.
 extern "C" const ImageLibrary* CrownfitImageLibrary();
 
 }  // namespace crownfit
