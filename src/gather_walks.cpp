@@ -144,10 +144,15 @@ void WalkGatherer::HandOver(const Material& material, int rays, PathOptions& opt
 /// By walks that are soon handed over to diffusion, which tell derivatives by scattering with a hundred times less
 /// noise, and wrong by some per cent: at the solution they only weigh what is left of the photographs, so they do not
 /// move it. Light that leaves a smooth surface before finds lamps as diffuse light would.
+///
+/// All walks share one field of diffuse light. What its rays make uneven is in no group's noise and so is not taken
+/// off: it looks like a shape by which the photographs tell scattering from a lamp's displacement. So rays grow with
+/// the walks: 10,000 left the standard deviation of a disc's scattering a third too small (docs/validation.md).
 void WalkGatherer::Differentiate(const Material& material, const Shared& shared, double paths, bool of_roughness) {
-  constexpr int kRays = 10000, kOfAGroup = 3;  // with fewer paths the groups' own noise is not known
+  constexpr int kOfAGroup = 3;  // with fewer paths the groups' own noise is not known
+  constexpr double kRaysOfAPath = 0.4, kFewestRays = 10000.0;
   PathOptions options = OptionsFor(shared, paths, kOfAGroup * FewestPaths(material));
-  HandOver(material, kRays, options);
+  HandOver(material, static_cast<int>(std::max(kFewestRays, kRaysOfAPath * paths)), options);
   options.field = run_;
   options.diffuse_exits = !of_roughness;
   options.collisions = CollisionsThatTell(material);
