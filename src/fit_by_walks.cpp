@@ -57,7 +57,6 @@ class WalkFit {
  private:
   static constexpr double kSettled = 3.0;                          // gain of chi2 over that of noise alone
   static constexpr double kSearchShare = 0.1, kMiddleShare = 0.4;  // of the paths that were asked for
-  static constexpr double kSlopeShare = 0.3;  // in long runs; derivatives of several runs are averaged
 
   static double ChiSquare(const Eigen::VectorXd& off, const Eigen::MatrixXd& covariance) {
     return off.dot(SolveSymmetric(covariance, off).col(0));
@@ -79,6 +78,13 @@ class WalkFit {
   double Paths() const {
     return static_cast<double>(problem_.options.paths_per_photograph) *
            (last_ == WalkGatherer::Walks::kHandedOver ? kOfHandedOver : 1.0);
+  }
+
+  /// Of a long run; derivatives of several are averaged. By a fifth of the fewest, a small tooth's tell a third as
+  /// much.
+  double SlopePaths() const {
+    constexpr double kShare = 0.3, kFewest = 300000.0;
+    return std::max(kFewest, kShare * Paths());
   }
 
   double SearchPaths() const { return kSearchShare * static_cast<double>(problem_.options.paths_per_photograph); }
@@ -194,7 +200,7 @@ class WalkFit {
   RunEstimate LongRun() {
     constexpr double kReach = 1.0, kLongest = 0.5;
     stage_ = "walking, long run, step " + std::to_string(at_.steps.size() + 1);
-    GatheredWalks g = gatherer_.Gather(Paths(), kSlopeShare * Paths(), stage_);
+    GatheredWalks g = gatherer_.Gather(Paths(), SlopePaths(), stage_);
     WalkedStep::Solution s;
     const Eigen::VectorXd whole =
         unknowns_.Bounded(g.step, unknowns_.Prior(kReach, WalkUnknowns::From::kAll), WalkedStep::Noise::kTakenOff, s);
@@ -224,7 +230,7 @@ class WalkFit {
     constexpr double kReach = 1.0;
     stage_ = "walking to the end, once";
     gatherer_.GoBy(WalkGatherer::Walks::kToTheirEnd);
-    const GatheredWalks g = gatherer_.Gather(Paths(), kSlopeShare * Paths(), stage_);
+    const GatheredWalks g = gatherer_.Gather(Paths(), SlopePaths(), stage_);
     WalkedStep::Solution s;
     const Eigen::VectorXd step =
         unknowns_.Bounded(g.step, unknowns_.Prior(kReach, WalkUnknowns::From::kAll), WalkedStep::Noise::kTakenOff, s);

@@ -147,14 +147,12 @@ void WalkGatherer::HandOver(const Material& material, int rays, PathOptions& opt
 ///
 /// All walks share one field of diffuse light. What its rays make uneven is in no group's noise and so is not taken
 /// off: it looks like a shape by which the photographs tell scattering from a lamp's displacement. So rays grow with
-/// the walks: 10,000 left the standard deviation of a disc's scattering a third too small (docs/validation.md). Fits by
-/// few walks keep those: there the walks' own noise leaves directions untold without them (docs/limits.md).
+/// the walks: 10,000 left the standard deviation of a disc's scattering a third too small (docs/validation.md).
 void WalkGatherer::Differentiate(const Material& material, const Shared& shared, double paths, bool of_roughness) {
   constexpr int kOfAGroup = 3;  // with fewer paths the groups' own noise is not known
-  constexpr double kRaysOfAPath = 0.4, kFew = 100000.0, kRaysOfFew = 10000.0;
+  constexpr double kRaysOfAPath = 0.4;
   PathOptions options = OptionsFor(shared, paths, kOfAGroup * FewestPaths(material));
-  const double rays = paths < kFew ? kRaysOfFew : kRaysOfAPath * paths;
-  HandOver(material, static_cast<int>(rays), options);
+  HandOver(material, static_cast<int>(kRaysOfAPath * paths), options);
   options.field = run_;
   options.diffuse_exits = !of_roughness;
   options.collisions = CollisionsThatTell(material);
