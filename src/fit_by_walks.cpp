@@ -80,13 +80,6 @@ class WalkFit {
            (last_ == WalkGatherer::Walks::kHandedOver ? kOfHandedOver : 1.0);
   }
 
-  /// Of a long run; derivatives of several are averaged. By a fifth of the fewest, a small tooth's tell a third as
-  /// much.
-  double SlopePaths() const {
-    constexpr double kShare = 0.3, kFewest = 300000.0;
-    return std::max(kFewest, kShare * Paths());
-  }
-
   double SearchPaths() const { return kSearchShare * static_cast<double>(problem_.options.paths_per_photograph); }
 
   /// Whether the fit by shader tells an entry: within a factor 4, and not at the end of its range.
@@ -200,7 +193,7 @@ class WalkFit {
   RunEstimate LongRun() {
     constexpr double kReach = 1.0, kLongest = 0.5;
     stage_ = "walking, long run, step " + std::to_string(at_.steps.size() + 1);
-    GatheredWalks g = gatherer_.Gather(Paths(), SlopePaths(), stage_);
+    GatheredWalks g = gatherer_.Gather(Paths(), SlopePaths(Paths()), stage_);
     WalkedStep::Solution s;
     const Eigen::VectorXd whole =
         unknowns_.Bounded(g.step, unknowns_.Prior(kReach, WalkUnknowns::From::kAll), WalkedStep::Noise::kTakenOff, s);
@@ -230,7 +223,7 @@ class WalkFit {
     constexpr double kReach = 1.0;
     stage_ = "walking to the end, once";
     gatherer_.GoBy(WalkGatherer::Walks::kToTheirEnd);
-    const GatheredWalks g = gatherer_.Gather(Paths(), SlopePaths(), stage_);
+    const GatheredWalks g = gatherer_.Gather(Paths(), SlopePaths(Paths()), stage_);
     WalkedStep::Solution s;
     const Eigen::VectorXd step =
         unknowns_.Bounded(g.step, unknowns_.Prior(kReach, WalkUnknowns::From::kAll), WalkedStep::Noise::kTakenOff, s);

@@ -6,8 +6,10 @@
 
 #include "base/error.h"
 #include "base/random.h"
+#include "calibration/calibration_error.h"
 #include "calibration/light_rig.h"
 #include "check_capture.h"
+#include "fit_by_walks.h"
 #include "gather_walks.h"
 #include "path_derivatives.h"
 #include "report/colour_difference.h"
@@ -150,31 +152,49 @@ SceneLook LookAtScene(const FitProblem& problem, const CrownInput& input, const 
 }
 
 /// Stored costs, of one core (docs/validation.md, "Fits planned for a target").
-constexpr double kSecondsPerShare = 0.8e-6, kSecondsPerVertex = 13e-6, kSecondsPerWalk = 25e-6;
+constexpr double kSecondsPerShare = 0.4e-6, kSecondsPerVertex = 13e-6, kSecondsPerWalk = 25e-6;
+constexpr double kRaysOfMovedLamp = 2 * 4 * 4;  // SlopesOf: to either side
 
-double ShaderSeconds(const FitProblem& problem, const FitState& at) {
+/// Of a cast of a crown's photographs, and of the slopes by how its calibration may be wrong.
+struct CastSeconds {
+  double cast = 0, slopes = 0;
+};
+
+CastSeconds SecondsOfCast(const FitProblem& problem, const FitState& at) {
   const double vertices = static_cast<double>(at.cast.crown->fine.vertices.size());
-  double rays = 0;
+  const std::vector<CalibrationError> errors = StatedErrors(problem.capture);
+  double rays = 0, of_slopes = 0;
   for (const FitPixels& p : at.pixels) {
     const PhotographSpec& spec = problem.capture.photographs[p.photograph];
     const CastOptions strata;
-    for (const size_t light : spec.lights)
-      rays += strata.strata * strata.strata * (IsAllAround(problem.capture.lights[light].shape) ? 4 : 1);
+    for (const size_t light : spec.lights) {
+      const int times = IsAllAround(problem.capture.lights[light].shape) ? 4 : 1;
+      rays += strata.strata * strata.strata * times;
+      for (const CalibrationError& e : errors) of_slopes += e.light == light ? kRaysOfMovedLamp * times : 0;
+    }
     if (spec.backing || !spec.scenery.empty()) rays += strata.gather_strata * strata.gather_strata;
   }
-  // Nine of ten fits take at most; a free depth is sought from five places.
+  return {vertices * rays * kSecondsPerShare / kCores, vertices * of_slopes * kSecondsPerShare / kCores};
+}
+
+/// Nine of ten fits take at most; `casts`: how often, where the calibration may be wrong.
+double ShaderSeconds(const FitProblem& problem, const FitState& at, int casts) {
+  const CastSeconds once = SecondsOfCast(problem, at);
+  const bool has_errors = once.slopes > 0;
+  // A free depth is sought from five places.
   const bool has_depth = std::any_of(problem.free.entries.begin(), problem.free.entries.end(), [](const FreeEntry& e) {
     return e.quantity == Quantity::kThickness && !e.moves_surface;
   });
-  const double iterations = has_depth ? 150 : 30;
-  return vertices * (rays * kSecondsPerShare + iterations * static_cast<double>(at.pixels.size()) * kSecondsPerVertex) /
-         kCores;
+  const double iterations = has_depth ? 150 : 30,
+               steps = iterations * static_cast<double>(at.cast.crown->fine.vertices.size() * at.pixels.size());
+  constexpr int kWithoutErrors = 2;
+  return (has_errors ? casts : kWithoutErrors) * (once.cast + once.slopes) + steps * kSecondsPerVertex / kCores;
 }
 
 /// By how many steps nine of ten fits take at most; a free roughness is searched for from several places. A step walks
 /// for values and for derivatives.
 double PathSeconds(const FitProblem& problem, const FitState& at, double paths) {
-  constexpr double kWalksOfRun = 1.5, kWalksOfSearchStep = 2.5, kSearchShare = 0.3;
+  constexpr double kWalksOfSearchStep = 2.5, kSearchShare = 0.3, kBeside = 0.2;
   const bool has_rough = std::any_of(problem.free.entries.begin(), problem.free.entries.end(),
                                      [](const FreeEntry& e) { return e.quantity == Quantity::kRoughness; });
   const double runs = has_rough ? 11 : 8, searches = has_rough ? 20 : 6;
@@ -185,17 +205,19 @@ double PathSeconds(const FitProblem& problem, const FitState& at, double paths) 
     fewest = std::max(fewest, FewestPaths(MaterialAt(problem.free, at.x)) * static_cast<double>(p.sources.size()));
   }
   const double walks = static_cast<double>(WhichShareWalks(problem.capture, photographs).size()) *
-                       (runs * kWalksOfRun * std::max(paths, fewest) +
+                       (runs * (std::max(paths, fewest) + std::max(SlopePaths(paths) + kBeside * paths, fewest)) +
                         searches * kWalksOfSearchStep * std::max(kSearchShare * paths, fewest));
   return walks * kSecondsPerWalk / kCores;
 }
 
 std::vector<FitPlan> PlansFor(const FitProblem& problem, const FitState& at, const SceneLook& look) {
-  const double by_shader = ShaderSeconds(problem, at);
+  constexpr int kCastsByShader = 10, kCastsByWalks = 4;
+  const double by_shader = ShaderSeconds(problem, at, kCastsByShader),
+               before_walks = ShaderSeconds(problem, at, kCastsByWalks);
   std::vector<FitPlan> plans{{"shader", 0, look.shader_de00, by_shader, {}}};
   for (const size_t paths : {50000u, 100000u, 200000u, 500000u, 1250000u, 2500000u, 5000000u, 10000000u}) {
     const double n = static_cast<double>(paths);
-    plans.push_back({"path", paths, PathDe00(problem, at, look, n), by_shader + PathSeconds(problem, at, n), {}});
+    plans.push_back({"path", paths, PathDe00(problem, at, look, n), before_walks + PathSeconds(problem, at, n), {}});
   }
   return plans;
 }
