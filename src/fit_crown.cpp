@@ -15,11 +15,12 @@
 namespace crownfit {
 namespace {
 
-constexpr double kSuffices = 1.5;  // of patches' squares over their noise's
-
-bool GoesOnToWalks(const FitOptions& options, const DataKnowledge& by_shader) {
-  return options.model == "path" || options.model == "diffusion" ||
-         (options.model == "auto" && by_shader.block_chi2 > kSuffices);
+bool GoesOnToWalks(const FitProblem& problem, const FitState& by_shader) {
+  const std::string& asked = problem.options.model;
+  return asked == "path" || asked == "diffusion" ||
+         (asked == "auto" && !WhetherShaderSuffices(by_shader.knowledge.block_chi2,
+                                                    HowFarMoved(problem.errors, by_shader.calibration.amounts))
+                                  .suffices);
 }
 
 /// Casts and fits by turns, until thicknesses and calibration stay where they were cast; before walks, which need but a
@@ -41,7 +42,7 @@ FitState FitByShader(const FitProblem& problem, CrownInput& input, Progress& pro
   // Calibration errors make a cast three times as dear, and walks begin at the stated calibration in any case.
   const int casts_before_walks = errors.empty() ? 3 : options.model == "auto" ? 2 : 1;
   for (bool again = true; again && at.casts < kMaxCasts; ++at.casts) {
-    if (at.casts >= casts_before_walks && GoesOnToWalks(options, at.knowledge)) break;
+    if (at.casts >= casts_before_walks && GoesOnToWalks(problem, at)) break;
     input.capture = Moved(capture, errors, at.calibration.amounts);
     at.cast = CastAll(input, ThicknessesOf(capture, MaterialAt(free, at.x)), cast_options, progress);
     at.pixels = ChoosePixels(input, at.cast, options.max_pixels_per_photograph);
@@ -79,11 +80,11 @@ std::string Number(double v) {
 void FitByTheModelThatSuffices(const FitProblem& problem, CrownInput& input, FitState& at, CrownFit& fit,
                                Progress& progress) {
   const std::string& asked = problem.options.model;
-  const double by_shader = at.knowledge.block_chi2;
-  const std::string left = "what model shader leaves of patches of neighbouring pixels is " + Number(by_shader) +
-                           " times the square of their noise (limit " + Number(kSuffices) + ")";
-  fit.model = !GoesOnToWalks(problem.options, at.knowledge) ? "shader" : asked == "diffusion" ? asked : "path";
-  fit.model_choice = asked == "auto" ? left : problem.options.model_choice;
+  fit.model = !GoesOnToWalks(problem, at) ? "shader" : asked == "diffusion" ? asked : "path";
+  fit.model_choice =
+      asked == "auto"
+          ? WhetherShaderSuffices(at.knowledge.block_chi2, HowFarMoved(problem.errors, at.calibration.amounts)).why
+          : problem.options.model_choice;
   if (fit.model != "shader" && !FitByWalks(problem, input, at, asked == "auto", progress)) {
     fit.model = "shader";
     fit.model_choice += "; random walks leave more: were these photographs rendered by shader?";
@@ -120,6 +121,18 @@ std::vector<LikelihoodProfile> ProfilesOf(const FitProblem& problem, const FitSt
 }
 
 }  // namespace
+
+ModelChoice WhetherShaderSuffices(double block_chi2, const std::vector<MovedCalibration>& moved) {
+  constexpr double kOfNoise = 1.5, kByChance = 2.0;  // stated errors
+  double furthest = 0;
+  for (const MovedCalibration& m : moved) furthest = std::max(furthest, m.Stddevs());
+  std::string why = "what model shader leaves of patches of neighbouring pixels is " + Number(block_chi2) +
+                    " times the square of their noise (limit " + Number(kOfNoise) + ")";
+  if (furthest > kByChance)
+    why += ", and it moved the calibration by " + Number(furthest) + " times its stated error (limit " +
+           Number(kByChance) + ")";
+  return {block_chi2 <= kOfNoise && furthest <= kByChance, why};
+}
 
 CrownFit FitCrown(const Capture& stated, const FitOptions& options, Progress& progress, const KnownBeside& beside) {
   if (stated.photographs.empty()) return FitMeasurements(stated, options, progress, beside);

@@ -10,4 +10,12 @@ namespace crownfit {
 CrownFit FitCrown(const Capture& capture, const FitOptions& options, Progress& progress,
                   const KnownBeside& beside = {});
 
+struct ModelChoice {
+  bool suffices = false;
+  std::string why;
+};
+/// Whether a fit by shader explains the photographs: patches within their noise, and no lamp or pose moved further than
+/// by chance, where a model's errors hide. `block_chi2`: of patches' squares over their noise's.
+ModelChoice WhetherShaderSuffices(double block_chi2, const std::vector<MovedCalibration>& moved);
+
 }  // namespace crownfit

@@ -303,6 +303,18 @@ TEST_F(SelfConsistency, PosesAndLampsThatAreWrongWithinTheirStatedErrorsAreFound
   }
 }
 
+TEST(ShaderSuffices, WherePatchesAreWithinNoiseAndNoLampIsMovedFurtherThanByChance) {
+  const auto moved = [](double stddevs) {
+    return MovedCalibration{"the place of light 'left'", 3, 3 * stddevs * stddevs};
+  };
+  EXPECT_TRUE(WhetherShaderSuffices(1.2, {}).suffices);
+  EXPECT_TRUE(WhetherShaderSuffices(1.2, {moved(1.5), moved(0.2)}).suffices);
+  EXPECT_FALSE(WhetherShaderSuffices(1.8, {moved(0.2)}).suffices);
+  const ModelChoice far = WhetherShaderSuffices(0.2, {moved(0.2), moved(3.0)});
+  EXPECT_FALSE(far.suffices) << "a model's errors hide in lamps before they show in patches";
+  EXPECT_NE(far.why.find("moved the calibration by 3 times"), std::string::npos) << far.why;
+}
+
 TEST_F(SelfConsistency, AnExposureKnownWithinAnErrorLiesBetweenAnExactAndAFreeOne) {
   Capture capture = Make({.pixels = 16, .initial_factor = 1.0});
   FitOptions options;

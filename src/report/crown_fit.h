@@ -1,6 +1,7 @@
 #pragma once
 // The result of a fit, as data: what material.json, run.json, the summary and the figures are written from.
 
+#include <cmath>
 #include <optional>
 #include <string>
 #include <vector>
@@ -76,6 +77,7 @@ struct MovedCalibration {
   std::string what;
   int freedom = 0;
   double chi2 = 0;  ///< sum of squares in standard deviations
+  double Stddevs() const { return std::sqrt(chi2 / freedom); }
 };
 
 /// One of several captures fitted together.

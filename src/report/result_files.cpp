@@ -202,7 +202,7 @@ std::string MaterialJson(const CrownFit& fit) {
       scales.emplace_back("intensity_scale " + fit.capture.lights[l].name, fit.scales.light[l]);
   JsonValue::Object moved;
   for (const MovedCalibration& m : fit.calibration)
-    moved.emplace_back(m.what, JsonValue::Object{{"moved_stddevs", std::sqrt(m.chi2 / m.freedom)}});
+    moved.emplace_back(m.what, JsonValue::Object{{"moved_stddevs", m.Stddevs()}});
   const Uncertainty& u = fit.uncertainty;
   JsonValue::Object result{
       {"format", "crownfit-material/1"},

@@ -37,8 +37,9 @@ std::vector<std::string> ModelCaveats(const CrownFit& fit) {
   const Capture& capture = fit.capture;
   std::vector<std::string> caveats;
   for (const MovedCalibration& moved : fit.calibration)
-    if (const double far = std::sqrt(moved.chi2 / moved.freedom); far > kFarMoved)
-      caveats.push_back("The photographs disagree with " + moved.what + ": the fit moved it by " + Number(far) +
+    if (moved.Stddevs() > kFarMoved)
+      caveats.push_back("The photographs disagree with " + moved.what + ": the fit moved it by " +
+                        Number(moved.Stddevs()) +
                         " times its stated error. Calibrate it again; a lamp or the crown may have been moved.");
   for (const PhotographResult& p : fit.photographs)
     if (!p.is_holdout && !p.exposure_is_fitted && std::abs(p.level - 1) > kLevelDrift)
