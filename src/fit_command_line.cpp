@@ -18,21 +18,22 @@ CLI::Option* AddCollisions(CLI::App* command, CommandLine& line) {
 
 std::vector<CLI::Option*> AddFitOptions(CLI::App* fit, CommandLine& line, FitText& text) {
   return {
-      fit->add_option(
-          "--model", line.fit.model,
-          "shader: seconds, for looks. diffusion: goes on to walks that end in diffusion in the crown's volume, about "
-          "a\n"
-          "minute. path: from there to the optimum of random walks, minutes. auto (default of fit): path, unless the\n"
-          "photographs can't tell shader from the truth. Default of batch: shader.\n"
-          "layered: of captures that hold measurements of flat samples alone; their default."),
+      fit->add_option("--model", line.fit.model,
+                      "shader: seconds, for looks. path: goes on to the optimum of random walks, minutes.\n"
+                      "diffusion: to walks that end in diffusion in the crown's volume, about a minute.\n"
+                      "auto (default of fit): path where shader leaves patches off by more than 1.5 times the\n"
+                      "square of their noise, or moves a pose or a lamp by more than twice its stated error;\n"
+                      "back to shader where walks explain less. Default of batch: shader.\n"
+                      "layered: of captures that hold measurements of flat samples alone; their default."),
       fit->add_option(
              "--target-de00", line.fit.target_de00,
              "Choose --model and --walks before the fit: the cheapest whose pictures of this scene are, as far\n"
              "as can be foreseen, within so much CIEDE2000 of the truth. Looks at the scene by some walks first.")
           ->check(CLI::Range(0.001, 1e7)),
       fit->add_option("--budget-s", line.fit.budget_s,
-                      "Choose --model and --walks before the fit: the most accurate that takes so many seconds on two\n"
-                      "cores, by stored costs and not by the clock. With --target-de00: the cheapest that keeps both.")
+                      "Choose --model and --walks before the fit: the most accurate that is estimated to take so\n"
+                      "many seconds on two cores, by stored costs and not by the clock. With --target-de00: the\n"
+                      "cheapest that keeps both.")
           ->check(CLI::Range(0.001, 1e7)),
       fit->add_option("--fix", text.fixes,
                       "NAME=VALUE or NAME=R,G,B: hold a parameter, such as dentine.absorption_per_mm=0.05.")

@@ -79,10 +79,12 @@ class Together {
 
   std::vector<CrownFit> Run() {
     for (size_t i = 0; i < captures_.size(); ++i) fits_.push_back(Fit(i, {}));
-    if (std::any_of(fits_.begin(), fits_.end(), [](const CrownFit& f) { return f.model == "path"; }))
-      options_.model = "path";
-    else
-      options_.model = "shader";
+    if (options_.model == "auto") {  // the walks that one of them needs all get
+      const auto by_path =
+          std::find_if(fits_.begin(), fits_.end(), [](const CrownFit& f) { return f.model == "path"; });
+      options_.model = by_path == fits_.end() ? "shader" : "path";
+      options_.model_choice = (by_path == fits_.end() ? fits_[0] : *by_path).model_choice;
+    }
     constexpr int kMostRounds = 4;
     bool settled = false;
     for (int round = 0; round < kMostRounds && !settled; ++round) {

@@ -153,7 +153,7 @@ void Judge(CrownFit& fit) {
                           ": the model does not explain these " + SourceOf(fit) + " within their errors");
   if (fit.is_by_walks() && u.block_chi2 > kChi2Limit)
     fit.reasons.push_back("what is left in patches of neighbouring pixels is " + Number(u.block_chi2) +
-                          " times its noise (limit " + Number(kChi2Limit) +
+                          " times the square of its noise (limit " + Number(kChi2Limit) +
                           "): the photographs, their calibration and the model contradict each other, or more walks "
                           "are needed (--walks)");
   const bool any = std::any_of(u.parameters.begin(), u.parameters.end(), [](const FittedParameter& p) {
