@@ -15,12 +15,14 @@
 namespace crownfit {
 namespace {
 
+ModelChoice ChoiceAfter(const FitProblem& problem, const FitState& by_shader) {
+  return WhetherShaderSuffices(by_shader.knowledge.block_chi2,
+                               HowFarMoved(problem.errors, by_shader.calibration.amounts));
+}
+
 bool GoesOnToWalks(const FitProblem& problem, const FitState& by_shader) {
   const std::string& asked = problem.options.model;
-  return asked == "path" || asked == "diffusion" ||
-         (asked == "auto" && !WhetherShaderSuffices(by_shader.knowledge.block_chi2,
-                                                    HowFarMoved(problem.errors, by_shader.calibration.amounts))
-                                  .suffices);
+  return asked == "path" || asked == "diffusion" || (asked == "auto" && !ChoiceAfter(problem, by_shader).suffices);
 }
 
 /// Casts and fits by turns, until thicknesses and calibration stay where they were cast; before walks, which need but a
@@ -38,10 +40,9 @@ FitState FitByShader(const FitProblem& problem, CrownInput& input, Progress& pro
   FitState at;
   at.x = StartVector(free);
   at.calibration.amounts.assign(errors.size(), 0.0);
-  constexpr int kMaxCasts = 10;
   // Calibration errors make a cast three times as dear, and walks begin at the stated calibration in any case.
   const int casts_before_walks = errors.empty() ? 3 : options.model == "auto" ? 2 : 1;
-  for (bool again = true; again && at.casts < kMaxCasts; ++at.casts) {
+  for (bool again = true; again && at.casts < kMostCasts; ++at.casts) {
     if (at.casts >= casts_before_walks && GoesOnToWalks(problem, at)) break;
     input.capture = Moved(capture, errors, at.calibration.amounts);
     at.cast = CastAll(input, ThicknessesOf(capture, MaterialAt(free, at.x)), cast_options, progress);
@@ -81,10 +82,7 @@ void FitByTheModelThatSuffices(const FitProblem& problem, CrownInput& input, Fit
                                Progress& progress) {
   const std::string& asked = problem.options.model;
   fit.model = !GoesOnToWalks(problem, at) ? "shader" : asked == "diffusion" ? asked : "path";
-  fit.model_choice =
-      asked == "auto"
-          ? WhetherShaderSuffices(at.knowledge.block_chi2, HowFarMoved(problem.errors, at.calibration.amounts)).why
-          : problem.options.model_choice;
+  fit.model_choice = asked == "auto" ? ChoiceAfter(problem, at).why : problem.options.model_choice;
   if (fit.model != "shader" && !FitByWalks(problem, input, at, asked == "auto", progress)) {
     fit.model = "shader";
     fit.model_choice += "; random walks leave more: were these photographs rendered by shader?";

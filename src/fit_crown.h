@@ -6,6 +6,8 @@
 
 namespace crownfit {
 
+inline constexpr int kMostCasts = 10;  ///< by shader, until what is cast again stays where it is
+
 /// Fits the material of one capture. Never prints; how far it has come is shown by `progress`. Throws InputError.
 CrownFit FitCrown(const Capture& capture, const FitOptions& options, Progress& progress,
                   const KnownBeside& beside = {});

@@ -186,8 +186,7 @@ std::vector<CalibrationSlopes> SlopesOf(const CrownInput& input, const Capture& 
                                         std::vector<FitPixels>& pixels, Progress& progress) {
   constexpr double kStep = 0.5;  // standard deviations, to either side
   options.shade_scenery = false;
-  options.strata = 4;  // both sides use the same directions, so fewer do
-  options.gather_strata = 4;
+  options.strata = options.gather_strata = kStrataOfMoved;
   std::vector<CalibrationSlopes> slopes;
   for (FitPixels& p : pixels) {
     const PhotographSpec& photo = stated.photographs[p.photograph];

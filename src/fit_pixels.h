@@ -32,6 +32,8 @@ std::vector<FitPixels> ChoosePixels(const CrownInput& input, const CastState& st
 /// The same photograph with these of its pixels (indices into FitPixels::pixels) alone.
 FitPixels Subset(const FitPixels& pixels, std::span<const int> which);
 
+inline constexpr int kStrataOfMoved = 4;  ///< of a lamp, and of the half-space: SlopesOf's two sides share directions
+
 /// What moving the calibration by its stated errors changes, by casting again half a standard deviation to either side
 /// of `amounts`. Pixels that some of these put off the object are taken out of `pixels`. `stated`: the capture as it
 /// came; `state`: cast with its calibration moved by `amounts`.

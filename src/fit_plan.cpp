@@ -10,6 +10,8 @@
 #include "calibration/light_rig.h"
 #include "check_capture.h"
 #include "fit_by_walks.h"
+#include "fit_crown.h"
+#include "fit_pixels.h"
 #include "gather_walks.h"
 #include "path_derivatives.h"
 #include "report/colour_difference.h"
@@ -153,7 +155,6 @@ SceneLook LookAtScene(const FitProblem& problem, const CrownInput& input, const 
 
 /// Stored costs, of one core (docs/validation.md, "Fits planned for a target").
 constexpr double kSecondsPerShare = 0.4e-6, kSecondsPerVertex = 13e-6, kSecondsPerWalk = 25e-6;
-constexpr double kRaysOfMovedLamp = 2 * 4 * 4;  // SlopesOf: to either side
 
 /// Of a cast of a crown's photographs, and of the slopes by how its calibration may be wrong.
 struct CastSeconds {
@@ -163,6 +164,7 @@ struct CastSeconds {
 CastSeconds SecondsOfCast(const FitProblem& problem, const FitState& at) {
   const double vertices = static_cast<double>(at.cast.crown->fine.vertices.size());
   const std::vector<CalibrationError> errors = StatedErrors(problem.capture);
+  constexpr double kRaysOfMoved = 2 * kStrataOfMoved * kStrataOfMoved;  // to either side
   double rays = 0, of_slopes = 0;
   for (const FitPixels& p : at.pixels) {
     const PhotographSpec& spec = problem.capture.photographs[p.photograph];
@@ -170,7 +172,7 @@ CastSeconds SecondsOfCast(const FitProblem& problem, const FitState& at) {
     for (const size_t light : spec.lights) {
       const int times = IsAllAround(problem.capture.lights[light].shape) ? 4 : 1;
       rays += strata.strata * strata.strata * times;
-      for (const CalibrationError& e : errors) of_slopes += e.light == light ? kRaysOfMovedLamp * times : 0;
+      for (const CalibrationError& e : errors) of_slopes += e.light == light ? kRaysOfMoved * times : 0;
     }
     if (spec.backing || !spec.scenery.empty()) rays += strata.gather_strata * strata.gather_strata;
   }
@@ -211,9 +213,9 @@ double PathSeconds(const FitProblem& problem, const FitState& at, double paths) 
 }
 
 std::vector<FitPlan> PlansFor(const FitProblem& problem, const FitState& at, const SceneLook& look) {
-  constexpr int kCastsByShader = 10, kCastsByWalks = 4;
-  const double by_shader = ShaderSeconds(problem, at, kCastsByShader),
-               before_walks = ShaderSeconds(problem, at, kCastsByWalks);
+  constexpr int kCastsBeforeWalks = 4;  // and what is cast beside
+  const double by_shader = ShaderSeconds(problem, at, kMostCasts),
+               before_walks = ShaderSeconds(problem, at, kCastsBeforeWalks);
   std::vector<FitPlan> plans{{"shader", 0, look.shader_de00, by_shader, {}}};
   for (const size_t paths : {50000u, 100000u, 200000u, 500000u, 1250000u, 2500000u, 5000000u, 10000000u}) {
     const double n = static_cast<double>(paths);
