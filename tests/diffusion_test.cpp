@@ -70,9 +70,8 @@ TEST(LatticeSolver, NeedsNoMoreIterationsOnFinerLattices) {
   }
 }
 
-TEST(LightFields, DerivativesAreDifferences) {
-  // Two layers, a tile that sends light back, one channel more absorbing than another. Without true collisions the rays
-  // of light do not depend on the material, so that differences are exact.
+/// Two layers, a tile that sends light back, one channel more absorbing than another.
+KnownScene BlockOverTile() {
   KnownScene scene(Box({-2, -2, -1.2}, {2, 2, 0}), 2, 0.4, 4);
   SetLayer(scene, 0, 1.6, 0.7, 1.2, 0.05);
   SetLayer(scene, 1, 1.54, 0.9, 2.5, 0.2);
@@ -81,6 +80,12 @@ TEST(LightFields, DerivativesAreDifferences) {
   scene.capture.backings.push_back(
       {.name = "white", .point_mm = {0, 0, -1.5}, .normal = {0, 0, 1}, .size_mm = 30, .reflectance = glm::dvec3(0.8)});
   scene.capture.photographs[0].backing = 0;
+  return scene;
+}
+
+TEST(LightFields, DerivativesAreDifferences) {
+  // Without true collisions the rays of light do not depend on the material, so that differences are exact.
+  const KnownScene scene = BlockOverTile();
   const LayeredBody body = BodyOf(scene);
   const VolumeLattice lattice = LatticeOver(body, 0.3);
   const Surroundings around(scene.capture, {}, {0});
@@ -117,6 +122,32 @@ TEST(LightFields, DerivativesAreDifferences) {
               << "layer " << layer << ", " << RowOf(q).key << ", channel " << c;
       }
     }
+}
+
+TEST(TraceLight, HandsOverLampsRaysInLotsThatDoNotGrowWithTheirNumber) {
+  const KnownScene scene = BlockOverTile();
+  const LayeredBody body = BodyOf(scene);
+  const VolumeLattice lattice = LatticeOver(body, 0.3);
+  const Surroundings around(scene.capture, {}, {0});
+  const WalkScene walked(body, around.meshes);
+  const Material material = StatedMaterial(scene.capture);
+  const Media media = MediaOf(scene.capture, material, body);
+  const Studio studio = StudioOf(scene.capture, material, {0}, {}, {walked, media, around.things});
+  std::vector<double> steps;
+  for (const int rays : {5000, 20000}) {
+    size_t all = 0, largest = 0;
+    const LightRays back = TraceLight(studio, lattice, 0, {.rays = rays}, 1, 0, 1, [&](const LightRays& lot) {
+      all += lot.steps.size();
+      largest = std::max(largest, lot.steps.size());
+      for (const LightRay& ray : lot.rays) EXPECT_LT(ray.piece, 0);
+    });
+    for (const LightRay& ray : back.rays) EXPECT_GE(ray.piece, 0);
+    EXPECT_FALSE(back.rays.empty());
+    EXPECT_LT(largest, 25000);
+    steps.push_back(static_cast<double>(all));
+  }
+  EXPECT_NEAR(steps[1] / steps[0], 4.0, 0.2);
+  EXPECT_GT(steps[1], 100000);
 }
 
 TEST(Diffusion, WhiteFurnaceIsWhite) {

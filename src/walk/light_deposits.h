@@ -38,10 +38,17 @@ struct Deposits {
         if (source_here != 0) source[s.node[k]] += s.weight[k] * source_here;
       }
     }
+    void Add(const Nodes& other) {
+      for (size_t k = 0; k < fluence.size(); ++k) fluence[k] += other.fluence[k], source[k] += other.source[k];
+    }
   };
   Nodes value;
   std::vector<Nodes> by;  ///< by scattering and by absorption, layer by layer; none
   Deposits(size_t layers, size_t nodes, bool slopes) : value(nodes), by(slopes ? 2 * layers : 0, Nodes(nodes)) {}
+  void Add(const Deposits& other) {
+    value.Add(other.value);
+    for (size_t k = 0; k < by.size(); ++k) by[k].Add(other.by[k]);
+  }
 };
 
 /// (1 - exp(-s d)) / s, and its derivative by s.
@@ -55,8 +62,8 @@ inline std::pair<double, double> MeanOverStep(double s, double d) {
 /// Follows rays through one channel's media.
 class RayFollower {
  public:
-  RayFollower(const DiffusingMedia& media, const Media& walked, const VolumeLattice& lattice, const LightRays& rays)
-      : media_(media), walked_(walked), lattice_(lattice), rays_(rays) {
+  RayFollower(const DiffusingMedia& media, const Media& walked, const VolumeLattice& lattice)
+      : media_(media), walked_(walked), lattice_(lattice) {
     for (int h = 0; h < kChannels; ++h)
       for (size_t l = 0; l < layers(); ++l) {
         const double s = walked[static_cast<int>(l + 1)].scattering[h];
@@ -67,15 +74,15 @@ class RayFollower {
 
   size_t layers() const { return media_.scattering.size(); }
 
-  /// Calls visit(step, power x path within the step, its derivatives) along a ray that begins with `power`.
+  /// Calls visit(step, power x path within the step, its derivatives) along one of the rays, which begins with `power`.
   template <bool kSlopes, class Visit>
-  void Follow(const LightRay& ray, double power, const Visit& visit) {
+  void Follow(const LightRays& rays, const LightRay& ray, double power, const Visit& visit) {
     flown_.assign(layers(), 0.0), reduced_ = collisions_ = flown_;
     by_.scattering.resize(layers()), by_.absorption.resize(layers());
     double left = power;
     std::vector<double> absorbed(layers(), 0.0);
     for (size_t i = ray.first_step; i < ray.first_step + ray.steps; ++i) {
-      const LightStep& step = rays_.steps[i];
+      const LightStep& step = rays.steps[i];
       const size_t l = step.medium - 1;
       const double factor =
           media_.texture[l] ? media_.texture[l]->At(lattice_.PositionOf(step.middle))[media_.channel] : 1.0;
@@ -117,7 +124,6 @@ class RayFollower {
   const DiffusingMedia& media_;
   const Media& walked_;
   const VolumeLattice& lattice_;
-  const LightRays& rays_;
   std::array<std::vector<double>, kChannels> true_scattering_, log_scattering_;
   std::vector<double> flown_, reduced_, collisions_;
   ByCoefficient by_;
@@ -127,10 +133,9 @@ class RayFollower {
 inline void Deposit(const DiffusingMedia& media, RayFollower& follower, const VolumeLattice& lattice,
                     const LightRays& rays, std::span<const double> of_pieces, Deposits& d) {
   const auto follow = [&](const LightRay& ray, double power, const auto& visit) {
-    d.by.empty() ? follower.Follow<false>(ray, power, visit) : follower.Follow<true>(ray, power, visit);
+    d.by.empty() ? follower.Follow<false>(rays, ray, power, visit) : follower.Follow<true>(rays, ray, power, visit);
   };
   for (const LightRay& ray : rays.rays) {
-    if ((ray.piece >= 0) != !of_pieces.empty()) continue;
     const double power = ray.piece < 0 ? 1.0 : of_pieces[ray.piece];
     if (power == 0) continue;
     follow(ray, power, [&](const LightStep& step, size_t l, double track, const ByCoefficient& by) {
@@ -152,9 +157,8 @@ class Returns {
  public:
   Returns(const DiffusingMedia& media, RayFollower& follower, const VolumeLattice& lattice, const LightRays& rays) {
     for (const LightRay& ray : rays.rays) {
-      if (ray.piece < 0) continue;
       const size_t first = entries_.size();
-      follower.Follow<false>(ray, 1.0, [&](const LightStep& step, size_t l, double track, const ByCoefficient&) {
+      follower.Follow<false>(rays, ray, 1.0, [&](const LightStep& step, size_t l, double track, const ByCoefficient&) {
         const LatticeStencil s = lattice.StencilOf(step.middle);
         const double to_source = step.is_reduced ? media.scattering[l] : 0.0;
         for (int k = 0; k < 8; ++k) {

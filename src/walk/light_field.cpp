@@ -44,23 +44,42 @@ DiffusingMedia MediaOfChannel(const Studio& studio, const VolumeLattice& lattice
   return m;
 }
 
+/// What one part of a photograph's rays leaves.
+struct TracedPart {
+  std::vector<Deposits> of_lamps;  ///< per channel
+  LightRays back;                  ///< rays that come back, per power that leaves
+};
+
+TracedPart TracePart(const Studio& studio, const VolumeLattice& lattice, const std::vector<DiffusingMedia>& media,
+                     size_t photograph, const Lighting& lit, uint64_t seed, size_t part, size_t parts) {
+  TracedPart traced;
+  std::vector<RayFollower> followers;
+  for (const DiffusingMedia& m : media) {
+    traced.of_lamps.emplace_back(m.scattering.size(), lattice.nodes().count(), studio.wants_slopes);
+    followers.emplace_back(m, studio.media, lattice);
+  }
+  traced.back = TraceLight(studio, lattice, photograph, lit, seed, part, parts, [&](const LightRays& rays) {
+    for (size_t c = 0; c < media.size(); ++c) Deposit(media[c], followers[c], lattice, rays, {}, traced.of_lamps[c]);
+  });
+  return traced;
+}
+
 /// One channel of one photograph.
 class FieldOfChannel {
  public:
+  /// `deposits`: of the lamps' rays.
   FieldOfChannel(const Studio& studio, const VolumeLattice& lattice, const DiffusingMedia& media,
-                 const LatticeSolver& solver, const LightRays& rays)
+                 const LatticeSolver& solver, Deposits deposits, const LightRays& back)
       : studio_(studio),
         lattice_(lattice),
         media_(media),
         solver_(solver),
-        follower_(media, studio.media, lattice, rays),
-        returns_(media, follower_, lattice, rays) {
-    const size_t layers = media.scattering.size(), nodes = lattice.nodes().count();
-    Deposits deposits(layers, nodes, studio.wants_slopes);
-    Deposit(media, follower_, lattice, rays, {}, deposits);
+        follower_(media, studio.media, lattice),
+        returns_(media, follower_, lattice, back) {
+    const size_t layers = media.scattering.size();
     constexpr double kTolerance = 1e-6;
     Solve(deposits.value.source, kTolerance, psi_);
-    if (!returns_.is_empty()) Deposit(media, follower_, lattice, rays, Leaving(psi_), deposits);
+    if (!returns_.is_empty()) Deposit(media, follower_, lattice, back, Leaving(psi_), deposits);
     AddUnscattered(deposits.value.fluence, psi_, values_);
     for (size_t k = 0; k < deposits.by.size(); ++k) {
       const int l = static_cast<int>(k / 2);
@@ -169,20 +188,27 @@ LightFields::LightFields(const Studio& studio, const VolumeLattice& lattice, con
   for (int c = 0; c < kChannels; ++c) media.push_back(MediaOfChannel(studio, lattice, passed, c));
   std::vector<std::optional<LatticeSolver>> solvers(kChannels);
   constexpr size_t kParts = 8;  // fixed, so that sums do not depend on the number of threads
-  std::vector<LightRays> parts(photographs * kParts), rays(photographs);
+  std::vector<TracedPart> parts(photographs * kParts);
   ParallelFor(kChannels + parts.size(), threads, [&](size_t i) {
     if (i < kChannels) {
       const DiffusingMedia& m = media[i];
       solvers[i].emplace(lattice.nodes(), lattice.Matrix(m.conduction, m.sink, m.leak, static_cast<int>(i)));
     } else {
       const size_t k = i - kChannels;
-      parts[k] = TraceLight(studio, lattice, k / kParts, lit, seed, k % kParts, kParts);
+      parts[k] = TracePart(studio, lattice, media, k / kParts, lit, seed, k % kParts, kParts);
     }
   });
-  for (size_t k = 0; k < parts.size(); ++k) rays[k / kParts].Append(std::move(parts[k]));
+  for (size_t k = 0; k < parts.size(); ++k) {
+    if (k % kParts == 0) continue;
+    TracedPart& all = parts[k - k % kParts];
+    for (int c = 0; c < kChannels; ++c) all.of_lamps[c].Add(parts[k].of_lamps[c]);
+    all.back.Append(std::move(parts[k].back));
+    parts[k] = {};
+  }
   ParallelFor(photographs * kChannels, threads, [&](size_t i) {
     const size_t p = i / kChannels, c = i % kChannels;
-    const FieldOfChannel found(studio, lattice, media[c], *solvers[c], rays[p]);
+    TracedPart& traced = parts[p * kParts];
+    const FieldOfChannel found(studio, lattice, media[c], *solvers[c], std::move(traced.of_lamps[c]), traced.back);
     for (size_t k = 0; k < kinds_; ++k) {
       const std::vector<double>& from = k == 0 ? found.values() : found.slopes()[k - 1];
       for (size_t n = 0; n < from.size(); ++n)

@@ -200,24 +200,29 @@ class LightTracer {
 }  // namespace
 
 LightRays TraceLight(const Studio& studio, const VolumeLattice& lattice, size_t photograph, const Lighting& lighting,
-                     uint64_t seed, size_t part, size_t parts) {
+                     uint64_t seed, size_t part, size_t parts, const std::function<void(const LightRays&)>& take) {
+  constexpr size_t kAtOnce = 20000;  // steps: they stay in the cache until they are taken
   const std::vector<BoundaryPiece>& pieces = lattice.pieces();
   const int heroes = studio.media.heroes();
   double area = 0;
   for (const BoundaryPiece& piece : pieces) area += piece.area_mm2;
   const double step = area / lighting.rays;
-  LightTracer tracer(studio, lattice, photograph, lighting, step);
+  LightTracer of_lamps(studio, lattice, photograph, lighting, step), back = of_lamps;
   double passed = 0;
   int ray = 0;
   for (size_t i = 0; i < pieces.size(); ++i) {
     passed += pieces[i].area_mm2;
     for (; (ray + 0.5) * step < passed; ++ray) {
       if (ray % static_cast<int>(parts) != static_cast<int>(part)) continue;
-      tracer.Trace(static_cast<int>(i), ray % heroes, Key(seed, 0x6c69676874ull, ray));
-      tracer.TraceBack(static_cast<int>(i), ray % heroes, Key(seed, 0x6261636bull, ray));
+      of_lamps.Trace(static_cast<int>(i), ray % heroes, Key(seed, 0x6c69676874ull, ray));
+      back.TraceBack(static_cast<int>(i), ray % heroes, Key(seed, 0x6261636bull, ray));
+      if (of_lamps.found.steps.size() < kAtOnce) continue;
+      take(of_lamps.found);
+      of_lamps.found.Clear();
     }
   }
-  return std::move(tracer.found);
+  take(of_lamps.found);
+  return std::move(back.found);
 }
 
 }  // namespace crownfit

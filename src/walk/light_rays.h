@@ -2,6 +2,7 @@
 // Light from a photograph's lamps as it enters the object and goes on without being scattered: the source of the
 // diffuse light inside.
 
+#include <functional>
 #include <vector>
 
 #include "diffusion/volume_lattice.h"
@@ -33,6 +34,7 @@ struct LightRays {
     steps.insert(steps.end(), more.steps.begin(), more.steps.end());
     more = {};
   }
+  void Clear() { rays.clear(), steps.clear(); }
 };
 
 /// How light is followed from the lamps before diffusion takes over.
@@ -43,10 +45,11 @@ struct Lighting {
 };
 
 /// Of one of the studio's photographs. Places evenly over the surface get light of each lamp from a random point of it,
-/// and of what stands around from a random direction; and send diffuse light out in a random direction, kept where it
-/// comes back. Inside, a ray is scattered so many times as in the true random walk; what comes after it flies on by the
-/// reduced coefficient, in full: all that is left of it is known at every step. Of places `part` of `parts`.
+/// and of what stands around from a random direction: `take` gets those rays, some at a time. Places also send diffuse
+/// light out in a random direction, which is returned where it comes back. Inside, a ray is scattered so many times as
+/// in the true random walk; what comes after it flies on by the reduced coefficient, in full: all that is left of it is
+/// known at every step. Of places `part` of `parts`.
 LightRays TraceLight(const Studio& studio, const VolumeLattice& lattice, size_t photograph, const Lighting& lighting,
-                     uint64_t seed, size_t part, size_t parts);
+                     uint64_t seed, size_t part, size_t parts, const std::function<void(const LightRays&)>& take);
 
 }  // namespace crownfit
