@@ -152,25 +152,31 @@ inline void Deposit(const DiffusingMedia& media, RayFollower& follower, const Vo
   }
 }
 
-/// Rays that come back, as a matrix from what leaves boundary pieces to sources and fluences at nodes.
+/// Rays that come back, as a sparse matrix from what leaves boundary pieces to sources and fluences at nodes.
 class Returns {
  public:
   Returns(const DiffusingMedia& media, RayFollower& follower, const VolumeLattice& lattice, const LightRays& rays) {
-    for (const LightRay& ray : rays.rays) {
-      const size_t first = entries_.size();
-      follower.Follow<false>(rays, ray, 1.0, [&](const LightStep& step, size_t l, double track, const ByCoefficient&) {
-        const LatticeStencil s = lattice.StencilOf(step.middle);
-        const double to_source = step.is_reduced ? media.scattering[l] : 0.0;
-        for (int k = 0; k < 8; ++k) {
-          const double here = s.weight[k] * track;
-          entries_.push_back(
-              {s.node[k], static_cast<float>(here * to_source), static_cast<float>(here / media.index2[l])});
-        }
-      });
-      rays_.push_back({ray.piece, first, entries_.size() - first});
+    Deposits::Nodes sum(lattice.nodes().count());
+    std::vector<int> touched;
+    for (size_t r = 0; r < rays.rays.size(); ++r) {
+      const int piece = rays.rays[r].piece;
+      follower.Follow<false>(rays, rays.rays[r], 1.0,
+                             [&](const LightStep& step, size_t l, double track, const ByCoefficient&) {
+                               const LatticeStencil s = lattice.StencilOf(step.middle);
+                               for (const int node : s.node)
+                                 if (sum.fluence[node] == 0) touched.push_back(node);
+                               sum.Add(s, track / media.index2[l], step.is_reduced ? media.scattering[l] * track : 0.0);
+                             });
+      if (r + 1 < rays.rays.size() && rays.rays[r + 1].piece == piece) continue;
+      pieces_.push_back({piece, entries_.size(), touched.size()});
+      for (const int node : touched) {
+        entries_.push_back({node, static_cast<float>(sum.source[node]), static_cast<float>(sum.fluence[node])});
+        sum.source[node] = sum.fluence[node] = 0.0;
+      }
+      touched.clear();
     }
   }
-  bool is_empty() const { return rays_.empty(); }
+  bool is_empty() const { return pieces_.empty(); }
   /// Adds sources, or fluences times volume.
   void AddSources(std::span<const double> of_pieces, std::span<double> nodes) const {
     Add(of_pieces, nodes, &Entry::source);
@@ -184,16 +190,16 @@ class Returns {
     int node;
     float source, fluence;
   };
-  struct Ray {
+  struct OfPiece {
     int piece;
     size_t first, count;
   };
   void Add(std::span<const double> of_pieces, std::span<double> nodes, float Entry::*what) const {
-    for (const Ray& ray : rays_)
-      for (size_t i = ray.first; i < ray.first + ray.count; ++i)
-        nodes[entries_[i].node] += of_pieces[ray.piece] * entries_[i].*what;
+    for (const OfPiece& p : pieces_)
+      for (size_t i = p.first; i < p.first + p.count; ++i)
+        nodes[entries_[i].node] += of_pieces[p.piece] * entries_[i].*what;
   }
-  std::vector<Ray> rays_;
+  std::vector<OfPiece> pieces_;
   std::vector<Entry> entries_;
 };
 

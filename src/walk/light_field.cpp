@@ -44,24 +44,37 @@ DiffusingMedia MediaOfChannel(const Studio& studio, const VolumeLattice& lattice
   return m;
 }
 
-/// What one part of a photograph's rays leaves.
-struct TracedPart {
+/// What light from lamps leaves, and rays that come back.
+struct TracedLight {
   std::vector<Deposits> of_lamps;  ///< per channel
-  LightRays back;                  ///< rays that come back, per power that leaves
+  LightRays back;                  ///< per power that leaves
 };
 
-TracedPart TracePart(const Studio& studio, const VolumeLattice& lattice, const std::vector<DiffusingMedia>& media,
-                     size_t photograph, const Lighting& lit, uint64_t seed, size_t part, size_t parts) {
-  TracedPart traced;
-  std::vector<RayFollower> followers;
-  for (const DiffusingMedia& m : media) {
-    traced.of_lamps.emplace_back(m.scattering.size(), lattice.nodes().count(), studio.wants_slopes);
-    followers.emplace_back(m, studio.media, lattice);
-  }
-  traced.back = TraceLight(studio, lattice, photograph, lit, seed, part, parts, [&](const LightRays& rays) {
-    for (size_t c = 0; c < media.size(); ++c) Deposit(media[c], followers[c], lattice, rays, {}, traced.of_lamps[c]);
+/// Of one photograph.
+TracedLight Trace(const Studio& studio, const VolumeLattice& lattice, const std::vector<DiffusingMedia>& media,
+                  size_t photograph, const Lighting& lit, uint64_t seed, int threads) {
+  // Every part has lattices of its own. How many does not depend on the number of threads, so sums do not either.
+  constexpr size_t kFewest = 4, kMost = 8, kNodes = 1600000;
+  const size_t nodes = lattice.nodes().count();
+  std::vector<TracedLight> parts(std::clamp(kNodes / nodes, kFewest, kMost));
+  ParallelFor(parts.size(), threads, [&](size_t part) {
+    std::vector<Deposits>& of_lamps = parts[part].of_lamps;
+    std::vector<RayFollower> followers;
+    for (const DiffusingMedia& m : media) {
+      of_lamps.emplace_back(m.scattering.size(), nodes, studio.wants_slopes);
+      followers.emplace_back(m, studio.media, lattice);
+    }
+    parts[part].back =
+        TraceLight(studio, lattice, photograph, lit, seed, part, parts.size(), [&](const LightRays& rays) {
+          for (size_t c = 0; c < media.size(); ++c) Deposit(media[c], followers[c], lattice, rays, {}, of_lamps[c]);
+        });
   });
-  return traced;
+  TracedLight& all = parts[0];
+  ParallelFor(media.size(), threads, [&](size_t c) {
+    for (size_t part = 1; part < parts.size(); ++part) all.of_lamps[c].Add(parts[part].of_lamps[c]);
+  });
+  for (size_t part = 1; part < parts.size(); ++part) all.back.Append(std::move(parts[part].back));
+  return std::move(all);
 }
 
 /// One channel of one photograph.
@@ -187,28 +200,16 @@ LightFields::LightFields(const Studio& studio, const VolumeLattice& lattice, con
   std::vector<DiffusingMedia> media;
   for (int c = 0; c < kChannels; ++c) media.push_back(MediaOfChannel(studio, lattice, passed, c));
   std::vector<std::optional<LatticeSolver>> solvers(kChannels);
-  constexpr size_t kParts = 8;  // fixed, so that sums do not depend on the number of threads
-  std::vector<TracedPart> parts(photographs * kParts);
-  ParallelFor(kChannels + parts.size(), threads, [&](size_t i) {
-    if (i < kChannels) {
-      const DiffusingMedia& m = media[i];
-      solvers[i].emplace(lattice.nodes(), lattice.Matrix(m.conduction, m.sink, m.leak, static_cast<int>(i)));
-    } else {
-      const size_t k = i - kChannels;
-      parts[k] = TracePart(studio, lattice, media, k / kParts, lit, seed, k % kParts, kParts);
-    }
+  ParallelFor(kChannels, threads, [&](size_t c) {
+    const DiffusingMedia& m = media[c];
+    solvers[c].emplace(lattice.nodes(), lattice.Matrix(m.conduction, m.sink, m.leak, static_cast<int>(c)));
   });
-  for (size_t k = 0; k < parts.size(); ++k) {
-    if (k % kParts == 0) continue;
-    TracedPart& all = parts[k - k % kParts];
-    for (int c = 0; c < kChannels; ++c) all.of_lamps[c].Add(parts[k].of_lamps[c]);
-    all.back.Append(std::move(parts[k].back));
-    parts[k] = {};
-  }
+  std::vector<TracedLight> traced;
+  for (size_t p = 0; p < photographs; ++p) traced.push_back(Trace(studio, lattice, media, p, lit, seed, threads));
   ParallelFor(photographs * kChannels, threads, [&](size_t i) {
     const size_t p = i / kChannels, c = i % kChannels;
-    TracedPart& traced = parts[p * kParts];
-    const FieldOfChannel found(studio, lattice, media[c], *solvers[c], std::move(traced.of_lamps[c]), traced.back);
+    const FieldOfChannel found(studio, lattice, media[c], *solvers[c], std::move(traced[p].of_lamps[c]),
+                               traced[p].back);
     for (size_t k = 0; k < kinds_; ++k) {
       const std::vector<double>& from = k == 0 ? found.values() : found.slopes()[k - 1];
       for (size_t n = 0; n < from.size(); ++n)
