@@ -204,18 +204,22 @@ LightFields::LightFields(const Studio& studio, const VolumeLattice& lattice, con
     const DiffusingMedia& m = media[c];
     solvers[c].emplace(lattice.nodes(), lattice.Matrix(m.conduction, m.sink, m.leak, static_cast<int>(c)));
   });
-  std::vector<TracedLight> traced;
-  for (size_t p = 0; p < photographs; ++p) traced.push_back(Trace(studio, lattice, media, p, lit, seed, threads));
-  ParallelFor(photographs * kChannels, threads, [&](size_t i) {
-    const size_t p = i / kChannels, c = i % kChannels;
-    const FieldOfChannel found(studio, lattice, media[c], *solvers[c], std::move(traced[p].of_lamps[c]),
-                               traced[p].back);
-    for (size_t k = 0; k < kinds_; ++k) {
-      const std::vector<double>& from = k == 0 ? found.values() : found.slopes()[k - 1];
-      for (size_t n = 0; n < from.size(); ++n)
-        fields_[p * kinds_ + k][n][static_cast<int>(c)] = static_cast<float>(from[n]);
-    }
-  });
+  constexpr size_t kTogether = 4;  // photographs: what light leaves takes as much memory as a solver
+  for (size_t first = 0; first < photographs; first += kTogether) {
+    std::vector<TracedLight> traced;
+    for (size_t p = first; p < std::min(first + kTogether, photographs); ++p)
+      traced.push_back(Trace(studio, lattice, media, p, lit, seed, threads));
+    ParallelFor(traced.size() * kChannels, threads, [&](size_t i) {
+      const size_t c = i % kChannels;
+      TracedLight& light = traced[i / kChannels];
+      const FieldOfChannel found(studio, lattice, media[c], *solvers[c], std::move(light.of_lamps[c]), light.back);
+      for (size_t k = 0; k < kinds_; ++k) {
+        const std::vector<double>& from = k == 0 ? found.values() : found.slopes()[k - 1];
+        for (size_t n = 0; n < from.size(); ++n)
+          fields_[(first + i / kChannels) * kinds_ + k][n][static_cast<int>(c)] = static_cast<float>(from[n]);
+      }
+    });
+  }
 }
 
 }  // namespace crownfit
