@@ -204,7 +204,7 @@ LightFields::LightFields(const Studio& studio, const VolumeLattice& lattice, con
     const DiffusingMedia& m = media[c];
     solvers[c].emplace(lattice.nodes(), lattice.Matrix(m.conduction, m.sink, m.leak, static_cast<int>(c)));
   });
-  constexpr size_t kTogether = 4;  // photographs: what light leaves takes as much memory as a solver
+  constexpr size_t kTogether = 4;  // photographs: what light leaves of each is kept until their fields are solved
   for (size_t first = 0; first < photographs; first += kTogether) {
     std::vector<TracedLight> traced;
     for (size_t p = first; p < std::min(first + kTogether, photographs); ++p)
