@@ -70,8 +70,7 @@ TEST(LatticeSolver, NeedsNoMoreIterationsOnFinerLattices) {
   }
 }
 
-/// Two layers, a tile that sends light back, one channel more absorbing than another.
-KnownScene BlockOverTile() {
+KnownScene TwoLayersOverTile() {
   KnownScene scene(Box({-2, -2, -1.2}, {2, 2, 0}), 2, 0.4, 4);
   SetLayer(scene, 0, 1.6, 0.7, 1.2, 0.05);
   SetLayer(scene, 1, 1.54, 0.9, 2.5, 0.2);
@@ -83,28 +82,37 @@ KnownScene BlockOverTile() {
   return scene;
 }
 
+/// Two layers, a tile that sends light back, one channel more absorbing than another.
+struct BlockOverTile {
+  KnownScene scene = TwoLayersOverTile();
+  LayeredBody body = BodyOf(scene);
+  VolumeLattice lattice = LatticeOver(body, 0.3);
+  Surroundings around{scene.capture, {}, {0}};
+  WalkScene walked{body, around.meshes};
+  Material material = StatedMaterial(scene.capture);
+  Media MediaWith(const Material& m) const { return MediaOf(scene.capture, m, body); }
+  Studio StudioWith(const Material& m, const Media& media, const PathOptions& options) const {
+    return StudioOf(scene.capture, m, {0}, options, {walked, media, around.things});
+  }
+};
+
 TEST(LightFields, DerivativesAreDifferences) {
   // Without true collisions the rays of light do not depend on the material, so that differences are exact.
-  const KnownScene scene = BlockOverTile();
-  const LayeredBody body = BodyOf(scene);
-  const VolumeLattice lattice = LatticeOver(body, 0.3);
-  const Surroundings around(scene.capture, {}, {0});
-  const WalkScene walked(body, around.meshes);
-  const Material material = StatedMaterial(scene.capture);
+  const BlockOverTile block;
   const auto fields = [&](const Material& m, bool slopes) {
-    const Media media = MediaOf(scene.capture, m, body);
+    const Media media = block.MediaWith(m);
     PathOptions options;
     options.slopes = slopes;
-    const Studio studio = StudioOf(scene.capture, m, {0}, options, {walked, media, around.things});
-    return LightFields(studio, lattice, {.collisions = 0, .rays = 2000, .least = 1e-12}, 1, 0);
+    return LightFields(block.StudioWith(m, media, options), block.lattice,
+                       {.collisions = 0, .rays = 2000, .least = 1e-12}, 1, 0);
   };
   const std::vector<glm::dvec3> places{{0, 0, -0.2}, {1.5, 0.5, -0.6}, {-1, -1, -1.1}};
-  const LightFields exact = fields(material, true);
+  const LightFields exact = fields(block.material, true);
   const auto at = [&](const LightFields& f, const glm::dvec3& p) { return f.Radiance(0, *f.At(p)); };
   for (size_t layer = 0; layer < 2; ++layer)
     for (const Quantity q : {Quantity::kReducedScattering, Quantity::kAbsorption}) {
       const auto moved = [&](double step) {
-        Material m = material;
+        Material m = block.material;
         for (double& v : m.layers[layer][q]) v *= std::exp(step);
         return fields(m, false);
       };
@@ -125,18 +133,13 @@ TEST(LightFields, DerivativesAreDifferences) {
 }
 
 TEST(TraceLight, HandsOverLampsRaysInLotsThatDoNotGrowWithTheirNumber) {
-  const KnownScene scene = BlockOverTile();
-  const LayeredBody body = BodyOf(scene);
-  const VolumeLattice lattice = LatticeOver(body, 0.3);
-  const Surroundings around(scene.capture, {}, {0});
-  const WalkScene walked(body, around.meshes);
-  const Material material = StatedMaterial(scene.capture);
-  const Media media = MediaOf(scene.capture, material, body);
-  const Studio studio = StudioOf(scene.capture, material, {0}, {}, {walked, media, around.things});
+  const BlockOverTile block;
+  const Media media = block.MediaWith(block.material);
+  const Studio studio = block.StudioWith(block.material, media, {});
   std::vector<double> steps;
   for (const int rays : {5000, 20000}) {
     size_t all = 0, largest = 0;
-    const LightRays back = TraceLight(studio, lattice, 0, {.rays = rays}, 1, 0, 1, [&](const LightRays& lot) {
+    const LightRays back = TraceLight(studio, block.lattice, 0, {.rays = rays}, 1, 0, 1, [&](const LightRays& lot) {
       all += lot.steps.size();
       largest = std::max(largest, lot.steps.size());
       for (const LightRay& ray : lot.rays) EXPECT_LT(ray.piece, 0);
