@@ -173,7 +173,7 @@ DataKnowledge KnowledgeByShader(const CastState& state, const FreeParameters& fr
   k.covariance = k.inflation * inverse;
   if (with_model_errors) k.covariance += inverse * ModelScatter(state, e, pixels) * inverse;
   k.unseen = v.rightCols(n - seen);
-  k.by_photographs = x - inverse * (jacobian.transpose() * e.robust);
+  k.by_photographs = x - inverse * (e.jacobian.transpose() * e.robust);
   return k;
 }
 
