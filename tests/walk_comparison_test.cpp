@@ -70,6 +70,40 @@ TEST(NoiseOfNeighbours, LeavesTheLevelOfPixelsWhoseOwnVarianceGoesWithTheirValue
   EXPECT_LT(error, 0.01);
 }
 
+TEST(NoiseOfNeighbours, LeavesTheLevelOfPixelsWhoseVarianceIsSmoothedOverThemAndTheirNeighbours) {
+  // Paths of which few find much light; variances averaged over 5 pixels, as a variance picture's are. Against the same
+  // pixels with variances that know nothing of them.
+  constexpr int kPaths = 256, kSide = 60, kReach = 5;
+  constexpr double kChance = 1.0 / 90.0;
+  Scene s = Square(kSide, 1);
+  std::fill(s.truth.begin(), s.truth.end(), glm::dvec3(1.0));
+  std::vector<double> variance;
+  for (size_t i = 0; i < s.truth.size(); ++i) {
+    double mean = 0, square = 0;
+    for (int path = 0; path < kPaths; ++path) {
+      if (Uniform(Key(4, i), 2 * path) > kChance) continue;
+      const double found = -std::log(1.0 - Uniform(Key(4, i), 2 * path + 1)) / kChance;
+      mean += found / kPaths;
+      square += found * found / kPaths;
+    }
+    s.pixels.values.emplace_back(mean);
+    variance.push_back((square - mean * mean) / (kPaths - 1.0));
+  }
+  for (int y = 0; y < kSide; ++y)
+    for (int x = 0; x < kSide; ++x) {
+      double sum = 0, count = 0;
+      for (int v = std::max(0, y - kReach); v <= std::min(kSide - 1, y + kReach); ++v)
+        for (int u = std::max(0, x - kReach); u <= std::min(kSide - 1, x + kReach); ++u) {
+          if (v == y && u == x) continue;
+          sum += variance[static_cast<size_t>(v * kSide + u)];
+          ++count;
+        }
+      s.pixels.stddev.emplace_back(std::sqrt(sum / count));
+    }
+  const double expected = Level(s, std::vector<glm::dvec3>(s.truth.size(), glm::dvec3(1.0))).first;
+  EXPECT_NEAR(Level(s, NoiseOfNeighbours(s.pixels, s.cast, s.truth)).first, expected, 0.003);
+}
+
 TEST(NoiseOfNeighbours, FollowsTheLightIntoAHighlight) {
   for (const int stride : {1, 7}) {
     Scene s = Square(40, stride);

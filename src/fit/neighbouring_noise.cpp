@@ -8,7 +8,7 @@ namespace crownfit {
 
 std::vector<glm::dvec3> NoiseOfNeighbours(const FitPixels& p, const PhotographCast& cast,
                                           const std::vector<glm::dvec3>& predicted) {
-  constexpr int kReach = 5, kFurthest = 80;  // pixels; further away where a fit takes but every n-th
+  constexpr int kSmoothed = 5, kFurthest = 80;  // pixels; further away where a fit takes but every n-th
   constexpr size_t kFewest = 8;
   constexpr double kDark = 1e-3;  // of the mean
   std::vector<glm::dvec3> brightness = p.scenery;
@@ -26,17 +26,23 @@ std::vector<glm::dvec3> NoiseOfNeighbours(const FitPixels& p, const PhotographCa
   std::vector<glm::dvec3> stddev = p.stddev;
   for (size_t i = 0; i < p.pixels.size(); ++i) {
     const PixelCast& here = cast.pixels[p.pixels[i]];
-    for (int reach = kReach; reach <= kFurthest; reach *= 2) {
-      glm::dvec3 sum(0.0);
+    // Of the ring around what it may have entered; on something smaller of all but the pixel.
+    const auto of_ring = [&](int gap, int reach) {
+      glm::dvec3 variance(0.0), light(0.0);
       size_t count = 0;
       for (int y = here.y - reach; y <= here.y + reach; ++y)
         for (auto near = fitted_at.lower_bound({y, here.x - reach});
-             near != fitted_at.end() && near->first.first == y && near->first.second <= here.x + reach; ++near)
-          if (const size_t j = near->second; j != i) sum += p.stddev[j] * p.stddev[j] / brightness[j], ++count;
-      if (count < kFewest) continue;
-      stddev[i] = glm::sqrt(sum / static_cast<double>(count) * brightness[i]);
-      break;
-    }
+             near != fitted_at.end() && near->first.first == y && near->first.second <= here.x + reach; ++near) {
+          const size_t j = near->second;
+          if (std::max(std::abs(y - here.y), std::abs(near->first.second - here.x)) <= gap) continue;
+          variance += p.stddev[j] * p.stddev[j], light += brightness[j], ++count;
+        }
+      if (count >= kFewest) stddev[i] = glm::sqrt(variance / light * brightness[i]);
+      return count >= kFewest;
+    };
+    bool is_found = false;
+    for (const int gap : {kSmoothed, 0})
+      for (int reach = 2 * kSmoothed; !is_found && reach <= kFurthest; reach *= 2) is_found = of_ring(gap, reach);
   }
   return stddev;
 }

@@ -14,7 +14,8 @@ namespace crownfit {
 /// What a pixel's own variance is stated to be goes up and down with what it happened to record, whether a camera's
 /// noise model or a renderer's samples state it. Weights made of it count bright accidents less than dark ones, and
 /// pull the mean down (Mighell 1999 of counted photons): by the square of the relative noise where it is shot noise, by
-/// twice that and more where a renderer's own samples state it.
+/// twice that and more where a renderer's own samples state it. Variance pictures may be smoothed over 5 pixels
+/// (`crownfit synthesize` does): neighbours nearer than that hold the pixel's own and are left out.
 std::vector<glm::dvec3> NoiseOfNeighbours(const FitPixels& p, const PhotographCast& cast,
                                           const std::vector<glm::dvec3>& predicted);
 
