@@ -357,6 +357,27 @@ TEST(Uncertainty, ANegativeBoundIsOneTooAndIntervalsReachDownAsLightIsLinear) {
   }
 }
 
+TEST(Uncertainty, WhatMayBeZeroIsIdentifiedThereByItsWidthAlone) {
+  const TemporaryFolder folder;
+  WriteSyntheticCapture(folder.path, {.pixels = 8, .size = 0.5});
+  Capture capture = ReadCapture(folder.path);
+  capture.layers[1][Quantity::kAsymmetry].fixed = false;
+  const FreeParameters free = FreeParametersOf(capture);
+  Eigen::VectorXd x = StartVector(free);
+  for (int k = 0; k < free.count(); ++k)
+    if (free.entries[k].quantity == Quantity::kAsymmetry) x[k] = 0.0;
+  for (const auto& [stddev, status] : {std::pair{0.01, Status::kFitted}, {0.2, Status::kNotIdentified}}) {
+    DataKnowledge known;
+    known.covariance = stddev * stddev * Eigen::MatrixXd::Identity(free.count(), free.count());
+    known.unseen = Eigen::MatrixXd(free.count(), 0);
+    known.by_photographs = x;
+    for (const FittedParameter& p : Quantify(capture, free, x, known, false).parameters)
+      if (p.quantity == Quantity::kAsymmetry && p.status != Status::kFixed) {
+        EXPECT_EQ(p.status, status) << p.name << " +- " << stddev;
+      }
+  }
+}
+
 TEST(CalibrationErrors, TheSquaresOfAPosesErrorsAreItsCovariance) {
   Capture capture;
   PhotographSpec photo;

@@ -245,7 +245,7 @@ Uncertainty Quantify(const Capture& capture, const FreeParameters& free, const E
       const Interval with_prior = interval(-kZ95 * posterior_sd, kZ95 * posterior_sd);
       const auto is_wide = [&](const Interval& i) {
         return log ? !(i.high <= kUnidentifiedFactor * i.low)
-                   : !(i.high - i.low <= std::log(kUnidentifiedFactor) * std::abs(value));
+                   : !(i.high - i.low <= std::log(kUnidentifiedFactor) * std::max(std::abs(value), row.prior_stddev));
       };
       // A prior narrow enough to hold the value makes it `prior`; one too wide to do so leaves it not identified.
       const bool seen = std::isfinite(data_sd), entry_prior = use_priors && data_sd > 0.5 * prior_sd;
