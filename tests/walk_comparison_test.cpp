@@ -104,13 +104,16 @@ TEST(NoiseOfNeighbours, LeavesTheLevelOfPixelsWhoseVarianceIsSmoothedOverThemAnd
   EXPECT_NEAR(Level(s, NoiseOfNeighbours(s.pixels, s.cast, s.truth)).first, expected, 0.003);
 }
 
-TEST(NoiseOfNeighbours, FollowsTheLightIntoAHighlight) {
-  for (const int stride : {1, 7}) {
-    Scene s = Square(40, stride);
-    for (const glm::dvec3& truth : s.truth) s.pixels.stddev.push_back(glm::sqrt(1e-4 * truth));  // shot noise
-    const auto found = NoiseOfNeighbours(s.pixels, s.cast, s.truth);
-    for (size_t i = 0; i < found.size(); ++i) EXPECT_NEAR(found[i].y / s.pixels.stddev[i].y, 1.0, 1e-9) << stride;
-  }
+TEST(NoiseOfNeighbours, FollowsTheLightIntoAHighlightByThePowerItGoesWith) {
+  for (const double power : {0.0, 1.0, 2.0})  // read noise, shot noise, a share of the light
+    for (const int stride : {1, 7}) {
+      Scene s = Square(40, stride);
+      for (const glm::dvec3& truth : s.truth)
+        s.pixels.stddev.push_back(0.01 * glm::pow(truth, glm::dvec3(0.5 * power)));
+      const auto found = NoiseOfNeighbours(s.pixels, s.cast, s.truth);
+      for (size_t i = 0; i < found.size(); ++i)
+        EXPECT_NEAR(found[i].y / s.pixels.stddev[i].y, 1.0, 1e-9) << power << " " << stride;
+    }
 }
 
 TEST(NoiseOfNeighbours, IsThePixelsOwnWhereItHasNone) {

@@ -5,6 +5,26 @@
 #include <map>
 
 namespace crownfit {
+namespace {
+
+/// By which power of the light variances go: 0 read noise, 1 shot noise, 2 a share of the light (and most renderers').
+/// Slope of their logarithms over all pixels; 1 where all are equally bright.
+glm::dvec3 PowerOfLight(const std::vector<glm::dvec3>& stddev, const std::vector<glm::dvec3>& brightness) {
+  glm::dvec3 power(1.0);
+  for (int c = 0; c < kChannels; ++c) {
+    double count = 0, x = 0, y = 0, xx = 0, xy = 0;
+    for (size_t i = 0; i < stddev.size(); ++i) {
+      if (!(stddev[i][c] > 0.0)) continue;
+      const double light = std::log(brightness[i][c]), variance = 2.0 * std::log(stddev[i][c]);
+      count += 1.0, x += light, y += variance, xx += light * light, xy += light * variance;
+    }
+    const double spread = xx - x * x / count;
+    if (spread > 1e-6 * count) power[c] = std::clamp((xy - x * y / count) / spread, 0.0, 2.0);
+  }
+  return power;
+}
+
+}  // namespace
 
 std::vector<glm::dvec3> NoiseOfNeighbours(const FitPixels& p, const PhotographCast& cast,
                                           const std::vector<glm::dvec3>& predicted) {
@@ -20,6 +40,8 @@ std::vector<glm::dvec3> NoiseOfNeighbours(const FitPixels& p, const PhotographCa
     floor += kDark / static_cast<double>(brightness.size()) * glm::abs(brightness[i]);
   }
   for (glm::dvec3& v : brightness) v = glm::max(v, floor);
+  const glm::dvec3 power = PowerOfLight(p.stddev, brightness);
+  for (glm::dvec3& v : brightness) v = glm::pow(v, power);  // what the variance goes with
   std::map<std::pair<int, int>, size_t> fitted_at;
   for (size_t i = 0; i < p.pixels.size(); ++i) fitted_at[{cast.pixels[p.pixels[i]].y, cast.pixels[p.pixels[i]].x}] = i;
 

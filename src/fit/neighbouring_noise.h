@@ -8,8 +8,9 @@
 
 namespace crownfit {
 
-/// Standard deviations of the fitted pixels' noise: their neighbours' variances in proportion to what is predicted of
-/// them and of the pixel (`predicted`, per pixel of the cast, without noise; any unit).
+/// Standard deviations of the fitted pixels' noise: their neighbours' variances, scaled by the power with which all go
+/// up with the light that is predicted of them and of the pixel (`predicted`, per pixel of the cast, without noise; any
+/// unit).
 ///
 /// What a pixel's own variance is stated to be goes up and down with what it happened to record, whether a camera's
 /// noise model or a renderer's samples state it. Weights made of it count bright accidents less than dark ones, and
