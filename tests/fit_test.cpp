@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <functional>
 
 #include "base/files.h"
 #include "base/random.h"
@@ -331,20 +332,39 @@ TEST_F(SelfConsistency, AnExposureKnownWithinAnErrorLiesBetweenAnExactAndAFreeOn
   EXPECT_NEAR(width(1e5, false), free, 1e-3 * free);
 }
 
+/// A small capture whose dentine's asymmetry is free too, and what is said of it.
+struct FreeAsymmetry {
+  FreeAsymmetry() {
+    const TemporaryFolder folder;
+    WriteSyntheticCapture(folder.path, {.pixels = 8, .size = 0.5});
+    capture = ReadCapture(folder.path);
+    capture.layers[1][Quantity::kAsymmetry].fixed = false;
+    free = FreeParametersOf(capture);
+  }
+  /// Start values, but for the asymmetry.
+  Eigen::VectorXd At(const std::function<double(const FreeEntry&)>& asymmetry) const {
+    Eigen::VectorXd x = StartVector(free);
+    for (int k = 0; k < free.count(); ++k)
+      if (free.entries[k].quantity == Quantity::kAsymmetry) x[k] = asymmetry(free.entries[k]);
+    return x;
+  }
+  /// Where photographs tell every entry, each for itself, to within `stddev`.
+  Uncertainty Told(const Eigen::VectorXd& x, double stddev) const {
+    DataKnowledge known;
+    known.covariance = stddev * stddev * Eigen::MatrixXd::Identity(free.count(), free.count());
+    known.unseen = Eigen::MatrixXd(free.count(), 0);
+    known.by_photographs = x;
+    return Quantify(capture, free, x, known, false);
+  }
+
+  Capture capture;
+  FreeParameters free;
+};
+
 TEST(Uncertainty, ANegativeBoundIsOneTooAndIntervalsReachDownAsLightIsLinear) {
-  const TemporaryFolder folder;
-  WriteSyntheticCapture(folder.path, {.pixels = 8, .size = 0.5});
-  Capture capture = ReadCapture(folder.path);
-  capture.layers[1][Quantity::kAsymmetry].fixed = false;
-  const FreeParameters free = FreeParametersOf(capture);
-  Eigen::VectorXd x = StartVector(free);
-  for (int k = 0; k < free.count(); ++k)
-    if (free.entries[k].quantity == Quantity::kAsymmetry) x[k] = free.entries[k].low;
-  DataKnowledge known;
-  known.covariance = 0.04 * Eigen::MatrixXd::Identity(free.count(), free.count());
-  known.unseen = Eigen::MatrixXd(free.count(), 0);
-  known.by_photographs = x;
-  for (const FittedParameter& p : Quantify(capture, free, x, known, false).parameters) {
+  const FreeAsymmetry c;
+  const Eigen::VectorXd x = c.At([](const FreeEntry& e) { return e.low; });
+  for (const FittedParameter& p : c.Told(x, 0.2).parameters) {
     if (p.status == Status::kFixed) continue;
     if (p.quantity == Quantity::kAsymmetry) {
       EXPECT_LT(p.value[0], 0.0);
@@ -358,24 +378,13 @@ TEST(Uncertainty, ANegativeBoundIsOneTooAndIntervalsReachDownAsLightIsLinear) {
 }
 
 TEST(Uncertainty, WhatMayBeZeroIsIdentifiedThereByItsWidthAlone) {
-  const TemporaryFolder folder;
-  WriteSyntheticCapture(folder.path, {.pixels = 8, .size = 0.5});
-  Capture capture = ReadCapture(folder.path);
-  capture.layers[1][Quantity::kAsymmetry].fixed = false;
-  const FreeParameters free = FreeParametersOf(capture);
-  Eigen::VectorXd x = StartVector(free);
-  for (int k = 0; k < free.count(); ++k)
-    if (free.entries[k].quantity == Quantity::kAsymmetry) x[k] = 0.0;
-  for (const auto& [stddev, status] : {std::pair{0.01, Status::kFitted}, {0.2, Status::kNotIdentified}}) {
-    DataKnowledge known;
-    known.covariance = stddev * stddev * Eigen::MatrixXd::Identity(free.count(), free.count());
-    known.unseen = Eigen::MatrixXd(free.count(), 0);
-    known.by_photographs = x;
-    for (const FittedParameter& p : Quantify(capture, free, x, known, false).parameters)
+  const FreeAsymmetry c;
+  const Eigen::VectorXd x = c.At([](const FreeEntry&) { return 0.0; });
+  for (const auto& [stddev, status] : {std::pair{0.01, Status::kFitted}, {0.2, Status::kNotIdentified}})
+    for (const FittedParameter& p : c.Told(x, stddev).parameters)
       if (p.quantity == Quantity::kAsymmetry && p.status != Status::kFixed) {
         EXPECT_EQ(p.status, status) << p.name << " +- " << stddev;
       }
-  }
 }
 
 TEST(CalibrationErrors, TheSquaresOfAPosesErrorsAreItsCovariance) {
