@@ -117,7 +117,7 @@ class WalkFit {
       return std::any_of(found.begin(), found.end(),
                          [&](const auto& f) { return std::abs(f.second[roughness] - here[roughness]) < same_valley; });
     };
-    PatchMisfit left{HUGE_VAL, 1.0, 1.0};
+    PatchMisfit left{HUGE_VAL, 1.0, 1.0, 0.0};
     const auto search = [&] {
       for (const bool to_their_end : {false, true}) {
         if (to_their_end && last_ == WalkGatherer::Walks::kHandedOver) continue;
@@ -151,7 +151,7 @@ class WalkFit {
     });
     constexpr double kAsGood = 3.0;  // standard deviations
     for (const auto& [misfit, there] : found)
-      if (there != where && misfit.of_patches - best.of_patches < kAsGood * best.StddevOfDifference()) {
+      if (there != where && misfit.of_patches - best.of_patches < kAsGood * best.StddevOfDifference(misfit)) {
         runs_.AddRival((there - where).head(unknowns_.material()));
         at_.rival_roughness.push_back(std::exp(there[roughness]));
       }
@@ -170,13 +170,13 @@ class WalkFit {
     for (int i = 0; i < kMostSteps && !was_found(unknowns_.Here()); ++i) {
       stage_ = "walking, step " + std::to_string(at_.steps.size() + 1);
       GatheredWalks g = gatherer_.Gather(paths, slope_paths, stage_);
-      if (g.block_chi2 > kWorse * best && slope_paths < Paths()) {
+      if (g.left.of_patches > kWorse * best && slope_paths < Paths()) {
         slope_paths *= 2.0;
         unknowns_.GoTo(best_at);
         g = gatherer_.Gather(paths, slope_paths, stage_);
       }
-      best = g.block_chi2;
-      left = {g.block_chi2, g.share_of_walks, g.block_values};
+      best = g.left.of_patches;
+      left = g.left;
       best_at = unknowns_.Here();
       WalkedStep::Solution s;
       const Eigen::VectorXd whole =
@@ -210,7 +210,7 @@ class WalkFit {
                   data.slope_covariance.topLeftCorner(n, n),
                   of_model.topLeftCorner(n, n),
                   g.chi2,
-                  {g.block_chi2, g.share_of_walks, g.block_values},
+                  g.left,
                   std::move(g.values),
                   IsOnItsWay(whole, made, s.covariance),
                   data.seen};
@@ -234,7 +234,7 @@ class WalkFit {
   void Record(const std::string& stage, double paths, const GatheredWalks& g, const Eigen::VectorXd& step,
               const WalkedStep::Solution& s) {
     const int n = unknowns_.material();
-    at_.steps.push_back({stage, paths, g.chi2, g.block_chi2, at_.x, step.head(n),
+    at_.steps.push_back({stage, paths, g.chi2, g.left.of_patches, at_.x, step.head(n),
                          s.covariance.diagonal().head(n).cwiseSqrt(),
                          s.walk_covariance.diagonal().head(n).cwiseSqrt()});
   }

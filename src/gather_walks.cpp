@@ -10,7 +10,6 @@
 #include "base/parallel.h"
 #include "fit/flat_residuals.h"
 #include "fit/neighbouring_noise.h"
-#include "fit/walk_comparison.h"
 #include "fit_by_walks.h"
 #include "fit_pixels.h"
 #include "forward/predict.h"
@@ -253,8 +252,7 @@ GatheredWalks WalkGatherer::Gather(double paths, double slope_paths, const std::
           std::accumulate(by_level.begin(), by_level.end(), Eigen::MatrixXd(0.0 * by_level[0]));
       model_scatter += std::pow(error.channel, 2) * levels * levels.transpose() +
                        std::pow(error.photograph, 2) * levels.rowwise().sum() * levels.rowwise().sum().transpose();
-      total.chi2 += c.chi2, total.block_chi2 += c.block_chi2, total.share_of_walks += c.share_of_walks;
-      total.values += c.values, total.block_values += c.block_values;
+      total.AddSums(c);
     }
   }
   const FlatResiduals flat(problem_.capture, problem_.free, problem_.options.threads);
@@ -263,9 +261,8 @@ GatheredWalks WalkGatherer::Gather(double paths, double slope_paths, const std::
     step->AddExact(-e.residuals, e.jacobian);
   }
   ++at_.iterations;
-  const double count = static_cast<double>(total.values), patches = static_cast<double>(total.block_values);
-  return {std::move(*step), total.chi2 / count, total.block_chi2 / patches, total.share_of_walks / count,
-          patches,          std::move(values),  std::move(model_scatter)};
+  return {std::move(*step), total.chi2 / static_cast<double>(total.values), total.Left(), std::move(values),
+          std::move(model_scatter)};
 }
 
 double WalkGatherer::Misfit(double paths, const std::string& stage) {

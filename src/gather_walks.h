@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "fit/walk_comparison.h"
 #include "fit/walked_step.h"
 #include "path_derivatives.h"
 #include "walk_unknowns.h"
@@ -20,9 +21,8 @@ void MoveInput(const FitProblem& problem, const FitState& at, CrownInput& input)
 /// What walks say of the point where they were made.
 struct GatheredWalks {
   WalkedStep step;
-  double chi2, block_chi2;                      ///< over the number of values, of patches' values
-  double share_of_walks;                        ///< in the variances of what is left
-  double block_values;                          ///< how many
+  double chi2;  ///< of pixels, over their number
+  PatchMisfit left;
   std::vector<std::vector<glm::dvec3>> values;  ///< per photograph of the fit and sharp pixel
   /// J' C J of what the model is off by in common over photographs, whitened; of the material's entries and nuisances.
   Eigen::MatrixXd model_scatter;

@@ -7,16 +7,6 @@
 
 namespace crownfit {
 
-double PatchMisfit::StddevOfDifference() const {
-  const double common = 1.0 - share_of_walks;
-  return 2.0 * std::sqrt((1.0 - common * common) / patches);
-}
-
-double PatchMisfit::AsSeenByWalks(double of_photographs) const {
-  constexpr double kClear = 0.3;
-  return share_of_walks * (1.0 + kClear) + (1.0 - share_of_walks) * of_photographs;
-}
-
 void LongRuns::Add(RunEstimate run) {
   constexpr size_t kSeveral = 3;
   const bool leads_on = run.is_on_its_way || (!runs_.empty() && runs_.back().is_on_its_way);

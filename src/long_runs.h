@@ -4,18 +4,10 @@
 
 #include <vector>
 
+#include "fit/walk_comparison.h"
 #include "walk_unknowns.h"
 
 namespace crownfit {
-
-/// What is left in patches, over its noise.
-struct PatchMisfit {
-  double of_patches, share_of_walks, patches;  ///< of the walks in that noise; how many values
-  /// Of the difference between two of the same photographs, each by walks of its own, where both are right.
-  double StddevOfDifference() const;
-  /// What pictures without noise leave, over the photographs' own, in these units; and what may be told from it.
-  double AsSeenByWalks(double of_photographs) const;
-};
 
 /// Where one run ended, and what it knows.
 struct RunEstimate {

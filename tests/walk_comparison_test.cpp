@@ -1,8 +1,11 @@
-// What a fit by walks takes a photograph's noise to be.
+// What a fit by walks takes noise to be: of a photograph's pixels, and of what is left of its patches.
+
+#include "fit/walk_comparison.h"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <memory>
 #include <numeric>
 
 #include "base/random.h"
@@ -120,6 +123,65 @@ TEST(NoiseOfNeighbours, IsThePixelsOwnWhereItHasNone) {
   Scene s = Square(2, 1);
   s.pixels.stddev = {glm::dvec3(0.1), glm::dvec3(0.2), glm::dvec3(0.3), glm::dvec3(0.4)};
   EXPECT_EQ(NoiseOfNeighbours(s.pixels, s.cast, s.truth), s.pixels.stddev);
+}
+
+/// The scene as a few paths a pixel show it, grey but for a little: most find nothing, a few much.
+PathPhotograph Walked(const Scene& s, int side, uint64_t draw) {
+  constexpr int kPaths = 16;
+  constexpr double kChance = 0.1, kOfOneChannel = 0.1;
+  PathPhotograph walked;
+  walked.width = walked.height = side;
+  walked.groups = kPaths;
+  auto ranks = std::make_shared<std::vector<uint32_t>>();
+  for (size_t i = 0; i < s.truth.size(); ++i) {
+    PixelEstimate& pixel = walked.pixels.emplace_back();
+    pixel.on_object = true;
+    glm::dvec3 square(0.0);
+    for (int path = 0; path < kPaths; ++path) {
+      RandomStream random(Key(draw, i, path));
+      glm::dvec3 found(random.Next() < kChance ? -std::log(1.0 - random.Next()) / kChance : 0.0);
+      for (int c = 0; c < kChannels; ++c) found[c] = s.truth[i][c] * (found[c] + kOfOneChannel * (random.Next() - 0.5));
+      walked.group_values.emplace_back(found);
+      pixel.mean += found / static_cast<double>(kPaths);
+      square += found * found / static_cast<double>(kPaths);
+    }
+    const glm::dvec3 variance = (square - pixel.mean * pixel.mean) / (kPaths - 1.0);
+    pixel.covariance = {variance.x, 0, 0, variance.y, 0, variance.z};
+    walked.rendered.push_back(i);
+    ranks->push_back(static_cast<uint32_t>(i));
+  }
+  walked.ranks = ranks;
+  return walked;
+}
+
+TEST(PatchMisfit, ScattersAsStatedWherePhotographsShareWalks) {
+  constexpr int kSide = 48, kDraws = 60;
+  for (const double noise : {0.2, 1.0}) {  // of the light; walks' is 1.1
+    Scene s = Square(kSide, 1);
+    std::vector<FitPixels> photographs(3, s.pixels);
+    for (size_t k = 0; k < photographs.size(); ++k)
+      for (size_t i = 0; i < s.truth.size(); ++i) {
+        RandomStream random(Key(5, k, i));
+        const double off = std::sqrt(12.0) * noise * (random.Next() - 0.5);
+        photographs[k].values.push_back(s.truth[i] * (1.0 + off));
+        photographs[k].stddev.push_back(noise * s.truth[i]);
+      }
+    double mean = 0, square = 0, stated = 0;
+    for (int draw = 0; draw < kDraws; ++draw) {
+      const PathPhotograph walked = Walked(s, kSide, static_cast<uint64_t>(draw));
+      WalkComparison total;
+      for (const FitPixels& p : photographs) total.AddSums(CompareWithWalks(p, s.cast, walked, 1.0));
+      const PatchMisfit left = total.Left();
+      mean += left.of_patches / kDraws;
+      square += left.of_patches * left.of_patches / kDraws;
+      stated += left.stddev / kDraws;
+    }
+    const double scatter = std::sqrt((square - mean * mean) * kDraws / (kDraws - 1.0));
+    EXPECT_NEAR(mean, 1.0, 0.3) << noise;
+    // Leaving groups out counts the squares of the walks' own noise twice: up to root 2 too much, never too little.
+    EXPECT_GT(stated / scatter, 0.8) << noise;
+    EXPECT_LT(stated / scatter, 1.8) << noise;
+  }
 }
 
 }  // namespace

@@ -48,6 +48,21 @@ Patches PatchesOf(const FitPixels& p, const PhotographCast& cast) {
   return patches;
 }
 
+/// `sum`: whitened, of the patch's residuals.
+void AddWithoutGroups(const std::vector<size_t>& members, const std::vector<Eigen::Vector3d>& stddev,
+                      const Eigen::LLT<Eigen::Matrix3d>& root, const Eigen::Vector3d& sum, WalkComparison& c) {
+  const Eigen::Index groups = c.off_by_group[members[0]].cols();
+  if (groups < 2) return;
+  Eigen::Matrix<double, kChannels, Eigen::Dynamic> off(kChannels, groups);
+  off.setZero();
+  for (const size_t i : members) off += stddev[i].cwiseInverse().asDiagonal() * c.off_by_group[i];
+  off /= std::sqrt(static_cast<double>(members.size())) * static_cast<double>(groups - 1);
+  root.matrixL().solveInPlace(off);
+  c.block_chi2_without.resize(static_cast<size_t>(groups), 0.0);
+  for (Eigen::Index g = 0; g < groups; ++g)
+    c.block_chi2_without[static_cast<size_t>(g)] += (sum + off.col(g)).squaredNorm();
+}
+
 void WeighPatches(const Patches& patches, const std::vector<Eigen::Vector3d>& stddev, const Eigen::Matrix3d& noise,
                   WalkComparison& c) {
   constexpr double kWidth = 3.0, kUsualLargest = 1.0, kClip = 4.0;
@@ -64,10 +79,12 @@ void WeighPatches(const Patches& patches, const std::vector<Eigen::Vector3d>& st
     sum /= std::sqrt(static_cast<double>(members.size()));
     root.matrixL().solveInPlace(sum);
     c.block_chi2 += sum.squaredNorm();
+    AddWithoutGroups(members, stddev, root, sum, c);
     largest.push_back(sum.cwiseAbs().maxCoeff());
   }
   const double of_noise = root.solve(noise).trace() / kChannels;  // what noise alone makes of a square
   c.chi2 /= of_noise, c.block_chi2 /= of_noise;
+  for (double& without : c.block_chi2_without) without /= of_noise;
   c.values = kChannels * stddev.size();
   c.block_values = kChannels * patches.size();
   std::vector<double> sorted = largest;
@@ -82,6 +99,29 @@ void WeighPatches(const Patches& patches, const std::vector<Eigen::Vector3d>& st
 }
 
 }  // namespace
+
+double PatchMisfit::StddevOfDifference(const PatchMisfit& other) const { return std::hypot(stddev, other.stddev); }
+
+double PatchMisfit::AsSeenByWalks(double of_photographs) const {
+  constexpr double kClear = 0.3;
+  return share_of_walks * (1.0 + kClear) + (1.0 - share_of_walks) * of_photographs;
+}
+
+void WalkComparison::AddSums(const WalkComparison& other) {
+  chi2 += other.chi2, block_chi2 += other.block_chi2, share_of_walks += other.share_of_walks;
+  values += other.values, block_values += other.block_values;
+  block_chi2_without.resize(other.block_chi2_without.size(), 0.0);
+  for (size_t g = 0; g < block_chi2_without.size(); ++g) block_chi2_without[g] += other.block_chi2_without[g];
+}
+
+PatchMisfit WalkComparison::Left() const {
+  const auto patches = static_cast<double>(block_values), groups = static_cast<double>(block_chi2_without.size());
+  double mean = 0, scatter = 0;
+  for (const double without : block_chi2_without) mean += without / groups;
+  for (const double without : block_chi2_without) scatter += std::pow(without - mean, 2);
+  return {block_chi2 / patches, share_of_walks / static_cast<double>(values), patches,
+          groups > 1.0 ? std::sqrt((groups - 1.0) / groups * scatter) / patches : 0.0};
+}
 
 std::vector<size_t> PlacesOf(const FitPixels& p, const PhotographCast& cast, int width) {
   std::vector<size_t> places;

@@ -10,6 +10,16 @@
 
 namespace crownfit {
 
+/// What is left in patches, over its noise.
+struct PatchMisfit {
+  double of_patches, share_of_walks, patches;  ///< of the walks in that noise; how many values
+  double stddev;                               ///< of `of_patches`, as other walks would scatter it (jackknife)
+  /// Of the difference between two of the same photographs, each by walks of its own.
+  double StddevOfDifference(const PatchMisfit& other) const;
+  /// What pictures without noise leave, over the photographs' own, in these units; and what may be told from it.
+  double AsSeenByWalks(double of_photographs) const;
+};
+
 struct WalkComparison {
   std::vector<Eigen::Vector3d> residual;  ///< observed less predicted, per fitted pixel
   /// Of the residual, and the share of it that the prediction's walks make.
@@ -22,6 +32,11 @@ struct WalkComparison {
   double chi2 = 0, block_chi2 = 0;  ///< sums of squares of pixels (clipped at 4), of patches, over noise's own
   double share_of_walks = 0;        ///< in the variances of the residuals; sum over values
   size_t values = 0, block_values = 0;
+  std::vector<double> block_chi2_without;  ///< every group of the prediction's paths, where it keeps groups
+
+  /// Several photographs' sums; those that share walks have the same groups.
+  void AddSums(const WalkComparison& other);
+  PatchMisfit Left() const;
 };
 
 /// Index into the picture of every sharp pixel (FitPixels::sources).
