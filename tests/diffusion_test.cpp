@@ -42,9 +42,10 @@ TEST(VolumeLattice, SolvesABallWithALeakingSurface) {
     const VolumeLattice lattice = LatticeOver(body, element);
     const std::vector<double> conduction{kConduction}, sink{0.0}, leak(lattice.pieces().size(), kLeak);
     const LatticeSolver solver(lattice.nodes(), lattice.Matrix(conduction, sink, leak, 0));
-    std::vector<double> b, psi;
-    for (int i = 0; i < lattice.nodes().count(); ++i) b.push_back(lattice.volume_mm3(i));
-    solver.Solve(b, psi, 1e-10);
+    std::vector<std::vector<double>> b(1), solved(1);
+    for (int i = 0; i < lattice.nodes().count(); ++i) b[0].push_back(lattice.volume_mm3(i));
+    solver.Solve(b, solved, 1e-10);
+    const std::vector<double>& psi = solved[0];
     for (const double r : {0.0, 1.0, 1.9}) {
       const LatticeStencil s = lattice.StencilOf(*lattice.PlaceOf(r * glm::normalize(glm::dvec3(1, 2, 3))));
       double there = 0;
@@ -62,11 +63,29 @@ TEST(LatticeSolver, NeedsNoMoreIterationsOnFinerLattices) {
     const VolumeLattice lattice = LatticeOver(body, element);
     const std::vector<double> conduction{0.42, 0.38}, sink{0.08, 0.24}, leak(lattice.pieces().size(), 0.27);
     const LatticeSolver solver(lattice.nodes(), lattice.Matrix(conduction, sink, leak, 0));
-    std::vector<double> b(lattice.nodes().count(), 0.0), psi;
+    std::vector<std::vector<double>> b(1, std::vector<double>(lattice.nodes().count(), 0.0)), psi(1);
     for (const BoundaryPiece& piece : lattice.pieces())
       if (piece.normal.z > 0)
-        for (int k = 0; k < 8; ++k) b[piece.stencil.node[k]] += piece.area_mm2 * piece.stencil.weight[k];
+        for (int k = 0; k < 8; ++k) b[0][piece.stencil.node[k]] += piece.area_mm2 * piece.stencil.weight[k];
     EXPECT_LE(solver.Solve(b, psi, 1e-6), 10) << element;
+  }
+}
+
+TEST(LatticeSolver, SolvesSeveralAtOnceAsOneByOne) {
+  const LayeredBody body({Sphere(2.0, 32)}, 0);
+  const VolumeLattice lattice = LatticeOver(body, 0.2);
+  const std::vector<double> conduction{0.3}, sink{0.1}, leak(lattice.pieces().size(), 0.2);
+  const LatticeSolver solver(lattice.nodes(), lattice.Matrix(conduction, sink, leak, 0));
+  std::vector<std::vector<double>> b(7);  // four, two and one together; one of them without any light
+  for (size_t k = 0; k < b.size(); ++k)
+    for (int i = 0; i < lattice.nodes().count(); ++i)
+      b[k].push_back(k == 2 ? 0.0 : lattice.volume_mm3(i) * std::cos(0.01 * static_cast<double>(k) * i));
+  std::vector<std::vector<double>> together(b.size());
+  solver.Solve(b, together, 1e-10);
+  for (size_t k = 0; k < b.size(); ++k) {
+    std::vector<std::vector<double>> alone(1);
+    solver.Solve(std::span(b).subspan(k, 1), alone, 1e-10);
+    for (size_t i = 0; i < alone[0].size(); ++i) ASSERT_NEAR(together[k][i], alone[0][i], 1e-8) << k;
   }
 }
 

@@ -1,7 +1,6 @@
 #include "diffusion/lattice_matrix.h"
 
-#include <cmath>
-#include <numeric>
+#include <algorithm>
 
 #include "base/linear_algebra.h"
 
@@ -10,8 +9,35 @@ namespace {
 
 constexpr int kFewNodes = 400;  // of the coarsest lattice, solved at once
 
-double Dot(std::span<const double> a, std::span<const double> b) {
-  return std::inner_product(a.begin(), a.end(), b.begin(), 0.0);
+/// What several right-hand sides have at one node; and at all of them.
+template <size_t N>
+using Values = std::array<double, N>;
+template <size_t N>
+using Columns = std::vector<Values<N>>;
+
+template <size_t N>
+Values<N> Dot(const Columns<N>& a, const Columns<N>& b) {
+  Values<N> sum{};
+  for (size_t i = 0; i < a.size(); ++i)
+    for (size_t k = 0; k < N; ++k) sum[k] += a[i][k] * b[i][k];
+  return sum;
+}
+
+/// What a row of a matrix makes of its neighbours.
+template <size_t N>
+Values<N> RowTimes(const double* row, const int* beside, const Values<N>* x) {
+  Values<N> sum{};
+  for (int k = 0; k < LatticeNodes::kBeside; ++k) {
+    const Values<N>& there = x[beside[k]];
+    for (size_t n = 0; n < N; ++n) sum[n] += row[k] * there[n];
+  }
+  return sum;
+}
+
+template <size_t N>
+void MultiplyColumns(const LatticeNodes& nodes, const LatticeMatrix& m, const Values<N>* x, Values<N>* y) {
+  for (size_t i = 0; i < nodes.place.size(); ++i)
+    y[i] = RowTimes<N>(&m[i * LatticeNodes::kBeside], &nodes.beside[i * LatticeNodes::kBeside], x);
 }
 
 /// The coarse nodes of which a fine one is a mean, and their weights.
@@ -66,13 +92,9 @@ LatticeNodes::LatticeNodes(const glm::ivec3& lattice, std::vector<uint8_t> is_us
 }
 
 void Multiply(const LatticeNodes& nodes, const LatticeMatrix& m, std::span<const double> x, std::span<double> y) {
-  const int n = nodes.count();
-  for (int i = 0; i < n; ++i) {
-    const int* beside = &nodes.beside[static_cast<size_t>(i) * LatticeNodes::kBeside];
-    const double* row = &m[static_cast<size_t>(i) * LatticeNodes::kBeside];
-    double sum = 0;
-    for (int k = 0; k < LatticeNodes::kBeside; ++k) sum += row[k] * x[beside[k]];
-    y[i] = sum;
+  for (size_t at = 0, i = 0; i < nodes.place.size(); ++i) {
+    y[i] = 0;
+    for (int k = 0; k < LatticeNodes::kBeside; ++k, ++at) y[i] += m[at] * x[nodes.beside[at]];
   }
 }
 
@@ -82,16 +104,45 @@ struct LatticeSolver::Level {
   LatticeMatrix matrix;
   std::vector<Parents> parents;  ///< per node, in the next level; empty in the last
   Eigen::MatrixXd inverse;       ///< of the last
-  void Sweep(const std::vector<double>& b, std::vector<double>& x, bool forward) const {
-    const int n = nodes->count();
-    for (int step = 0; step < n; ++step) {
-      const int i = forward ? step : n - 1 - step;
-      const int* beside = &nodes->beside[static_cast<size_t>(i) * LatticeNodes::kBeside];
-      const double* row = &matrix[static_cast<size_t>(i) * LatticeNodes::kBeside];
-      double rest = b[i];
-      for (int k = 0; k < LatticeNodes::kBeside; ++k) rest -= row[k] * x[beside[k]];
-      x[i] += rest / row[LatticeNodes::kSelf];
+
+  template <size_t N>
+  void Sweep(const Columns<N>& b, Columns<N>& x, bool forward) const {
+    const size_t n = nodes->place.size();
+    for (size_t step = 0; step < n; ++step) {
+      const size_t i = forward ? step : n - 1 - step, first = i * LatticeNodes::kBeside;
+      const Values<N> there = RowTimes<N>(&matrix[first], &nodes->beside[first], x.data());
+      for (size_t k = 0; k < N; ++k) x[i][k] += (b[i][k] - there[k]) / matrix[first + LatticeNodes::kSelf];
     }
+  }
+
+  /// x = about the inverse times b, by this level and those after it.
+  template <size_t N>
+  static void Cycle(std::span<const Level> levels, const Columns<N>& b, Columns<N>& x) {
+    const Level& level = levels[0];
+    const size_t n = level.nodes->place.size();
+    x.assign(n, Values<N>{});
+    if (levels.size() == 1) {
+      using Rows =
+          Eigen::Matrix<double, Eigen::Dynamic, static_cast<int>(N), N == 1 ? Eigen::ColMajor : Eigen::RowMajor>;
+      const auto rows = static_cast<Eigen::Index>(n);
+      Eigen::Map<Rows>(x[0].data(), rows, N) = level.inverse * Eigen::Map<const Rows>(b[0].data(), rows, N);
+      return;
+    }
+    level.Sweep(b, x, true);
+    Columns<N> left(n), coarse(levels[1].nodes->place.size(), Values<N>{}), correction;
+    MultiplyColumns<N>(*level.nodes, level.matrix, x.data(), left.data());
+    for (size_t i = 0; i < n; ++i) {
+      const Parents& p = level.parents[i];
+      for (int a = 0; a < p.count; ++a)
+        for (size_t k = 0; k < N; ++k) coarse[p.node[a]][k] += p.weight[a] * (b[i][k] - left[i][k]);
+    }
+    Cycle(levels.subspan(1), coarse, correction);
+    for (size_t i = 0; i < n; ++i) {
+      const Parents& p = level.parents[i];
+      for (int a = 0; a < p.count; ++a)
+        for (size_t k = 0; k < N; ++k) x[i][k] += p.weight[a] * correction[p.node[a]][k];
+    }
+    level.Sweep(b, x, false);
   }
 };
 
@@ -134,53 +185,57 @@ LatticeSolver::LatticeSolver(const LatticeNodes& nodes, LatticeMatrix matrix) {
 LatticeSolver::~LatticeSolver() = default;
 LatticeSolver::LatticeSolver(LatticeSolver&&) noexcept = default;
 
-void LatticeSolver::Cycle(size_t l, const std::vector<double>& b, std::vector<double>& x) const {
-  const Level& level = levels_[l];
-  const int n = level.nodes->count();
-  x.assign(n, 0.0);
-  if (l + 1 == levels_.size()) {
-    Eigen::Map<Eigen::VectorXd>(x.data(), n) = level.inverse * Eigen::Map<const Eigen::VectorXd>(b.data(), n);
-    return;
-  }
-  level.Sweep(b, x, true);
-  std::vector<double> left(n), coarse(levels_[l + 1].nodes->count(), 0.0), correction;
-  Multiply(*level.nodes, level.matrix, x, left);
-  for (int i = 0; i < n; ++i) {
-    const Parents& p = level.parents[i];
-    for (int k = 0; k < p.count; ++k) coarse[p.node[k]] += p.weight[k] * (b[i] - left[i]);
-  }
-  Cycle(l + 1, coarse, correction);
-  for (int i = 0; i < n; ++i) {
-    const Parents& p = level.parents[i];
-    for (int k = 0; k < p.count; ++k) x[i] += p.weight[k] * correction[p.node[k]];
-  }
-  level.Sweep(b, x, false);
-}
-
-int LatticeSolver::Solve(std::span<const double> b, std::vector<double>& x, double tolerance) const {
+template <size_t N>
+int LatticeSolver::SolveTogether(std::span<const std::vector<double>> b, std::span<std::vector<double>> x,
+                                 double tolerance) const {
   constexpr int kMost = 100;
   const Level& finest = levels_[0];
-  const size_t n = static_cast<size_t>(finest.nodes->count());
-  x.resize(n, 0.0);
-  std::vector<double> left(n), direction, product(n), conditioned;
-  Multiply(*finest.nodes, finest.matrix, x, left);
-  for (size_t i = 0; i < n; ++i) left[i] = b[i] - left[i];
-  const double enough = tolerance * std::sqrt(Dot(b, b));
-  double along = 0;
-  for (int iteration = 0; iteration < kMost; ++iteration) {
-    if (std::sqrt(Dot(left, left)) <= enough) return iteration;
-    Cycle(0, left, conditioned);
-    const double now = Dot(left, conditioned);
-    if (iteration == 0)
-      direction = conditioned;
-    else
-      for (size_t i = 0; i < n; ++i) direction[i] = conditioned[i] + now / along * direction[i];
-    along = now;
-    Multiply(*finest.nodes, finest.matrix, direction, product);
-    const double step = along / Dot(direction, product);
-    for (size_t i = 0; i < n; ++i) x[i] += step * direction[i], left[i] -= step * product[i];
+  const size_t n = finest.nodes->place.size();
+  Columns<N> at(n), left(n), direction(n, Values<N>{}), product(n), conditioned;
+  Values<N> size{}, along{};
+  for (size_t k = 0; k < N; ++k) {
+    x[k].resize(n, 0.0);
+    for (size_t i = 0; i < n; ++i) at[i][k] = x[k][i], size[k] += b[k][i] * b[k][i];
   }
-  return kMost;
+  MultiplyColumns<N>(*finest.nodes, finest.matrix, at.data(), left.data());
+  for (size_t k = 0; k < N; ++k)
+    for (size_t i = 0; i < n; ++i) left[i][k] = b[k][i] - left[i][k];
+  int iteration = 0;
+  for (; iteration < kMost; ++iteration) {
+    const Values<N> rest = Dot<N>(left, left);
+    bool is_enough = true;
+    for (size_t k = 0; k < N; ++k) is_enough = is_enough && rest[k] <= tolerance * tolerance * size[k];
+    if (is_enough) break;
+    Level::Cycle<N>(levels_, left, conditioned);
+    const Values<N> now = Dot<N>(left, conditioned);
+    Values<N> turn{}, step{};
+    for (size_t k = 0; k < N; ++k) turn[k] = along[k] > 0 ? now[k] / along[k] : 0.0;
+    for (size_t i = 0; i < n; ++i)
+      for (size_t k = 0; k < N; ++k) direction[i][k] = conditioned[i][k] + turn[k] * direction[i][k];
+    along = now;
+    MultiplyColumns<N>(*finest.nodes, finest.matrix, direction.data(), product.data());
+    const Values<N> curve = Dot<N>(direction, product);
+    for (size_t k = 0; k < N; ++k) step[k] = curve[k] > 0 ? along[k] / curve[k] : 0.0;
+    for (size_t i = 0; i < n; ++i)
+      for (size_t k = 0; k < N; ++k) at[i][k] += step[k] * direction[i][k], left[i][k] -= step[k] * product[i][k];
+  }
+  for (size_t k = 0; k < N; ++k)
+    for (size_t i = 0; i < n; ++i) x[k][i] = at[i][k];
+  return iteration;
+}
+
+int LatticeSolver::Solve(std::span<const std::vector<double>> b, std::span<std::vector<double>> x,
+                         double tolerance) const {
+  int iterations = 0;
+  for (size_t first = 0, n = 0; first < b.size(); first += n) {
+    n = b.size() - first >= 4 ? 4 : b.size() - first >= 2 ? 2 : 1;
+    const auto of_b = b.subspan(first, n);
+    const auto of_x = x.subspan(first, n);
+    iterations = std::max(iterations, n == 4   ? SolveTogether<4>(of_b, of_x, tolerance)
+                                      : n == 2 ? SolveTogether<2>(of_b, of_x, tolerance)
+                                               : SolveTogether<1>(of_b, of_x, tolerance));
+  }
+  return iterations;
 }
 
 }  // namespace crownfit

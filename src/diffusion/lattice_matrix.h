@@ -45,12 +45,14 @@ class LatticeSolver {
   ~LatticeSolver();
   LatticeSolver(LatticeSolver&&) noexcept;
 
-  /// x, begun from what it holds, until the residual is `tolerance` times b. Returns the number of iterations.
-  int Solve(std::span<const double> b, std::vector<double>& x, double tolerance) const;
+  /// x of every b, begun from what it holds, until each residual is `tolerance` times its b. Returns the number of
+  /// iterations. Several at once take little longer than one: the matrix is read once for all.
+  int Solve(std::span<const std::vector<double>> b, std::span<std::vector<double>> x, double tolerance) const;
 
  private:
   struct Level;
-  void Cycle(size_t level, const std::vector<double>& b, std::vector<double>& x) const;
+  template <size_t N>
+  int SolveTogether(std::span<const std::vector<double>> b, std::span<std::vector<double>> x, double tolerance) const;
   std::vector<Level> levels_;  ///< finest first
 };
 

@@ -90,23 +90,26 @@ class FieldOfChannel {
         follower_(media, studio.media, lattice),
         returns_(media, follower_, lattice, back) {
     const size_t layers = media.scattering.size();
-    constexpr double kTolerance = 1e-6;
-    Solve(deposits.value.source, kTolerance, psi_);
+    std::vector<std::vector<double>> psi(1), slopes(deposits.by.size());
+    Solve({deposits.value.source}, psi);
+    psi_ = std::move(psi[0]);
     if (!returns_.is_empty()) Deposit(media, follower_, lattice, back, Leaving(psi_), deposits);
     AddUnscattered(deposits.value.fluence, psi_, values_);
+    std::vector<std::vector<double>> sources;
     for (size_t k = 0; k < deposits.by.size(); ++k) {
       const int l = static_cast<int>(k / 2);
       const bool by_scattering = k % 2 == 0;
       const double coefficient = by_scattering ? media.scattering[l] : media.absorption[l];
-      std::vector<double>&b = deposits.by[k].source, &fluence = deposits.by[k].fluence;
+      std::vector<double>& b = sources.emplace_back(std::move(deposits.by[k].source));
       lattice.AddConduction(l, media.conduction[l] * coefficient / std::max(media.extinction(l), 1e-3), psi_, b);
       if (!by_scattering) lattice.AddSink(l, media.channel, -media.sink[l], psi_, b);
       if (l + 1 == static_cast<int>(layers)) AddCutSlope(by_scattering, b);
-      std::vector<double> slope, all;
-      Solve(b, kTolerance, slope);
-      if (!returns_.is_empty()) returns_.AddFluences(Leaving(slope), fluence);
-      AddUnscattered(fluence, slope, all);
-      slopes_.push_back(std::move(all));
+    }
+    Solve(sources, slopes);
+    for (size_t k = 0; k < slopes.size(); ++k) {
+      std::vector<double>& fluence = deposits.by[k].fluence;
+      if (!returns_.is_empty()) returns_.AddFluences(Leaving(slopes[k]), fluence);
+      AddUnscattered(fluence, slopes[k], slopes_.emplace_back());
     }
   }
 
@@ -127,22 +130,28 @@ class FieldOfChannel {
     return power;
   }
 
-  /// With what comes back: again and again, until it is little.
-  void Solve(const std::vector<double>& source, double tolerance, std::vector<double>& psi) const {
+  /// psi of every source with what comes back: again and again, until it is little. No more exactly each time than what
+  /// comes back changes.
+  void Solve(const std::vector<std::vector<double>>& sources, std::span<std::vector<double>> psi) const {
     constexpr int kMostReturns = 60;
-    psi.assign(source.size(), 0.0);
+    constexpr double kTolerance = 1e-6, kSettled = 10.0 * kTolerance, kOfChange = 0.03;
     if (returns_.is_empty()) {
-      solver_.Solve(source, psi, tolerance);
+      solver_.Solve(sources, psi, kTolerance);
       return;
     }
-    std::vector<double> before(source.size(), 0.0);
+    std::vector<std::vector<double>> before;
     for (int i = 0; i < kMostReturns; ++i) {
-      std::vector<double> all = source;
-      if (i > 0) returns_.AddSources(Leaving(psi), all);
-      double change = 0, size = 0;
-      for (size_t k = 0; k < all.size(); ++k) change += std::abs(all[k] - before[k]), size += std::abs(all[k]);
-      if (change <= 10.0 * tolerance * size) break;
-      solver_.Solve(all, psi, tolerance);
+      std::vector<std::vector<double>> all = sources;
+      double largest = i == 0 ? 1.0 : 0.0;
+      for (size_t s = 0; i > 0 && s < all.size(); ++s) {
+        returns_.AddSources(Leaving(psi[s]), all[s]);
+        double change = 0, size = 0;
+        for (size_t k = 0; k < all[s].size(); ++k)
+          change += std::abs(all[s][k] - before[s][k]), size += std::abs(all[s][k]);
+        if (size > 0) largest = std::max(largest, change / size);
+      }
+      if (largest <= kSettled) break;
+      solver_.Solve(all, psi, std::max(kTolerance, kOfChange * largest));
       before = std::move(all);
     }
   }
