@@ -36,6 +36,7 @@ class WalkFit {
     ChooseStart();
     if (const PatchMisfit left = ChooseValley(); !may_move && explains_less(left, 0.0)) return false;
     gatherer_.GoBy(last_);
+    gatherer_.ResolveFields();
     gatherer_.TakePixels(problem_.options.max_pixels_by_walks());
     constexpr size_t kMostRuns = 8;
     if (!problem_.errors.empty()) LongRun();  // lamps, which stood still so far, first come to where they may stay
@@ -55,8 +56,7 @@ class WalkFit {
   }
 
  private:
-  static constexpr double kSettled = 3.0;                          // gain of chi2 over that of noise alone
-  static constexpr double kSearchShare = 0.1, kMiddleShare = 0.4;  // of the paths that were asked for
+  static constexpr double kSettled = 3.0;  // gain of chi2 over that of noise alone
 
   static double ChiSquare(const Eigen::VectorXd& off, const Eigen::MatrixXd& covariance) {
     return off.dot(SolveSymmetric(covariance, off).col(0));

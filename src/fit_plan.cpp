@@ -6,13 +6,10 @@
 
 #include "base/error.h"
 #include "base/random.h"
-#include "calibration/calibration_error.h"
-#include "calibration/light_rig.h"
 #include "check_capture.h"
-#include "fit_by_walks.h"
 #include "fit_crown.h"
 #include "fit_pixels.h"
-#include "gather_walks.h"
+#include "fit_seconds.h"
 #include "path_derivatives.h"
 #include "report/colour_difference.h"
 #include "walk/path_photograph.h"
@@ -20,7 +17,6 @@
 namespace crownfit {
 namespace {
 
-constexpr double kCores = 2;
 constexpr uint64_t kLookStream = 0x6c6f6f6bull;  // neither a fit's walks nor a synthesis
 
 std::string Number(double v) {
@@ -153,73 +149,13 @@ SceneLook LookAtScene(const FitProblem& problem, const CrownInput& input, const 
   return look;
 }
 
-/// Stored costs, of one core (docs/validation.md, "Fits planned for a target").
-constexpr double kSecondsPerShare = 0.4e-6, kSecondsPerVertex = 13e-6, kSecondsPerWalk = 25e-6;
-
-/// Of a cast of a crown's photographs, and of the slopes by how its calibration may be wrong.
-struct CastSeconds {
-  double cast = 0, slopes = 0;
-};
-
-CastSeconds SecondsOfCast(const FitProblem& problem, const FitState& at) {
-  const double vertices = static_cast<double>(at.cast.crown->fine.vertices.size());
-  const std::vector<CalibrationError> errors = StatedErrors(problem.capture);
-  constexpr double kRaysOfMoved = 2 * kStrataOfMoved * kStrataOfMoved;  // to either side
-  double rays = 0, of_slopes = 0;
-  for (const FitPixels& p : at.pixels) {
-    const PhotographSpec& spec = problem.capture.photographs[p.photograph];
-    const CastOptions strata;
-    for (const size_t light : spec.lights) {
-      const int times = IsAllAround(problem.capture.lights[light].shape) ? 4 : 1;
-      rays += strata.strata * strata.strata * times;
-      for (const CalibrationError& e : errors) of_slopes += e.light == light ? kRaysOfMoved * times : 0;
-    }
-    if (spec.backing || !spec.scenery.empty()) rays += strata.gather_strata * strata.gather_strata;
-  }
-  return {vertices * rays * kSecondsPerShare / kCores, vertices * of_slopes * kSecondsPerShare / kCores};
-}
-
-/// Nine of ten fits take at most; `casts`: how often, where the calibration may be wrong.
-double ShaderSeconds(const FitProblem& problem, const FitState& at, int casts) {
-  const CastSeconds once = SecondsOfCast(problem, at);
-  const bool has_errors = once.slopes > 0;
-  // A free depth is sought from five places.
-  const bool has_depth = std::any_of(problem.free.entries.begin(), problem.free.entries.end(), [](const FreeEntry& e) {
-    return e.quantity == Quantity::kThickness && !e.moves_surface;
-  });
-  const double iterations = has_depth ? 150 : 30,
-               steps = iterations * static_cast<double>(at.cast.crown->fine.vertices.size() * at.pixels.size());
-  constexpr int kWithoutErrors = 2;
-  return (has_errors ? casts : kWithoutErrors) * (once.cast + once.slopes) + steps * kSecondsPerVertex / kCores;
-}
-
-/// By how many steps nine of ten fits take at most; a free roughness is searched for from several places. A step walks
-/// for values and for derivatives.
-double PathSeconds(const FitProblem& problem, const FitState& at, double paths) {
-  constexpr double kWalksOfSearchStep = 2.5, kSearchShare = 0.3, kBeside = 0.2;
-  const bool has_rough = std::any_of(problem.free.entries.begin(), problem.free.entries.end(),
-                                     [](const FreeEntry& e) { return e.quantity == Quantity::kRoughness; });
-  const double runs = has_rough ? 11 : 8, searches = has_rough ? 20 : 6;
-  std::vector<size_t> photographs;
-  double fewest = 0;
-  for (const FitPixels& p : at.pixels) {
-    photographs.push_back(p.photograph);
-    fewest = std::max(fewest, FewestPaths(MaterialAt(problem.free, at.x)) * static_cast<double>(p.sources.size()));
-  }
-  const double walks = static_cast<double>(WhichShareWalks(problem.capture, photographs).size()) *
-                       (runs * (std::max(paths, fewest) + std::max(SlopePaths(paths) + kBeside * paths, fewest)) +
-                        searches * kWalksOfSearchStep * std::max(kSearchShare * paths, fewest));
-  return walks * kSecondsPerWalk / kCores;
-}
-
-std::vector<FitPlan> PlansFor(const FitProblem& problem, const FitState& at, const SceneLook& look) {
-  constexpr int kCastsBeforeWalks = 4;  // and what is cast beside
-  const double by_shader = ShaderSeconds(problem, at, kMostCasts),
-               before_walks = ShaderSeconds(problem, at, kCastsBeforeWalks);
-  std::vector<FitPlan> plans{{"shader", 0, look.shader_de00, by_shader, {}}};
+std::vector<FitPlan> PlansFor(const FitProblem& problem, const CrownInput& input, const FitState& at,
+                              const SceneLook& look) {
+  const FitSeconds seconds(problem, input, at);
+  std::vector<FitPlan> plans{{"shader", 0, look.shader_de00, seconds.ByShader(), {}}};
   for (const size_t paths : {50000u, 100000u, 200000u, 500000u, 1250000u, 2500000u, 5000000u, 10000000u}) {
     const double n = static_cast<double>(paths);
-    plans.push_back({"path", paths, PathDe00(problem, at, look, n), before_walks + PathSeconds(problem, at, n), {}});
+    plans.push_back({"path", paths, PathDe00(problem, at, look, n), seconds.ByWalks(n), {}});
   }
   return plans;
 }
@@ -272,7 +208,7 @@ FitPlan PlanFit(const std::vector<Capture>& captures, const FitOptions& options,
   Evaluation ignored;
   const FitState at = StateAtStart(problem, input, ignored, progress);
   const SceneLook look = LookAtScene(problem, input, at, progress);
-  return ChoosePlan(PlansFor(problem, at, look), look, options);
+  return ChoosePlan(PlansFor(problem, input, at, look), look, options);
 }
 
 FitOptions WithPlan(FitOptions options, const FitPlan& plan) {

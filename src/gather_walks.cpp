@@ -26,15 +26,12 @@ double Similarity(const Material::Layer& l) {
   return 1.0 - (1.0 - l[Quantity::kIsotropicFraction][0]) * l[Quantity::kAsymmetry][0];
 }
 
-/// After which derivatives by diffusion are within some per cent of the path model's: so many transport paths into the
-/// outer layer. After a tenth of it, in clear enamel of 0.9 mm, those by its scattering from behind are three times too
-/// large (docs/validation.md).
+}  // namespace
+
 int CollisionsThatTell(const Material& material) {
   constexpr double kTransportPaths = 1.3, kMost = 100.0;
   return static_cast<int>(std::ceil(std::min(kMost, kTransportPaths / std::max(1e-3, Similarity(material.layers[0])))));
 }
-
-}  // namespace
 
 ModelError DiffusionError(const Material& material, const FitOptions& options) {
   constexpr ModelError kLeast{0.03, 0.02, 0.01};
@@ -69,6 +66,7 @@ WalkGatherer::WalkGatherer(const FitProblem& problem, CrownInput& input, FitStat
       slopes_(at.pixels.size()) {
   for (const SlopeParameter& p : DifferencedParameters(problem.capture))
     if (unknowns_.IsFree(p) && p.quantity != Quantity::kRoughness) differenced_.push_back(p);
+  bodies_.ResolvePathsFrom(kShortestOfSearch);
   TakeNoiseFromNeighbours();
 }
 
@@ -148,9 +146,7 @@ void WalkGatherer::HandOver(const Material& material, int rays, PathOptions& opt
 /// off: it looks like a shape by which the photographs tell scattering from a lamp's displacement. So rays grow with
 /// the walks: 10,000 left the standard deviation of a disc's scattering a third too small (docs/validation.md).
 void WalkGatherer::Differentiate(const Material& material, const Shared& shared, double paths, bool of_roughness) {
-  constexpr int kOfAGroup = 3;  // with fewer paths the groups' own noise is not known
-  constexpr double kRaysOfAPath = 0.4;
-  PathOptions options = OptionsFor(shared, paths, kOfAGroup * FewestPaths(material));
+  PathOptions options = OptionsFor(shared, paths, kPathsOfAGroup * FewestPaths(material));
   HandOver(material, static_cast<int>(kRaysOfAPath * paths), options);
   options.field = run_;
   options.diffuse_exits = !of_roughness;
@@ -210,8 +206,7 @@ GatheredWalks WalkGatherer::Gather(double paths, double slope_paths, const std::
   for (const Shared& shared : SharedWalks()) {
     PathOptions options = OptionsFor(shared, paths, FewestPaths(material));
     options.keeps_groups = true;
-    constexpr int kRays = 20000;
-    if (walks_ == Walks::kHandedOver) HandOver(material, kRays, options);
+    if (walks_ == Walks::kHandedOver) HandOver(material, kRaysOfValues, options);
     const std::vector<PathPhotograph> walked = Predict(material, shared, options, stage);
     Differentiate(material, shared, slope_paths, false);
     if (unknowns_.IsFree(RoughnessOf(problem_.capture)) && LacksRoughness(slopes_[shared[0]]))

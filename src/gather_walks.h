@@ -15,6 +15,20 @@ namespace crownfit {
 /// Per pixel, so that derivatives' errors can be found from as many groups as there are.
 int FewestPaths(const Material& material);
 
+/// After which derivatives by diffusion are within some per cent of the path model's: so many transport paths into the
+/// outer layer. After a tenth of it, in clear enamel of 0.9 mm, those by its scattering from behind are three times too
+/// large (docs/validation.md).
+int CollisionsThatTell(const Material& material);
+
+/// How light is followed for fields of diffuse light: rays of each lamp.
+inline constexpr int kRaysOfValues = 20000;
+inline constexpr double kRaysOfAPath = 0.4;  ///< of those that derivatives are walked by
+/// Transport paths, mm, below which a search's fields need not resolve: elements of a quarter. They are 1 % too dark at
+/// 4 / mm, and slopes by scattering a fifth off; long runs resolve what is there.
+inline constexpr double kShortestOfSearch = 0.31;
+/// Of groups of paths, that derivatives have: with fewer the groups' own noise is not known.
+inline constexpr int kPathsOfAGroup = 3;
+
 /// The capture with its calibration and lamps where the fit has moved them.
 void MoveInput(const FitProblem& problem, const FitState& at, CrownInput& input);
 
@@ -46,6 +60,8 @@ class WalkGatherer {
   /// How pictures are predicted from now on: by walks to their end (at first), or handed over to diffusion.
   enum class Walks { kToTheirEnd, kHandedOver };
   void GoBy(Walks how) { walks_ = how; }
+  /// What diffuse light's fields resolve from now on: at first no more than leads to where the optimum is.
+  void ResolveFields() { bodies_.ResolvePathsFrom(0.0); }
   /// From now on at most so many pixels a photograph are compared, which lie on the object where the calibration
   /// stands.
   void TakePixels(size_t at_most);

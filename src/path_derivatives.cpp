@@ -61,7 +61,8 @@ const VolumeLattice& Bodies::LatticeOf(const Material& material) {
   for (const Material::Layer& layer : material.layers)
     for (int c = 0; c < kChannels; ++c)
       steepest = std::max(steepest, layer[Quantity::kReducedScattering][c] + layer[Quantity::kAbsorption][c]);
-  const double element_mm = VolumeLattice::ElementFor(built.body.surfaces, 1.0 / std::max(steepest, 1e-9));
+  const double shortest_mm = std::max(1.0 / std::max(steepest, 1e-9), shortest_resolved_mm_),
+               element_mm = VolumeLattice::ElementFor(built.body.surfaces, shortest_mm);
   if (!built.lattice || built.lattice->element_mm() != element_mm)
     built.lattice.emplace(built.body.surfaces, built.body.is_exposed, built.body.absorption, element_mm, threads_);
   return *built.lattice;

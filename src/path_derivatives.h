@@ -20,8 +20,9 @@ class Bodies {
   Bodies(const CrownInput& input, int threads) : input_(input), threads_(threads) {}
   /// Stays until four others were asked for.
   const LayeredBody& Of(const Material& material);
-  /// The lattice over that body which resolves the material.
+  /// The lattice over that body which resolves the material, but for transport paths shorter than that.
   const VolumeLattice& LatticeOf(const Material& material);
+  void ResolvePathsFrom(double shortest_mm) { shortest_resolved_mm_ = shortest_mm; }
 
  private:
   struct Built {
@@ -32,6 +33,7 @@ class Bodies {
   Built& BuiltFor(const Material& material);
   const CrownInput& input_;
   int threads_;
+  double shortest_resolved_mm_ = 0;
   std::list<Built> built_;  ///< latest first
 };
 
