@@ -79,12 +79,11 @@ FitSeconds::Cast FitSeconds::CastOf(const FitProblem& problem, const FitState& a
   return {vertices * rays * kOfShare, vertices * of_slopes * kOfShare};
 }
 
-double FitSeconds::Casts(int times) const {
+double FitSeconds::ByShader() const {
   constexpr int kWithoutErrors = 2;
-  return (cast_.slopes > 0 ? times : kWithoutErrors) * (cast_.values + cast_.slopes) + steps_of_shader_ * kOfVertex;
+  const double casts = cast_.slopes > 0 ? kMostCasts : kWithoutErrors;
+  return (casts * (cast_.values + cast_.slopes) + steps_of_shader_ * kOfVertex) / kCores;
 }
-
-double FitSeconds::ByShader() const { return Casts(kMostCasts) / kCores; }
 
 double FitSeconds::Handed(const Shared& s, double nodes, const Picture& p) const {
   return p.paths * kOfHandedWalk + s.photographs * nodes * (p.has_slopes ? kOfNodeSlopes : kOfNode) +
@@ -98,11 +97,11 @@ double FitSeconds::Differentiated(const Shared& s, double nodes, double paths) c
 }
 
 double FitSeconds::ByWalks(double paths) const {
-  constexpr int kCastsBefore = 4;  // and what is cast beside
   constexpr double kBeside = 0.2;
   // A free roughness is searched for from several places.
-  const double searches = has_rough_ ? 12 : 8, middles = has_rough_ ? 8 : 3, runs = has_rough_ ? 11 : 8;
-  double seconds = Casts(kCastsBefore);
+  const double searches = has_rough_ ? 12 : 8, middles = has_rough_ ? 8 : 2, runs = has_rough_ ? 10 : 6;
+  // The start by shader, and pixels for the search and for long runs.
+  double seconds = 3.0 * cast_.values + 2.0 * cast_.slopes + steps_of_shader_ * kOfVertex;
   for (const Shared& s : shared_) {
     const auto at_least = [&](double n) { return std::max(n, fewest_ * s.pixels); };
     const double few = kSearchShare * paths, middle = kMiddleShare * paths;

@@ -33,7 +33,6 @@ class FitSeconds {
     bool has_slopes;
   };
   Cast CastOf(const FitProblem& problem, const FitState& at) const;
-  double Casts(int times) const;
   double Handed(const Shared& s, double nodes, const Picture& picture) const;
   double Differentiated(const Shared& s, double nodes, double paths) const;
 
