@@ -27,6 +27,24 @@ bool IsDifferenced(const FreeEntry& e) {
   return e.quantity == Quantity::kThickness || e.quantity == Quantity::kThicknessScale || e.quantity == Quantity::kIor;
 }
 
+CastSeconds CastOf(const FitProblem& problem, const FitState& at) {
+  const double vertices = static_cast<double>(at.cast.crown->fine.vertices.size());
+  const std::vector<CalibrationError> errors = StatedErrors(problem.capture);
+  constexpr double kRaysOfMoved = 2 * kStrataOfMoved * kStrataOfMoved;  // to either side
+  double rays = 0, of_slopes = 0;
+  for (const FitPixels& p : at.pixels) {
+    const PhotographSpec& spec = problem.capture.photographs[p.photograph];
+    const CastOptions strata;
+    for (const size_t light : spec.lights) {
+      const int times = IsAllAround(problem.capture.lights[light].shape) ? 4 : 1;
+      rays += strata.strata * strata.strata * times;
+      for (const CalibrationError& e : errors) of_slopes += e.light == light ? kRaysOfMoved * times : 0;
+    }
+    if (spec.backing || !spec.scenery.empty()) rays += strata.gather_strata * strata.gather_strata;
+  }
+  return {vertices * rays * kOfShare, vertices * of_slopes * kOfShare};
+}
+
 }  // namespace
 
 FitSeconds::FitSeconds(const FitProblem& problem, const CrownInput& input, const FitState& at)
@@ -59,24 +77,6 @@ FitSeconds::FitSeconds(const FitProblem& problem, const CrownInput& input, const
   nodes_ = static_cast<double>(bodies.LatticeOf(material).nodes().count());
   bodies.ResolvePathsFrom(kShortestOfSearch);
   nodes_of_search_ = static_cast<double>(bodies.LatticeOf(material).nodes().count());
-}
-
-FitSeconds::Cast FitSeconds::CastOf(const FitProblem& problem, const FitState& at) const {
-  const double vertices = static_cast<double>(at.cast.crown->fine.vertices.size());
-  const std::vector<CalibrationError> errors = StatedErrors(problem.capture);
-  constexpr double kRaysOfMoved = 2 * kStrataOfMoved * kStrataOfMoved;  // to either side
-  double rays = 0, of_slopes = 0;
-  for (const FitPixels& p : at.pixels) {
-    const PhotographSpec& spec = problem.capture.photographs[p.photograph];
-    const CastOptions strata;
-    for (const size_t light : spec.lights) {
-      const int times = IsAllAround(problem.capture.lights[light].shape) ? 4 : 1;
-      rays += strata.strata * strata.strata * times;
-      for (const CalibrationError& e : errors) of_slopes += e.light == light ? kRaysOfMoved * times : 0;
-    }
-    if (spec.backing || !spec.scenery.empty()) rays += strata.gather_strata * strata.gather_strata;
-  }
-  return {vertices * rays * kOfShare, vertices * of_slopes * kOfShare};
 }
 
 double FitSeconds::ByShader() const {

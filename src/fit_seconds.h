@@ -9,6 +9,11 @@
 
 namespace crownfit {
 
+/// Of one core: a cast of the photographs, and one of how they move with what of the calibration may be wrong.
+struct CastSeconds {
+  double values = 0, slopes = 0;
+};
+
 /// Seconds of the two cores of docs/validation.md that nine of ten fits take at most, on whatever machine.
 class FitSeconds {
  public:
@@ -19,9 +24,6 @@ class FitSeconds {
   double ByWalks(double paths) const;
 
  private:
-  struct Cast {
-    double values = 0, slopes = 0;  ///< of the photographs; by how their calibration may be wrong
-  };
   /// Photographs that share walks.
   struct Shared {
     double photographs = 0, lamps = 0, pixels = 0;
@@ -32,11 +34,10 @@ class FitSeconds {
     int collisions;
     bool has_slopes;
   };
-  Cast CastOf(const FitProblem& problem, const FitState& at) const;
   double Handed(const Shared& s, double nodes, const Picture& picture) const;
   double Differentiated(const Shared& s, double nodes, double paths) const;
 
-  Cast cast_;
+  CastSeconds cast_;
   double steps_of_shader_ = 0;  ///< times vertices and photographs
   std::vector<Shared> shared_;
   double pictures_beside_ = 0;  ///< per derivatives: of thicknesses and indices that are free
