@@ -93,6 +93,7 @@ class WalkFit {
 
   /// Takes the better one of where the fit stands and the capture's own start values. What the fit by shader does not
   /// tell begins there in any case: walks may not tell it either, and would leave it where shader's errors drove it.
+  /// The worse one is kept.
   void ChooseStart() {
     stage_ = "walking from the start";
     gatherer_.GoBy(WalkGatherer::Walks::kHandedOver);
@@ -102,14 +103,41 @@ class WalkFit {
       if (!IsTold(k)) from[k] = unknowns_.Stated()[k];
     unknowns_.GoTo(from);
     const double misfit_from = misfit();
-    unknowns_.GoTo(unknowns_.Stated());
-    if (misfit() > misfit_from) unknowns_.GoTo(from);
+    other_start_ = unknowns_.Stated();
+    unknowns_.GoTo(other_start_);
+    if (misfit() <= misfit_from) return other_start_.swap(from);
+    unknowns_.GoTo(from);
+  }
+
+  /// Searches; from the other start too where that leaves more than noise: a thickness and what lies below may explain
+  /// photographs in two ways, one of them badly. What is left there.
+  PatchMisfit ChooseValley() {
+    constexpr double kExplained = 1.5;
+    const PatchMisfit left = ChooseRoughness();
+    if (left.of_patches <= kExplained) return left;
+    const Eigen::VectorXd where = unknowns_.Here();
+    unknowns_.GoTo(other_start_);
+    const PatchMisfit other = Search([](const Eigen::VectorXd&) { return false; });
+    if (other.of_patches < left.of_patches) return other;
+    unknowns_.GoTo(where);
+    return left;
+  }
+
+  /// Searches handed over, and to walks' end.
+  PatchMisfit Search(const std::function<bool(const Eigen::VectorXd&)>& was_found) {
+    PatchMisfit left{HUGE_VAL, 1.0, 1.0, 0.0};
+    for (const bool to_their_end : {false, true}) {
+      if (to_their_end && last_ == WalkGatherer::Walks::kHandedOver) continue;
+      gatherer_.GoBy(to_their_end ? WalkGatherer::Walks::kToTheirEnd : WalkGatherer::Walks::kHandedOver);
+      if (const auto ended = StepsOf((to_their_end ? kMiddleShare * Paths() : SearchPaths()), was_found)) left = *ended;
+    }
+    return left;
   }
 
   /// Searches. A free roughness may have several optima (a lobe that reaches the camera and one that does not make the
   /// same level): it is searched for from small, middle and large ones too, and the best is kept; how far off the
   /// others are that leave no more, but for noise, is not known either. What is left there.
-  PatchMisfit ChooseValley() {
+  PatchMisfit ChooseRoughness() {
     const double same_valley = std::log(1.6);
     std::vector<std::pair<PatchMisfit, Eigen::VectorXd>> found;  // and where
     const int roughness = unknowns_.EntryOf(RoughnessOf(problem_.capture));
@@ -117,19 +145,7 @@ class WalkFit {
       return std::any_of(found.begin(), found.end(),
                          [&](const auto& f) { return std::abs(f.second[roughness] - here[roughness]) < same_valley; });
     };
-    PatchMisfit left{HUGE_VAL, 1.0, 1.0, 0.0};
-    const auto search = [&] {
-      for (const bool to_their_end : {false, true}) {
-        if (to_their_end && last_ == WalkGatherer::Walks::kHandedOver) continue;
-        gatherer_.GoBy(to_their_end ? WalkGatherer::Walks::kToTheirEnd : WalkGatherer::Walks::kHandedOver);
-        if (const auto ended = Search((to_their_end ? kMiddleShare * Paths() : SearchPaths()), was_found))
-          left = *ended;
-      }
-    };
-    if (roughness < 0) {
-      search();
-      return left;
-    }
+    if (roughness < 0) return Search(was_found);
     const Eigen::VectorXd from = unknowns_.Here();
     std::vector<double> starts{from[roughness]};
     for (const double r : {0.1, 0.25, 0.55}) {
@@ -141,7 +157,7 @@ class WalkFit {
       Eigen::VectorXd there = from;
       there[roughness] = start;
       unknowns_.GoTo(there);
-      search();
+      Search(was_found);
       if (was_found(unknowns_.Here())) continue;
       const RunEstimate e = LongRun();
       found.emplace_back(e.misfit, e.unknowns);
@@ -161,7 +177,7 @@ class WalkFit {
 
   /// Steps until they gain no more than noise does, or lead to where a search was before. Where one made things worse
   /// it is taken back, and derivatives get twice the paths. What was left before the last one, if there was one.
-  std::optional<PatchMisfit> Search(double paths, const std::function<bool(const Eigen::VectorXd&)>& was_found) {
+  std::optional<PatchMisfit> StepsOf(double paths, const std::function<bool(const Eigen::VectorXd&)>& was_found) {
     constexpr double kReach = 0.4, kLongest = 0.7, kWorse = 1.5;
     constexpr int kMostSteps = 20;
     double slope_paths = paths, best = HUGE_VAL;
@@ -245,6 +261,7 @@ class WalkFit {
   WalkGatherer gatherer_;
   LongRuns runs_;
   const WalkGatherer::Walks last_;  ///< of the pictures that the fit ends at
+  Eigen::VectorXd other_start_;
   std::string stage_;
 };
 
