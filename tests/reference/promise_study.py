@@ -5,7 +5,8 @@
 Every capture is fitted within 30, 60, 120 or 300 s of two cores (kept when the processor took at most twice that) and to
 CIEDE2000 0.5, 1, 2 or 4: kept when photographs of the fitted and of the true material differ by at most that, median over
 blocks. A fit by walks is wrong by its numbers alone: both materials are shown by walks that are handed over to diffusion late, with
-common random numbers (what those leave of their noise counts as a difference). A fit by shader is compared by walks to their end. A plan may refuse: then nothing was promised. Of all these fits' values that are called fitted it
+common random numbers (what those leave of their noise counts as a difference). A fit by shader is compared by walks to their
+end. A plan may refuse: then nothing was promised. Of all these fits' values that are called fitted it
 is counted how many intervals hold the truth. What a run was stopped at is gone on with.
 """
 import argparse
