@@ -20,8 +20,9 @@ class Bodies {
   Bodies(const CrownInput& input, int threads) : input_(input), threads_(threads) {}
   /// Stays until four others were asked for.
   const LayeredBody& Of(const Material& material);
-  /// The lattice over that body which resolves the material, but for transport paths shorter than that.
+  /// The lattice over that body which resolves the material's transport paths.
   const VolumeLattice& LatticeOf(const Material& material);
+  /// From now on lattices take shorter ones for so long; 0: none.
   void ResolvePathsFrom(double shortest_mm) { shortest_resolved_mm_ = shortest_mm; }
 
  private:
