@@ -287,7 +287,7 @@ TERM Float SlabTransmittance(Float reduced_scattering, Float extinction, Float t
 
 // Tables over thickness have nodes at equal steps of ln(thickness + 0.1 mm): the place of a thickness among them, and back.
 TERM Float TablePlace(Float thickness_mm) { return 4.0 * log(1.0 + 10.0 * thickness_mm); }
-TERM Float TableThickness(Float place) { return 0.1 * (exp(0.25 * place) - 1.0); }
+TERM Float TableThickness(Float place) { return 0.025 * place * exp(0.25 * place) * ExpRatio(0.25 * place); }
 
 // Weight of node -1, 0, 1 or 2 for a place that lies the share f beyond node 0 (Catmull and Rom 1974).
 TERM Float CubicWeight(int node, Float f) {

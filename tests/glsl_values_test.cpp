@@ -1,36 +1,23 @@
 // shaders/terms.glsl as the graphics driver computes it, against the same text in double, over corners and the whole
-// range of what a capture may state. Runs without a display (EGL surfaceless: Mesa's llvmpipe where there is no
-// graphics processor).
+// range of what a capture may state. Runs without a display (on Mesa's llvmpipe where there is no graphics processor).
 
-#include <epoxy/gl.h>
-// gl.h first
-#include <epoxy/egl.h>
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <fstream>
+#include <optional>
 #include <sstream>
 
+#include "base/error.h"
 #include "base/random.h"
 #include "support/term_rows.h"
+#include "viewer/gl.h"
 
 namespace crownfit {
 namespace {
 
 constexpr int kSide = 64;    // samples per term: kSide^2
 constexpr size_t kMost = 8;  // arguments of a term: two textures of four
-
-/// Makes a context without a window current; says what failed, or nothing.
-std::string MakeContext() {
-  const EGLDisplay display = eglGetPlatformDisplayEXT(EGL_PLATFORM_SURFACELESS_MESA, nullptr, nullptr);
-  EGLint major, minor;
-  if (!eglInitialize(display, &major, &minor)) return "eglInitialize";
-  eglBindAPI(EGL_OPENGL_API);
-  const EGLint attributes[] = {EGL_CONTEXT_MAJOR_VERSION, 3, EGL_CONTEXT_MINOR_VERSION, 3, EGL_NONE};
-  const EGLContext context = eglCreateContext(display, EGL_NO_CONFIG_KHR, EGL_NO_CONTEXT, attributes);
-  if (context == EGL_NO_CONTEXT) return "eglCreateContext";
-  return eglMakeCurrent(display, EGL_NO_SURFACE, EGL_NO_SURFACE, context) ? "" : "eglMakeCurrent";
-}
 
 GLuint Compile(GLenum kind, const std::string& text) {
   const GLuint shader = glCreateShader(kind);
@@ -107,9 +94,13 @@ std::vector<float> Rendered(std::string call, const std::vector<float>& argument
 }
 
 TEST(Glsl, EveryTermOnTheGraphicsDriverEqualsDoubleToSinglePrecision) {
-  if (const std::string failed = MakeContext(); !failed.empty())
-    GTEST_SKIP() << "no OpenGL without a display: " << failed;
-  std::printf("%s\n", reinterpret_cast<const char*>(glGetString(GL_RENDERER)));
+  std::optional<OffscreenContext> context;
+  try {
+    context.emplace();
+  } catch (const InputError& e) {
+    GTEST_SKIP() << e.what();
+  }
+  std::printf("%s\n", GraphicsProcessor().c_str());
   ForEachTerm([](const TermRow& term, const auto& in_double) {
     std::vector<float> arguments;
     for (uint64_t i = 0; i < kSide * kSide; ++i)

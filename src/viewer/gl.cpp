@@ -4,6 +4,8 @@
 #include <epoxy/egl.h>
 
 #include <algorithm>
+#include <array>
+#include <cstring>
 #include <utility>
 
 #include "base/error.h"
@@ -53,19 +55,40 @@ GLuint Attached(std::initializer_list<std::pair<GLenum, std::initializer_list<co
   return program;
 }
 
+// Displays without a window: those of graphics processors, and last Mesa's, which draws on the CPU where it finds none.
+// (Not every driver knows Mesa's platform; NVIDIA's has only devices.)
+std::vector<EGLDisplay> DisplaysWithoutWindow() {
+  std::vector<EGLDisplay> displays;
+  if (epoxy_has_egl_extension(EGL_NO_DISPLAY, "EGL_EXT_device_enumeration") &&
+      epoxy_has_egl_extension(EGL_NO_DISPLAY, "EGL_EXT_platform_device")) {
+    std::array<EGLDeviceEXT, 16> devices;
+    EGLint count = 0;
+    eglQueryDevicesEXT(static_cast<EGLint>(devices.size()), devices.data(), &count);
+    for (int i = 0; i < count; ++i) {
+      const char* extensions = eglQueryDeviceStringEXT(devices[static_cast<size_t>(i)], EGL_EXTENSIONS);
+      if (extensions && std::strstr(extensions, "EGL_MESA_device_software")) continue;
+      displays.push_back(eglGetPlatformDisplayEXT(EGL_PLATFORM_DEVICE_EXT, devices[static_cast<size_t>(i)], nullptr));
+    }
+  }
+  displays.push_back(eglGetPlatformDisplayEXT(EGL_PLATFORM_SURFACELESS_MESA, nullptr, nullptr));
+  return displays;
+}
+
 }  // namespace
 
 OffscreenContext::OffscreenContext() {
-  display_ = eglGetPlatformDisplayEXT(EGL_PLATFORM_SURFACELESS_MESA, nullptr, nullptr);
-  EGLint major, minor;
-  if (!display_ || !eglInitialize(display_, &major, &minor)) NoGraphics("there is no EGL display without a window");
-  eglBindAPI(EGL_OPENGL_API);
   const EGLint attributes[] = {
       EGL_CONTEXT_MAJOR_VERSION,           3,       EGL_CONTEXT_MINOR_VERSION, 3, EGL_CONTEXT_OPENGL_PROFILE_MASK,
       EGL_CONTEXT_OPENGL_CORE_PROFILE_BIT, EGL_NONE};
-  context_ = eglCreateContext(display_, EGL_NO_CONFIG_KHR, EGL_NO_CONTEXT, attributes);
-  if (!context_ || !eglMakeCurrent(display_, EGL_NO_SURFACE, EGL_NO_SURFACE, context_))
-    NoGraphics("EGL makes no context of OpenGL 3.3");
+  for (EGLDisplay display : DisplaysWithoutWindow()) {
+    EGLint major, minor;
+    if (!display || !eglInitialize(display, &major, &minor)) continue;
+    eglBindAPI(EGL_OPENGL_API);
+    context_ = eglCreateContext(display, EGL_NO_CONFIG_KHR, EGL_NO_CONTEXT, attributes);
+    display_ = display;
+    if (context_ && eglMakeCurrent(display, EGL_NO_SURFACE, EGL_NO_SURFACE, context_)) return;
+  }
+  NoGraphics(display_ ? "EGL makes no context of OpenGL 3.3" : "there is no EGL display without a window");
 }
 
 OffscreenContext::~OffscreenContext() {

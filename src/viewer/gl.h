@@ -15,7 +15,8 @@
 
 namespace crownfit {
 
-/// A current OpenGL context without display or window (EGL, surfaceless). Throws InputError when there is none.
+/// A current OpenGL context without display or window (EGL): of a graphics processor if there is one, else Mesa's on
+/// the CPU. Throws InputError when there is neither.
 class OffscreenContext {
  public:
   OffscreenContext();
