@@ -134,16 +134,21 @@ class WalkFit {
     return left;
   }
 
+  struct Valley {
+    Eigen::VectorXd where;
+    PatchMisfit left;
+  };
+
   /// Searches. A free roughness may have several optima (a lobe that reaches the camera and one that does not make the
-  /// same level): it is searched for from small, middle and large ones too, and the best is kept; how far off the
-  /// others are that leave no more, but for noise, is not known either. What is left there.
+  /// same level): it is searched for from small, middle and large ones too, and of several the best by long runs is
+  /// kept; how far off the others are that leave no more, but for noise, is not known either. What is left there.
   PatchMisfit ChooseRoughness() {
     const double same_valley = std::log(1.6);
-    std::vector<std::pair<PatchMisfit, Eigen::VectorXd>> found;  // and where
+    std::vector<Valley> found;
     const int roughness = unknowns_.EntryOf(RoughnessOf(problem_.capture));
     const auto was_found = [&](const Eigen::VectorXd& here) {
       return std::any_of(found.begin(), found.end(),
-                         [&](const auto& f) { return std::abs(f.second[roughness] - here[roughness]) < same_valley; });
+                         [&](const Valley& v) { return std::abs(v.where[roughness] - here[roughness]) < same_valley; });
     };
     if (roughness < 0) return Search(was_found);
     const Eigen::VectorXd from = unknowns_.Here();
@@ -157,22 +162,26 @@ class WalkFit {
       Eigen::VectorXd there = from;
       there[roughness] = start;
       unknowns_.GoTo(there);
-      Search(was_found);
-      if (was_found(unknowns_.Here())) continue;
-      const RunEstimate e = LongRun();
-      found.emplace_back(e.misfit, e.unknowns);
+      const PatchMisfit left = Search(was_found);
+      if (!was_found(unknowns_.Here())) found.push_back({unknowns_.Here(), left});
     }
-    const auto [best, where] = *std::min_element(found.begin(), found.end(), [](const auto& a, const auto& b) {
-      return a.first.of_patches < b.first.of_patches;
+    if (found.size() > 1)
+      for (Valley& v : found) {
+        unknowns_.GoTo(v.where);
+        const RunEstimate e = LongRun();
+        v = {e.unknowns, e.misfit};
+      }
+    const Valley& best = *std::min_element(found.begin(), found.end(), [](const Valley& a, const Valley& b) {
+      return a.left.of_patches < b.left.of_patches;
     });
     constexpr double kAsGood = 3.0;  // standard deviations
-    for (const auto& [misfit, there] : found)
-      if (there != where && misfit.of_patches - best.of_patches < kAsGood * best.StddevOfDifference(misfit)) {
-        runs_.AddRival((there - where).head(unknowns_.material()));
-        at_.rival_roughness.push_back(std::exp(there[roughness]));
+    for (const Valley& v : found)
+      if (&v != &best && v.left.of_patches - best.left.of_patches < kAsGood * best.left.StddevOfDifference(v.left)) {
+        runs_.AddRival((v.where - best.where).head(unknowns_.material()));
+        at_.rival_roughness.push_back(std::exp(v.where[roughness]));
       }
-    unknowns_.GoTo(where);
-    return best;
+    unknowns_.GoTo(best.where);
+    return best.left;
   }
 
   /// Steps until they gain no more than noise does, or lead to where a search was before. Where one made things worse
