@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <tuple>
 
 #include "base/parallel.h"
 #include "walk/facet_grid.h"
@@ -119,7 +120,8 @@ void FacetGrid::FindSlabs() {
   slabs_.resize(distance_mm_.size());
   // Cubes whose ball the facet's box and plane both reach.
   const auto for_balls = [&](const Facet& f, const auto& visit) {
-    const auto [low, high] = f.Box();
+    glm::dvec3 low, high;  // no bindings: clang 14 captures none
+    std::tie(low, high) = f.Box();
     cubes_.ForCubes(low - reach_mm, high + reach_mm, [&](size_t cube, const glm::dvec3& middle) {
       const double above = f.Above(middle);
       if (std::abs(above) < reach_mm && glm::distance(middle, glm::clamp(middle, low, high)) < reach_mm)

@@ -6,6 +6,7 @@
 #include <numbers>
 #include <optional>
 #include <span>
+#include <tuple>
 
 #include "base/parallel.h"
 #include "optics/shading_terms.h"
@@ -239,8 +240,9 @@ SlabAnswer SolveByWalks(const Slab& slab, const SlabWalkOptions& options, const 
     const auto range = [&](uint64_t size, uint64_t all) {
       return std::pair(batch * size, std::min(all, (batch + 1) * size));
     };
-    const auto [first, last] = range(kBatch, options.photons);
-    const auto [first_diffuse, last_diffuse] = range(kBatch / kPerDiffuse, diffuse_photons);
+    uint64_t first, last, first_diffuse, last_diffuse;  // no bindings: clang 14 captures none
+    std::tie(first, last) = range(kBatch, options.photons);
+    std::tie(first_diffuse, last_diffuse) = range(kBatch / kPerDiffuse, diffuse_photons);
     const size_t count = last - first;
     std::vector<PhotonEnd> ends(count + (last_diffuse - first_diffuse));
     const std::function start = [&](size_t k) {
