@@ -100,13 +100,9 @@ double FitSeconds::ByWalks(double paths) const {
   constexpr double kBeside = 0.2;
   // A free roughness is searched for from several places, a thickness sometimes from two.
   const bool has_beside = pictures_beside_ > 0;
-  const double searches = has_rough_   ? 12
-                          : has_beside ? 12
-                                       : 8,
-               middles = has_rough_   ? 8
-                         : has_beside ? 4
-                                      : 2,
-               runs = has_rough_ ? 10 : 6;
+  const double searches = has_rough_ || has_beside ? 12 : 8;
+  const double middles = has_rough_ ? 8 : has_beside ? 4 : 2;
+  const double runs = has_rough_ ? 10 : 6;
   // The start by shader, and pixels for the search and for long runs.
   double seconds = 3.0 * cast_.values + 2.0 * cast_.slopes + steps_of_shader_ * kOfVertex;
   for (const Shared& s : shared_) {

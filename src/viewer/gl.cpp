@@ -64,10 +64,10 @@ std::vector<EGLDisplay> DisplaysWithoutWindow() {
     std::array<EGLDeviceEXT, 16> devices;
     EGLint count = 0;
     eglQueryDevicesEXT(static_cast<EGLint>(devices.size()), devices.data(), &count);
-    for (int i = 0; i < count; ++i) {
-      const char* extensions = eglQueryDeviceStringEXT(devices[static_cast<size_t>(i)], EGL_EXTENSIONS);
+    for (EGLDeviceEXT device : std::span(devices).first(static_cast<size_t>(count))) {
+      const char* extensions = eglQueryDeviceStringEXT(device, EGL_EXTENSIONS);
       if (extensions && std::strstr(extensions, "EGL_MESA_device_software")) continue;
-      displays.push_back(eglGetPlatformDisplayEXT(EGL_PLATFORM_DEVICE_EXT, devices[static_cast<size_t>(i)], nullptr));
+      displays.push_back(eglGetPlatformDisplayEXT(EGL_PLATFORM_DEVICE_EXT, device, nullptr));
     }
   }
   displays.push_back(eglGetPlatformDisplayEXT(EGL_PLATFORM_SURFACELESS_MESA, nullptr, nullptr));
