@@ -14,7 +14,6 @@
 #include "fit_pixels.h"
 #include "forward/predict.h"
 #include "optics/twelve_taps.h"
-#include "photograph_flow.h"
 
 namespace crownfit {
 namespace {
@@ -83,7 +82,6 @@ void WalkGatherer::TakePixels(size_t at_most) {
   if (!problem_.errors.empty()) {
     at_.calibration.slopes = SlopesOf(input_, problem_.capture, problem_.errors, at_.calibration.amounts, at_.cast,
                                       material, at_.scales.light, options, at_.pixels, progress_);
-    TakePhotographsOwnGradients(problem_, input_, at_);
   }
   slopes_.assign(at_.pixels.size(), {});
   TakeNoiseFromNeighbours();
@@ -155,8 +153,8 @@ void WalkGatherer::Differentiate(const Material& material, const Shared& shared,
       input_, bodies_, material, PhotographsOf(shared), options,
       of_roughness ? std::vector<SlopeParameter>{RoughnessOf(problem_.capture)} : differenced_, progress_);
   for (size_t k = 0; k < shared.size(); ++k)
-    slopes_[shared[k]].push_front(
-        {at_.x, static_cast<double>(options.paths_per_pixel), of_roughness, std::move(found[k].slopes)});
+    slopes_[shared[k]].push_front({at_.x, static_cast<double>(options.paths_per_pixel), of_roughness,
+                                   std::move(found[k].slopes), std::move(found[k].photo.pixels)});
 }
 
 /// Of the last runs' slopes those from about here are kept.
@@ -184,6 +182,12 @@ std::vector<RowsOfSlopes::Run> WalkGatherer::RunsOf(const std::list<SlopesFound>
                       return (p.quantity == Quantity::kRoughness) == of_roughness;
                     }});
   return runs;
+}
+
+std::vector<WalkedPicture> WalkGatherer::PicturesOf(const std::list<SlopesFound>& found) {
+  std::vector<WalkedPicture> pictures;
+  for (const SlopesFound& f : found) pictures.push_back({&f.picture, f.paths});
+  return pictures;
 }
 
 /// J' C^-1 of a picture that is brighter by its own size, channel by channel.
@@ -218,11 +222,14 @@ GatheredWalks WalkGatherer::Gather(double paths, double slope_paths, const std::
       const std::vector<size_t> places = PlacesOf(p, CastOf(p), walked[k].width);
       const std::vector<glm::dvec3> smooth = SmoothedMeans(walked[k]);
       std::vector<glm::dvec3> sharp;  // without the noise that what is left of a pixel shares
-      for (const size_t rank : RanksOf(p, CastOf(p), walked[k])) {
+      const std::vector<size_t> ranks = RanksOf(p, CastOf(p), walked[k]);
+      const double exposure = unknowns_.ExposureOf(p);
+      if (!problem_.errors.empty())
+        TakeOwnGradients(problem_, input_, g, MeanPicture(p, exposure, ranks, PicturesOf(slopes_[g])), at_);
+      for (const size_t rank : ranks) {
         values[g].push_back(walked[k].pixels[rank].mean);
         sharp.push_back(smooth[rank]);
       }
-      const double exposure = unknowns_.ExposureOf(p);
       const WalkComparison c = CompareWithWalks(p, CastOf(p), walked[k], exposure, error.patch);
       const WalkUnknowns::Slopes nuisances(unknowns_, g, input_.capture, material);
       const WalkedStep none(unknowns_.material(), slopes_[g].front().slopes.groups(), unknowns_.nuisances());

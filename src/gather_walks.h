@@ -8,6 +8,7 @@
 #include "fit/walk_comparison.h"
 #include "fit/walked_step.h"
 #include "path_derivatives.h"
+#include "photograph_flow.h"
 #include "walk_unknowns.h"
 
 namespace crownfit {
@@ -77,6 +78,7 @@ class WalkGatherer {
     double paths;
     bool of_roughness;  ///< it alone: others need no pictures beside
     PooledSlopes slopes;
+    std::vector<PixelEstimate> picture;  ///< that they came with, by rank
   };
   void TakeNoiseFromNeighbours();
   const PhotographSpec& SpecOf(const FitPixels& p) const { return input_.capture.photographs[p.photograph]; }
@@ -91,6 +93,7 @@ class WalkGatherer {
   void ForgetSlopesFarAway();
   bool LacksRoughness(const std::list<SlopesFound>& found) const;
   static std::vector<RowsOfSlopes::Run> RunsOf(const std::list<SlopesFound>& found);
+  static std::vector<WalkedPicture> PicturesOf(const std::list<SlopesFound>& found);
 
   const FitProblem& problem_;
   CrownInput& input_;

@@ -1,6 +1,7 @@
 #include "photograph_flow.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <utility>
 #include <vector>
@@ -20,14 +21,12 @@ struct Part {
 };
 using Gradient = std::vector<Part>;
 
-/// Pixels of a photograph that lie wholly on the object, by their place.
-class PixelsOnObject {
+/// Some pixels of a cast, by their place.
+class PixelsByPlace {
  public:
-  PixelsOnObject(const PhotographCast& cast, const Photograph& photo)
-      : width_(photo.linear.width), height_(photo.linear.height), cast_(cast), at_(photo.usable.size(), kNone) {
-    for (size_t k = 0; k < cast.pixels.size(); ++k)
-      if (const PixelCast& pixel = cast.pixels[k]; !pixel.at_silhouette && IsUsable(photo, pixel))
-        at_[static_cast<size_t>(pixel.y) * width_ + pixel.x] = static_cast<int>(k);
+  PixelsByPlace(const PhotographCast& cast, const std::vector<int>& pixels, int width, int height)
+      : width_(width), height_(height), cast_(cast), at_(static_cast<size_t>(width) * height, kNone) {
+    for (const int k : pixels) at_[static_cast<size_t>(cast.pixels[k].y) * width + cast.pixels[k].x] = k;
   }
 
   /// Of the plane through the neighbours of a pixel of the cast; empty where those do not tell one.
@@ -78,58 +77,112 @@ glm::dvec2 WayOf(const Crown& crown, const PixelCast& pixel, const Camera& camer
   return from && to ? *to - *from : glm::dvec2(0.0);
 }
 
+/// Per channel, and the variance of either part.
+struct PictureGradient {
+  std::array<glm::dvec2, kChannels> slope{};
+  std::array<double, kChannels> variance{};
+};
+
+/// `value` and `variance`: of a pixel of the cast and a channel.
+template <class Value, class Variance>
+PictureGradient GradientOf(const Gradient& parts, const Value& value, const Variance& variance) {
+  PictureGradient g;
+  for (const auto& [k, weight] : parts)
+    for (int c = 0; c < kChannels; ++c) {
+      g.slope[c] += weight * value(k, c);
+      g.variance[c] += glm::dot(weight, weight) * variance(k, c);
+    }
+  return g;
+}
+
+/// Of two that are known independently.
+PictureGradient Mean(const PictureGradient& a, const PictureGradient& b) {
+  PictureGradient mean;
+  for (int c = 0; c < kChannels; ++c) {
+    const double share = a.variance[c] / std::max(a.variance[c] + b.variance[c], 1e-300);  // of b
+    mean.slope[c] = (1.0 - share) * a.slope[c] + share * b.slope[c];
+    mean.variance[c] = (1.0 - share) * a.variance[c];
+  }
+  return mean;
+}
+
 }  // namespace
 
-void TakePhotographsOwnGradients(const FitProblem& problem, const CrownInput& input, FitState& at) {
-  const std::vector<CalibrationError>& errors = problem.errors;
-  const Material material = MaterialAt(problem.free, at.x);
-  for (size_t g = 0; g < at.pixels.size(); ++g) {
-    const FitPixels& p = at.pixels[g];
-    CalibrationSlopes& of = at.calibration.slopes[g];
-    const PhotographCast& cast = at.cast.photographs[p.photograph];
-    const Photograph& photo = input.photographs[p.photograph];
-    const Camera& camera = input.capture.photographs[p.photograph].camera;
-    std::vector<std::pair<RigidTransform, RigidTransform>> poses;  // per error: half a standard deviation to each side
-    for (const int e : of.errors) {
-      std::vector<double> amounts(errors.size(), 0.0);
-      const auto pose = [&](double amount) {
-        amounts[e] = amount;
-        return Moved(input.capture, errors, amounts).photographs[p.photograph].camera_from_object;
-      };
-      poses.emplace_back(pose(-0.5), pose(0.5));
-    }
-    const PixelsOnObject on_object(cast, photo);
-    const std::vector<glm::dvec3> shaded =
-        PredictPixels(input.capture, at.cast, p.photograph, material, at.scales.light, problem.options.threads);
-    of.of_photograph.setZero(of.by_error.rows(), of.by_error.cols());
-    ParallelFor(p.pixels.size(), problem.options.threads, [&](size_t i) {
-      const PixelCast& here = cast.pixels[p.pixels[i]];
-      const Gradient gradient = on_object.Around(p.pixels[i]);
-      if (gradient.empty() || !here.at.exists()) return;
-      glm::dvec2 seen[kChannels] = {}, by_shader[kChannels] = {};
-      double variance[kChannels] = {};
-      for (const auto& [k, weight] : gradient) {
-        const PixelCast& near = cast.pixels[k];
-        for (int c = 0; c < kChannels; ++c) {
-          seen[c] += weight * static_cast<double>(photo.linear.at(near.x, near.y, c));
-          by_shader[c] += weight * shaded[k][c];
-          variance[c] += glm::dot(weight, weight) * photo.variance.at(near.x, near.y, c);
-        }
+KnownPicture MeanPicture(const FitPixels& p, double exposure, const std::vector<size_t>& ranks,
+                         const std::vector<WalkedPicture>& walked) {
+  double paths = 0;
+  for (const WalkedPicture& w : walked) paths += w.paths;
+  KnownPicture known;
+  for (size_t i = 0; i < p.pixels.size(); ++i) {
+    glm::dvec3 value = p.scenery.empty() ? glm::dvec3(0.0) : p.scenery[i], variance(0.0);
+    for (int t = p.first_term[i]; t < p.first_term[i + 1]; ++t)
+      for (const WalkedPicture& w : walked) {
+        const PixelEstimate& pixel = (*w.pixels)[ranks[p.terms[t].source]];
+        const double weight = p.terms[t].weight * w.paths / paths;
+        value += weight * pixel.mean;
+        variance += weight * weight * pixel.variance();
       }
-      for (size_t e = 0; e < of.errors.size(); ++e) {
-        if (errors[of.errors[e]].light) continue;
-        const glm::dvec2 way = WayOf(*at.cast.crown, here, camera, poses[e].first, poses[e].second);
-        for (int c = 0; c < kChannels; ++c) {
-          const double square = glm::dot(seen[c], seen[c]);
-          const double sure = square > 0 ? std::max(0.0, 1.0 - variance[c] / square) : 0.0;
-          const auto row = kChannels * static_cast<Eigen::Index>(i) + c;
-          const auto column = static_cast<Eigen::Index>(e);
-          of.of_photograph(row, column) = -sure * glm::dot(seen[c], way);
-          of.by_error(row, column) += sure * glm::dot(by_shader[c], way);
-        }
-      }
-    });
+    known.values.push_back(exposure * value);
+    known.variances.push_back(exposure * exposure * variance);
   }
+  return known;
+}
+
+void TakeOwnGradients(const FitProblem& problem, const CrownInput& input, size_t number, const KnownPicture& walked,
+                      FitState& at) {
+  const std::vector<CalibrationError>& errors = problem.errors;
+  const FitPixels& p = at.pixels[number];
+  CalibrationSlopes& of = at.calibration.slopes[number];
+  if (std::all_of(of.errors.begin(), of.errors.end(), [&](int e) { return errors[e].light.has_value(); })) return;
+  const PhotographCast& cast = at.cast.photographs[p.photograph];
+  const Photograph& photo = input.photographs[p.photograph];
+  const Camera& camera = input.capture.photographs[p.photograph].camera;
+  std::vector<std::pair<RigidTransform, RigidTransform>> poses;  // per error: half a standard deviation to each side
+  for (const int e : of.errors) {
+    std::vector<double> amounts(errors.size(), 0.0);
+    const auto pose = [&](double amount) {
+      amounts[e] = amount;
+      return Moved(input.capture, errors, amounts).photographs[p.photograph].camera_from_object;
+    };
+    poses.emplace_back(pose(-0.5), pose(0.5));
+  }
+  std::vector<int> on_object, which(cast.pixels.size(), -1);  // pixels of the cast; where they are among the fit's
+  for (size_t k = 0; k < cast.pixels.size(); ++k)
+    if (!cast.pixels[k].at_silhouette && IsUsable(photo, cast.pixels[k])) on_object.push_back(static_cast<int>(k));
+  for (size_t i = 0; i < p.pixels.size(); ++i) which[p.pixels[i]] = static_cast<int>(i);
+  const PixelsByPlace photographed(cast, on_object, camera.width, camera.height),
+      fitted(cast, p.pixels, camera.width, camera.height);
+  const std::vector<glm::dvec3> shaded = PredictPixels(
+      input.capture, at.cast, p.photograph, MaterialAt(problem.free, at.x), at.scales.light, problem.options.threads);
+  of.of_photograph.setZero(of.by_error.rows(), of.by_error.cols());
+  of.of_shader = of.of_photograph;
+  ParallelFor(p.pixels.size(), problem.options.threads, [&](size_t i) {
+    const PixelCast& here = cast.pixels[p.pixels[i]];
+    const Gradient parts = photographed.Around(p.pixels[i]);
+    if (parts.empty() || !here.at.exists()) return;
+    PictureGradient seen = GradientOf(
+        parts,
+        [&](int k, int c) { return static_cast<double>(photo.linear.at(cast.pixels[k].x, cast.pixels[k].y, c)); },
+        [&](int k, int c) { return photo.variance.at(cast.pixels[k].x, cast.pixels[k].y, c); });
+    if (const Gradient near = fitted.Around(p.pixels[i]); !walked.values.empty() && !near.empty())
+      seen = Mean(seen, GradientOf(
+                            near, [&](int k, int c) { return walked.values[which[k]][c]; },
+                            [&](int k, int c) { return walked.variances[which[k]][c]; }));
+    const PictureGradient by_shader = GradientOf(
+        parts, [&](int k, int c) { return shaded[k][c]; }, [](int, int) { return 0.0; });
+    for (size_t e = 0; e < of.errors.size(); ++e) {
+      if (errors[of.errors[e]].light) continue;
+      const glm::dvec2 way = WayOf(*at.cast.crown, here, camera, poses[e].first, poses[e].second);
+      for (int c = 0; c < kChannels; ++c) {
+        const double square = glm::dot(seen.slope[c], seen.slope[c]);
+        const double sure = square > 0 ? std::max(0.0, 1.0 - seen.variance[c] / square) : 0.0;
+        const auto row = kChannels * static_cast<Eigen::Index>(i) + c;
+        const auto column = static_cast<Eigen::Index>(e);
+        of.of_photograph(row, column) = -sure * glm::dot(seen.slope[c], way);
+        of.of_shader(row, column) = -sure * glm::dot(by_shader.slope[c], way);
+      }
+    }
+  });
 }
 
 }  // namespace crownfit

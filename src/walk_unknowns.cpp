@@ -230,7 +230,8 @@ void WalkUnknowns::Slopes::AddTo(WalkedRows::Rows& by_nuisances, size_t pixel,
       const auto column = static_cast<Eigen::Index>(e);
       double& slope = by(u_.error(calibration_->errors[e]));
       slope += scale * calibration_->by_error(row, column);
-      if (calibration_->of_photograph.size() > 0) slope += calibration_->of_photograph(row, column);
+      if (calibration_->of_photograph.size() > 0)
+        slope += calibration_->of_photograph(row, column) - scale * calibration_->of_shader(row, column);
     }
   }
 }

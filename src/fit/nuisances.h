@@ -33,7 +33,8 @@ struct FitPixels {
 struct CalibrationSlopes {
   std::vector<int> errors;             ///< which
   Eigen::MatrixXd by_error;            ///< (pixel, channel) x errors, per standard deviation
-  Eigen::MatrixXd of_photograph = {};  ///< what is to be added as the photograph was exposed; empty: nothing
+  Eigen::MatrixXd of_photograph = {};  ///< as the photograph was exposed, in place of ...
+  Eigen::MatrixXd of_shader = {};      ///< ... this part of by_error; both empty: nothing
 };
 
 /// Where the calibration was cast, and what moving it changes.
