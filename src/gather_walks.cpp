@@ -79,20 +79,38 @@ void WalkGatherer::TakePixels(size_t at_most) {
   if (!problem_.errors.empty())
     at_.cast = CastAll(input_, ThicknessesOf(problem_.capture, material), options, progress_);
   at_.pixels = ChoosePixels(input_, at_.cast, at_most);
-  if (!problem_.errors.empty()) {
+  if (!problem_.errors.empty())
     at_.calibration.slopes = SlopesOf(input_, problem_.capture, problem_.errors, at_.calibration.amounts, at_.cast,
                                       material, at_.scales.light, options, at_.pixels, progress_);
-  }
   slopes_.assign(at_.pixels.size(), {});
   TakeNoiseFromNeighbours();
 }
 
 void WalkGatherer::TakeNoiseFromNeighbours() {
   const Material material = MaterialAt(problem_.free, at_.x);
-  for (FitPixels& p : at_.pixels)
-    p.stddev = NoiseOfNeighbours(
-        p, CastOf(p),
-        PredictPixels(input_.capture, at_.cast, p.photograph, material, at_.scales.light, problem_.options.threads));
+  stated_noise_.clear();
+  for (FitPixels& p : at_.pixels) {
+    const std::vector<glm::dvec3> shaded =
+        PredictPixels(input_.capture, at_.cast, p.photograph, material, at_.scales.light, problem_.options.threads);
+    std::vector<glm::dvec3> light = p.scenery;
+    light.resize(p.pixels.size(), glm::dvec3(0.0));
+    for (size_t i = 0; i < light.size(); ++i)
+      for (int t = p.first_term[i]; t < p.first_term[i + 1]; ++t)
+        light[i] += static_cast<double>(p.terms[t].weight) * shaded[p.sources[p.terms[t].source]];
+    stated_noise_.push_back(p.stddev);
+    p.stddev = NoiseOfNeighbours(p, CastOf(p), p.stddev, light);
+  }
+}
+
+/// What the mean picture that derivatives came with tells of a photograph: how its noise goes with the light, and how
+/// its pixels differ from their neighbours.
+void WalkGatherer::LearnFromPicture(size_t g, const std::vector<size_t>& ranks) {
+  FitPixels& p = at_.pixels[g];
+  std::vector<WalkedPicture> pictures;
+  for (const SlopesFound& f : slopes_[g]) pictures.push_back({&f.picture, f.paths});
+  const KnownPicture mean = MeanPicture(p, unknowns_.ExposureOf(p), ranks, pictures);
+  p.stddev = NoiseOfNeighbours(p, CastOf(p), stated_noise_[g], OverNearest(p, CastOf(p), mean.values));
+  if (!problem_.errors.empty()) TakeOwnGradients(problem_, input_, g, mean, at_);
 }
 
 std::vector<WalkGatherer::Shared> WalkGatherer::SharedWalks() const {
@@ -184,12 +202,6 @@ std::vector<RowsOfSlopes::Run> WalkGatherer::RunsOf(const std::list<SlopesFound>
   return runs;
 }
 
-std::vector<WalkedPicture> WalkGatherer::PicturesOf(const std::list<SlopesFound>& found) {
-  std::vector<WalkedPicture> pictures;
-  for (const SlopesFound& f : found) pictures.push_back({&f.picture, f.paths});
-  return pictures;
-}
-
 /// J' C^-1 of a picture that is brighter by its own size, channel by channel.
 static Eigen::MatrixXd ByLevel(const WalkedRows& row, const WalkComparison& c, const glm::dvec3& value, size_t pixel) {
   WalkedRows::Rows whole(kChannels, row.all.cols() + row.exact.cols());
@@ -223,13 +235,12 @@ GatheredWalks WalkGatherer::Gather(double paths, double slope_paths, const std::
       const std::vector<glm::dvec3> smooth = SmoothedMeans(walked[k]);
       std::vector<glm::dvec3> sharp;  // without the noise that what is left of a pixel shares
       const std::vector<size_t> ranks = RanksOf(p, CastOf(p), walked[k]);
-      const double exposure = unknowns_.ExposureOf(p);
-      if (!problem_.errors.empty())
-        TakeOwnGradients(problem_, input_, g, MeanPicture(p, exposure, ranks, PicturesOf(slopes_[g])), at_);
+      LearnFromPicture(g, ranks);
       for (const size_t rank : ranks) {
         values[g].push_back(walked[k].pixels[rank].mean);
         sharp.push_back(smooth[rank]);
       }
+      const double exposure = unknowns_.ExposureOf(p);
       const WalkComparison c = CompareWithWalks(p, CastOf(p), walked[k], exposure, error.patch);
       const WalkUnknowns::Slopes nuisances(unknowns_, g, input_.capture, material);
       const WalkedStep none(unknowns_.material(), slopes_[g].front().slopes.groups(), unknowns_.nuisances());

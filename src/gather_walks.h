@@ -81,6 +81,7 @@ class WalkGatherer {
     std::vector<PixelEstimate> picture;  ///< that they came with, by rank
   };
   void TakeNoiseFromNeighbours();
+  void LearnFromPicture(size_t g, const std::vector<size_t>& ranks);
   const PhotographSpec& SpecOf(const FitPixels& p) const { return input_.capture.photographs[p.photograph]; }
   const PhotographCast& CastOf(const FitPixels& p) const { return at_.cast.photographs[p.photograph]; }
   std::vector<Shared> SharedWalks() const;
@@ -93,7 +94,6 @@ class WalkGatherer {
   void ForgetSlopesFarAway();
   bool LacksRoughness(const std::list<SlopesFound>& found) const;
   static std::vector<RowsOfSlopes::Run> RunsOf(const std::list<SlopesFound>& found);
-  static std::vector<WalkedPicture> PicturesOf(const std::list<SlopesFound>& found);
 
   const FitProblem& problem_;
   CrownInput& input_;
@@ -101,8 +101,9 @@ class WalkGatherer {
   const WalkUnknowns& unknowns_;
   Progress& progress_;
   Bodies bodies_;
-  std::vector<SlopeParameter> differenced_;     ///< all but roughness
-  std::vector<std::list<SlopesFound>> slopes_;  ///< per photograph of the fit, latest first
+  std::vector<SlopeParameter> differenced_;            ///< all but roughness
+  std::vector<std::vector<glm::dvec3>> stated_noise_;  ///< standard deviations, per photograph of the fit and pixel
+  std::vector<std::list<SlopesFound>> slopes_;         ///< per photograph of the fit, latest first
   Walks walks_ = Walks::kToTheirEnd;
   uint64_t run_ = 0;
 };

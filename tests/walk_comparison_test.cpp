@@ -68,7 +68,7 @@ TEST(NoiseOfNeighbours, LeavesTheLevelOfPixelsWhoseOwnVarianceGoesWithTheirValue
     s.pixels.stddev.push_back(glm::sqrt((square - mean * mean) / (kPaths - 1.0)));
   }
   EXPECT_LT(Level(s, s.pixels.stddev).first, 0.8) << "own variances make it dark";
-  const auto [level, error] = Level(s, NoiseOfNeighbours(s.pixels, s.cast, s.truth));
+  const auto [level, error] = Level(s, NoiseOfNeighbours(s.pixels, s.cast, s.pixels.stddev, s.truth));
   EXPECT_NEAR(level, 1.0, 4.0 * error);
   EXPECT_LT(error, 0.01);
 }
@@ -104,7 +104,7 @@ TEST(NoiseOfNeighbours, LeavesTheLevelOfPixelsWhoseVarianceIsSmoothedOverThemAnd
       s.pixels.stddev.emplace_back(std::sqrt(sum / count));
     }
   const double expected = Level(s, std::vector<glm::dvec3>(s.truth.size(), glm::dvec3(1.0))).first;
-  EXPECT_NEAR(Level(s, NoiseOfNeighbours(s.pixels, s.cast, s.truth)).first, expected, 0.003);
+  EXPECT_NEAR(Level(s, NoiseOfNeighbours(s.pixels, s.cast, s.pixels.stddev, s.truth)).first, expected, 0.003);
 }
 
 TEST(NoiseOfNeighbours, FollowsTheLightIntoAHighlightByThePowerItGoesWith) {
@@ -113,7 +113,7 @@ TEST(NoiseOfNeighbours, FollowsTheLightIntoAHighlightByThePowerItGoesWith) {
       Scene s = Square(40, stride);
       for (const glm::dvec3& truth : s.truth)
         s.pixels.stddev.push_back(0.01 * glm::pow(truth, glm::dvec3(0.5 * power)));
-      const auto found = NoiseOfNeighbours(s.pixels, s.cast, s.truth);
+      const auto found = NoiseOfNeighbours(s.pixels, s.cast, s.pixels.stddev, s.truth);
       for (size_t i = 0; i < found.size(); ++i)
         EXPECT_NEAR(found[i].y / s.pixels.stddev[i].y, 1.0, 1e-9) << power << " " << stride;
     }
@@ -122,7 +122,20 @@ TEST(NoiseOfNeighbours, FollowsTheLightIntoAHighlightByThePowerItGoesWith) {
 TEST(NoiseOfNeighbours, IsThePixelsOwnWhereItHasNone) {
   Scene s = Square(2, 1);
   s.pixels.stddev = {glm::dvec3(0.1), glm::dvec3(0.2), glm::dvec3(0.3), glm::dvec3(0.4)};
-  EXPECT_EQ(NoiseOfNeighbours(s.pixels, s.cast, s.truth), s.pixels.stddev);
+  EXPECT_EQ(NoiseOfNeighbours(s.pixels, s.cast, s.pixels.stddev, s.truth), s.pixels.stddev);
+}
+
+TEST(OverNearest, IsTheMeanOfThePixelAndThoseBesideItWhereverTheyAre) {
+  for (const int stride : {1, 2, 4}) {
+    Scene s = Square(12, stride);
+    std::vector<glm::dvec3> ramp;
+    for (const PixelCast& pixel : s.cast.pixels) ramp.emplace_back(pixel.x + 100.0 * pixel.y);
+    const auto found = OverNearest(s.pixels, s.cast, ramp);
+    EXPECT_NEAR(found[5 * 12 + 5].x, ramp[5 * 12 + 5].x, 1e-9) << stride;
+    EXPECT_NEAR(found[5 * 12].x, ramp[5 * 12].x + 0.5 * stride, 1e-9) << stride << ", at the rim";
+  }
+  const Scene far = Square(12, 20);
+  EXPECT_EQ(OverNearest(far.pixels, far.cast, far.truth), far.truth) << "none beside it";
 }
 
 /// The scene as a few paths a pixel show it, grey but for a little: most find nothing, a few much.

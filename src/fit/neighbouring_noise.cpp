@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <map>
 
 namespace crownfit {
 namespace {
@@ -24,42 +23,59 @@ glm::dvec3 PowerOfLight(const std::vector<glm::dvec3>& stddev, const std::vector
   return power;
 }
 
+/// Fitted pixels by their place.
+class FittedAt {
+ public:
+  FittedAt(const FitPixels& p, const PhotographCast& cast) {
+    for (const int k : p.pixels)
+      right_ = std::max(right_, cast.pixels[k].x), bottom_ = std::max(bottom_, cast.pixels[k].y);
+    at_.assign((static_cast<size_t>(right_) + 1) * (static_cast<size_t>(bottom_) + 1), kNone);
+    for (size_t i = 0; i < p.pixels.size(); ++i)
+      at_[PlaceOf(cast.pixels[p.pixels[i]].x, cast.pixels[p.pixels[i]].y)] = static_cast<int>(i);
+  }
+  /// Calls visit(pixel) for those at most `reach` pixels away, but for those at most `gap` away; how many there were.
+  template <class Visit>
+  size_t Around(const PixelCast& here, int gap, int reach, const Visit& visit) const {
+    size_t count = 0;
+    for (int y = std::max(0, here.y - reach); y <= std::min(bottom_, here.y + reach); ++y)
+      for (int x = std::max(0, here.x - reach); x <= std::min(right_, here.x + reach); ++x) {
+        const int near = at_[PlaceOf(x, y)];
+        if (near == kNone || std::max(std::abs(y - here.y), std::abs(x - here.x)) <= gap) continue;
+        visit(static_cast<size_t>(near)), ++count;
+      }
+    return count;
+  }
+
+ private:
+  static constexpr int kNone = -1;
+  size_t PlaceOf(int x, int y) const { return static_cast<size_t>(y) * (static_cast<size_t>(right_) + 1) + x; }
+  int right_ = 0, bottom_ = 0;
+  std::vector<int> at_;
+};
+
 }  // namespace
 
 std::vector<glm::dvec3> NoiseOfNeighbours(const FitPixels& p, const PhotographCast& cast,
-                                          const std::vector<glm::dvec3>& predicted) {
+                                          const std::vector<glm::dvec3>& stated, const std::vector<glm::dvec3>& light) {
   constexpr int kSmoothed = 5, kFurthest = 80;  // pixels; further away where a fit takes but every n-th
   constexpr size_t kFewest = 8;
   constexpr double kDark = 1e-3;  // of the mean
-  std::vector<glm::dvec3> brightness = p.scenery;
-  brightness.resize(p.pixels.size(), glm::dvec3(0.0));
+  std::vector<glm::dvec3> brightness = light;
   glm::dvec3 floor(1e-12);
-  for (size_t i = 0; i < brightness.size(); ++i) {
-    for (int t = p.first_term[i]; t < p.first_term[i + 1]; ++t)
-      brightness[i] += static_cast<double>(p.terms[t].weight) * predicted[p.sources[p.terms[t].source]];
-    floor += kDark / static_cast<double>(brightness.size()) * glm::abs(brightness[i]);
-  }
+  for (const glm::dvec3& v : light) floor += kDark / static_cast<double>(light.size()) * glm::abs(v);
   for (glm::dvec3& v : brightness) v = glm::max(v, floor);
-  const glm::dvec3 power = PowerOfLight(p.stddev, brightness);
+  const glm::dvec3 power = PowerOfLight(stated, brightness);
   for (glm::dvec3& v : brightness) v = glm::pow(v, power);  // what the variance goes with
-  std::map<std::pair<int, int>, size_t> fitted_at;
-  for (size_t i = 0; i < p.pixels.size(); ++i) fitted_at[{cast.pixels[p.pixels[i]].y, cast.pixels[p.pixels[i]].x}] = i;
 
-  std::vector<glm::dvec3> stddev = p.stddev;
+  const FittedAt fitted(p, cast);
+  std::vector<glm::dvec3> stddev = stated;
   for (size_t i = 0; i < p.pixels.size(); ++i) {
-    const PixelCast& here = cast.pixels[p.pixels[i]];
     // Of the ring around what it may have entered; on something smaller of all but the pixel.
     const auto of_ring = [&](int gap, int reach) {
-      glm::dvec3 variance(0.0), light(0.0);
-      size_t count = 0;
-      for (int y = here.y - reach; y <= here.y + reach; ++y)
-        for (auto near = fitted_at.lower_bound({y, here.x - reach});
-             near != fitted_at.end() && near->first.first == y && near->first.second <= here.x + reach; ++near) {
-          const size_t j = near->second;
-          if (std::max(std::abs(y - here.y), std::abs(near->first.second - here.x)) <= gap) continue;
-          variance += p.stddev[j] * p.stddev[j], light += brightness[j], ++count;
-        }
-      if (count >= kFewest) stddev[i] = glm::sqrt(variance / light * brightness[i]);
+      glm::dvec3 variance(0.0), around(0.0);
+      const size_t count = fitted.Around(cast.pixels[p.pixels[i]], gap, reach,
+                                         [&](size_t j) { variance += stated[j] * stated[j], around += brightness[j]; });
+      if (count >= kFewest) stddev[i] = glm::sqrt(variance / around * brightness[i]);
       return count >= kFewest;
     };
     bool is_found = false;
@@ -67,6 +83,23 @@ std::vector<glm::dvec3> NoiseOfNeighbours(const FitPixels& p, const PhotographCa
       for (int reach = 2 * kSmoothed; !is_found && reach <= kFurthest; reach *= 2) is_found = of_ring(gap, reach);
   }
   return stddev;
+}
+
+std::vector<glm::dvec3> OverNearest(const FitPixels& p, const PhotographCast& cast,
+                                    const std::vector<glm::dvec3>& values) {
+  constexpr size_t kFew = 5;
+  constexpr int kFurthest = 4;
+  const FittedAt fitted(p, cast);
+  std::vector<glm::dvec3> means = values;
+  for (size_t i = 0; i < means.size(); ++i) {
+    size_t count = 0;
+    for (int reach = 1; count < kFew && reach <= kFurthest; ++reach) {
+      glm::dvec3 sum(0.0);
+      count = fitted.Around(cast.pixels[p.pixels[i]], -1, reach, [&](size_t j) { sum += values[j]; });
+      means[i] = sum / static_cast<double>(count);
+    }
+  }
+  return means;
 }
 
 }  // namespace crownfit

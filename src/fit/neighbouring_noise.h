@@ -8,9 +8,9 @@
 
 namespace crownfit {
 
-/// Standard deviations of the fitted pixels' noise: their neighbours' variances, scaled by the power with which all go
-/// up with the light that is predicted of them and of the pixel (`predicted`, per pixel of the cast, without noise; any
-/// unit).
+/// Standard deviations of the fitted pixels' noise: their neighbours' `stated` variances, scaled by the power with
+/// which all go up with the light that is predicted of them and of the pixel (`light`, as FitPixels::values and without
+/// their noise; any unit).
 ///
 /// What a pixel's own variance is stated to be goes up and down with what it happened to record, whether a camera's
 /// noise model or a renderer's samples state it. Weights made of it count bright accidents less than dark ones, and
@@ -18,6 +18,10 @@ namespace crownfit {
 /// twice that and more where a renderer's own samples state it. Variance pictures may be smoothed over 5 pixels
 /// (`crownfit synthesize` does): neighbours nearer than that hold the pixel's own and are left out.
 std::vector<glm::dvec3> NoiseOfNeighbours(const FitPixels& p, const PhotographCast& cast,
-                                          const std::vector<glm::dvec3>& predicted);
+                                          const std::vector<glm::dvec3>& stated, const std::vector<glm::dvec3>& light);
+
+/// Means over every pixel and its nearest few: of a picture that has noise of its own.
+std::vector<glm::dvec3> OverNearest(const FitPixels& p, const PhotographCast& cast,
+                                    const std::vector<glm::dvec3>& values);
 
 }  // namespace crownfit
