@@ -81,7 +81,7 @@ Coverage CoverageOf(const CrownFit& fit, const std::filesystem::path& folder) {
 
 TEST(FitByWalks, FindsAToothWithinItsOwnIntervalsWhereShaderMissesIt) {
   const TemporaryFolder folder;
-  Capture capture = Walked(folder.path, {1.0, 1.04, 1.0, 0.97, 1.0, 1.0}, 78);
+  Capture capture = Walked(folder.path, {1.0, 1.04, 1.0, 0.97, 1.0, 1.0}, 81);
   for (size_t i : {1, 3}) capture.photographs[i].exposure_stddev = 0.04;
   const CrownFit fit = Fit(capture, 200000);
   EXPECT_EQ(fit.model, "path") << "shader is not enough";
