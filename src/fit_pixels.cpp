@@ -161,7 +161,8 @@ FitPixels Subset(const FitPixels& p, std::span<const int> which) {
     left.values.push_back(p.values[i]);
     left.stddev.push_back(p.stddev[i]);
     if (!p.scenery.empty()) left.scenery.push_back(p.scenery[i]);
-    left.terms.insert(left.terms.end(), p.terms.begin() + p.first_term[i], p.terms.begin() + p.first_term[i + 1]);
+    const auto terms = p.TermsOf(i);
+    left.terms.insert(left.terms.end(), terms.begin(), terms.end());
     left.first_term.push_back(static_cast<int>(left.terms.size()));
   }
   return left;
@@ -209,12 +210,12 @@ std::vector<CalibrationSlopes> SlopesOf(const CrownInput& input, const Capture& 
       for (size_t k = 0; k < there.pixels.size(); ++k)
         if (!there.pixels[k].at_silhouette) at[place(there.pixels[k])] = static_cast<int>(k);
       for (size_t i = 0; i < p.pixels.size(); ++i)
-        for (int t = p.first_term[i]; t < p.first_term[i + 1]; ++t) {
-          const int k = at[place(here.pixels[p.sources[p.terms[t].source]])];
+        for (const auto& [source, weight] : p.TermsOf(i)) {
+          const int k = at[place(here.pixels[p.sources[source]])];
           if (k < 0) kept[i] = 0;
           for (int c = 0; c < kChannels && k >= 0; ++c)
             of.by_error(kChannels * static_cast<Eigen::Index>(i) + c, column) +=
-                side * p.terms[t].weight * values[k][c] / (2 * kStep);
+                side * weight * values[k][c] / (2 * kStep);
         }
     };
     std::vector<PhotographCast> views;  // in the same light: predicted at once

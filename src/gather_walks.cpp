@@ -92,11 +92,12 @@ void WalkGatherer::TakeNoiseFromNeighbours() {
   for (FitPixels& p : at_.pixels) {
     const std::vector<glm::dvec3> shaded =
         PredictPixels(input_.capture, at_.cast, p.photograph, material, at_.scales.light, problem_.options.threads);
-    std::vector<glm::dvec3> light = p.scenery;
-    light.resize(p.pixels.size(), glm::dvec3(0.0));
-    for (size_t i = 0; i < light.size(); ++i)
-      for (int t = p.first_term[i]; t < p.first_term[i + 1]; ++t)
-        light[i] += static_cast<double>(p.terms[t].weight) * shaded[p.sources[p.terms[t].source]];
+    std::vector<glm::dvec3> light;
+    for (size_t i = 0; i < p.pixels.size(); ++i) {
+      light.push_back(p.SceneryAt(i));
+      for (const auto& [source, weight] : p.TermsOf(i))
+        light[i] += static_cast<double>(weight) * shaded[p.sources[source]];
+    }
     stated_noise_.push_back(p.stddev);
     p.stddev = NoiseOfNeighbours(p, CastOf(p), p.stddev, light);
   }
@@ -251,8 +252,7 @@ GatheredWalks WalkGatherer::Gather(double paths, double slope_paths, const std::
       ParallelFor(kParts, problem_.options.threads, [&](size_t part) {
         for (size_t i = part * p.pixels.size() / kParts; i < (part + 1) * p.pixels.size() / kParts; ++i) {
           WalkedRows row = rows.Zero(unknowns_.nuisances());
-          for (int t = p.first_term[i]; t < p.first_term[i + 1]; ++t)
-            rows.AddTo(row, places[p.terms[t].source], exposure * p.terms[t].weight);
+          for (const auto& [source, weight] : p.TermsOf(i)) rows.AddTo(row, places[source], exposure * weight);
           nuisances.AddTo(row.exact, i, sharp);
           if (error.photograph > 0) by_level[part] += ByLevel(row, c, p.values[i], i);
           parts[part].Add(

@@ -114,11 +114,11 @@ KnownPicture MeanPicture(const FitPixels& p, double exposure, const std::vector<
   for (const WalkedPicture& w : walked) paths += w.paths;
   KnownPicture known;
   for (size_t i = 0; i < p.pixels.size(); ++i) {
-    glm::dvec3 value = p.scenery.empty() ? glm::dvec3(0.0) : p.scenery[i], variance(0.0);
-    for (int t = p.first_term[i]; t < p.first_term[i + 1]; ++t)
+    glm::dvec3 value = p.SceneryAt(i), variance(0.0);
+    for (const auto& [source, share] : p.TermsOf(i))
       for (const WalkedPicture& w : walked) {
-        const PixelEstimate& pixel = (*w.pixels)[ranks[p.terms[t].source]];
-        const double weight = p.terms[t].weight * w.paths / paths;
+        const PixelEstimate& pixel = (*w.pixels)[ranks[source]];
+        const double weight = share * w.paths / paths;
         value += weight * pixel.mean;
         variance += weight * weight * pixel.variance();
       }

@@ -209,11 +209,11 @@ WalkUnknowns::Slopes::Slopes(const WalkUnknowns& unknowns, size_t number, const 
 void WalkUnknowns::Slopes::AddTo(WalkedRows::Rows& by_nuisances, size_t pixel,
                                  const std::vector<glm::dvec3>& sharp) const {
   constexpr double kMostScale = 4.0, kDark = 1e-12;
-  glm::dvec3 sum = p_.scenery.empty() ? glm::dvec3(0.0) : p_.scenery[pixel], of_shader(0.0);
+  glm::dvec3 sum = p_.SceneryAt(pixel), of_shader(0.0);
   std::vector<glm::dvec3> of_light(u_.lights_.size(), glm::dvec3(0.0));
-  for (int t = p_.first_term[pixel]; t < p_.first_term[pixel + 1]; ++t) {
-    const double weight = p_.terms[t].weight;
-    const int source = p_.terms[t].source, k = p_.sources[source];
+  for (const auto& [source, share] : p_.TermsOf(pixel)) {
+    const double weight = share;
+    const int k = p_.sources[source];
     sum += weight * sharp[source];
     if (shader_.empty()) continue;
     of_shader += weight * shader_[0][k];

@@ -70,8 +70,7 @@ void ImageResiduals::Predict(const Material& material, const std::vector<double>
       ParallelFor(sharp.size(), options_.threads,
                   [&](size_t i) { sharp[i] = model.Pixel(cast.pixels[p.sources[i]], specular); });
       for (size_t i = 0; i < p.pixels.size(); ++i)
-        for (int t = p.first_term[i]; t < p.first_term[i + 1]; ++t)
-          at(i) += p.terms[t].weight * sharp[p.terms[t].source];
+        for (const auto& [source, weight] : p.TermsOf(i)) at(i) += weight * sharp[source];
     }
   }
 }
@@ -145,9 +144,8 @@ void ImageResiduals::PredictWithDerivativesBy(const std::vector<int>& moved, con
                   [&](size_t i) { sharp[i] = model.Pixel(cast.pixels[p.sources[i]], specular); });
       ParallelFor(p.pixels.size(), options_.threads, [&](size_t i) {
         const int k = first_row_[g] + kChannels * static_cast<int>(i) + c;
-        Jet value(p.scenery.empty() ? 0.0 : p.scenery[i][c]);
-        for (int t = p.first_term[i]; t < p.first_term[i + 1]; ++t)
-          value += static_cast<double>(p.terms[t].weight) * sharp[p.terms[t].source];
+        Jet value(p.SceneryAt(i)[c]);
+        for (const auto& [source, weight] : p.TermsOf(i)) value += static_cast<double>(weight) * sharp[source];
         const double factor = exposure / p.stddev[i][c];
         out.residuals[k] = factor * (value.a + addition[k]) - p.values[i][c] / p.stddev[i][c];
         out.jacobian.row(k).noalias() = factor * (value.v.transpose() * slot_by_x);

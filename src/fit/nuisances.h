@@ -6,6 +6,7 @@
 // residuals.
 
 #include <Eigen/Core>
+#include <span>
 #include <vector>
 
 #include "calibration/capture.h"
@@ -27,6 +28,12 @@ struct FitPixels {
   std::vector<int> first_term;  ///< per pixel + 1
   std::vector<Term> terms;
   std::vector<glm::dvec3> scenery;  ///< per pixel: what scenery adds, at exposure 1; empty: nothing
+
+  /// What a pixel is a sum of, beside its scenery.
+  std::span<const Term> TermsOf(size_t pixel) const {
+    return {terms.data() + first_term[pixel], terms.data() + first_term[pixel + 1]};
+  }
+  glm::dvec3 SceneryAt(size_t pixel) const { return scenery.empty() ? glm::dvec3(0.0) : scenery[pixel]; }
 };
 
 /// How stated errors change what one photograph's pixels show, at exposure 1.

@@ -147,12 +147,12 @@ WalkComparison CompareWithWalks(const FitPixels& p, const PhotographCast& cast, 
   for (const auto& [place, members] : patches)
     for (const size_t i : members) together[i] = static_cast<double>(members.size());
   for (size_t i = 0; i < p.pixels.size(); ++i) {
-    glm::dvec3 predicted = p.scenery.empty() ? glm::dvec3(0.0) : p.scenery[i], variance(0.0);
+    glm::dvec3 predicted = p.SceneryAt(i), variance(0.0);
     auto& off_by_group = c.off_by_group.emplace_back(kChannels, static_cast<Eigen::Index>(walked.groups));
     off_by_group.setZero();
-    for (int t = p.first_term[i]; t < p.first_term[i + 1]; ++t) {
-      const size_t rank = ranks[p.terms[t].source];
-      const double weight = p.terms[t].weight;
+    for (const auto& [source, share] : p.TermsOf(i)) {
+      const size_t rank = ranks[source];
+      const double weight = share;
       predicted += weight * walked.pixels[rank].mean;
       for (size_t g = 0; g < walked.groups; ++g) {
         const glm::dvec3 apart = glm::dvec3(walked.group_values[rank * walked.groups + g]) - walked.pixels[rank].mean;
