@@ -39,11 +39,11 @@ class WalkFit {
     gatherer_.ResolveFields();
     gatherer_.TakePixels(problem_.options.max_pixels_by_walks());
     constexpr size_t kMostRuns = 8;
-    if (!problem_.errors.empty()) LongRun();  // lamps, which stood still so far, first come to where they may stay
-    runs_.Add(LongRun());
+    LeadOn();
+    runs_.Add(LongRun(Paths()));
     for (size_t made = 1; made < kMostRuns && !(at_.converged && !runs_.WouldGainByWalks()); ++made) {
       const double moved = unknowns_.CalibrationCost();
-      RunEstimate run = LongRun();
+      RunEstimate run = LongRun(Paths());
       if (may_move && made == 1 && explains_less(run.misfit, moved)) return false;
       runs_.Add(std::move(run));
       at_.converged = runs_.Conclude();
@@ -168,7 +168,7 @@ class WalkFit {
     if (found.size() > 1)
       for (Valley& v : found) {
         unknowns_.GoTo(v.where);
-        const RunEstimate e = LongRun();
+        const RunEstimate e = LongRun(Paths());
         v = {e.unknowns, e.misfit};
       }
     const Valley& best = *std::min_element(found.begin(), found.end(), [](const Valley& a, const Valley& b) {
@@ -215,16 +215,16 @@ class WalkFit {
     return left;
   }
 
-  RunEstimate LongRun() {
+  RunEstimate LongRun(double paths) {
     constexpr double kReach = 1.0, kLongest = 0.5;
     stage_ = "walking, long run, step " + std::to_string(at_.steps.size() + 1);
-    GatheredWalks g = gatherer_.Gather(Paths(), SlopePaths(Paths()), stage_);
+    GatheredWalks g = gatherer_.Gather(paths, SlopePaths(paths), stage_);
     WalkedStep::Solution s;
     const Eigen::VectorXd whole =
         unknowns_.Bounded(g.step, unknowns_.Prior(kReach, WalkUnknowns::From::kAll), WalkedStep::Noise::kTakenOff, s);
     const WalkUnknowns::ShortStep made = unknowns_.Shortened(whole, s.covariance, kLongest);
     const Eigen::VectorXd& step = made.step;
-    Record("run", Paths(), g, step, s);
+    Record("run", paths, g, step, s);
     const WalkedStep::Solution data = g.step.Solve(unknowns_.RangesAlone(), unknowns_.Untold());
     const int n = unknowns_.material();
     const Eigen::MatrixXd of_model = data.covariance * g.model_scatter * data.covariance;
@@ -241,6 +241,14 @@ class WalkFit {
                   data.seen};
     unknowns_.GoTo(e.unknowns);
     return e;
+  }
+
+  /// Steps that do not count, where the calibration states errors: lamps and exposures, which stood still so far, come
+  /// to where they may stay. Derivatives by nuisances are not exact, so one such step may cover less than half of the
+  /// way.
+  void LeadOn() {
+    constexpr int kSteps = 3;
+    for (int made = 0; made < kSteps && !problem_.errors.empty(); ++made) LongRun(kMiddleShare * Paths());
   }
 
   /// Where walks to their end would go from here in one step: as far as handing them over misleads.
