@@ -29,39 +29,46 @@ class PixelsByPlace {
     for (const int k : pixels) at_[static_cast<size_t>(cast.pixels[k].y) * width + cast.pixels[k].x] = k;
   }
 
-  /// Of the plane through the neighbours of a pixel of the cast; empty where those do not tell one.
+  /// Of the parabola through the neighbours of a pixel of the cast, or the plane where those do not tell one; empty
+  /// where they do not tell that.
   Gradient Around(int pixel) const {
     constexpr int kReach = 4;
     constexpr double kWidth = 1.5;  // pixels
-    constexpr size_t kFew = 8;
     const PixelCast& here = cast_.pixels[pixel];
-    std::vector<std::pair<int, Eigen::Vector3d>> neighbours;
+    std::vector<int> neighbours;
     std::vector<double> weights;
-    Eigen::Matrix3d normal = Eigen::Matrix3d::Zero();
+    std::vector<Terms> terms;
+    Eigen::Matrix<double, kParabola, kParabola> normal = normal.Zero();
     for (int y = std::max(0, here.y - kReach); y <= std::min(height_ - 1, here.y + kReach); ++y)
       for (int x = std::max(0, here.x - kReach); x <= std::min(width_ - 1, here.x + kReach); ++x) {
         const int k = at_[static_cast<size_t>(y) * width_ + x];
         if (k == kNone || k == pixel) continue;
-        const Eigen::Vector3d place(1.0, x - here.x, y - here.y);
-        const double weight = std::exp(-place.tail<2>().squaredNorm() / (2.0 * kWidth * kWidth));
-        normal += weight * place * place.transpose();
-        neighbours.emplace_back(k, place);
-        weights.push_back(weight);
+        const double u = (x - here.x) / kWidth, v = (y - here.y) / kWidth;
+        neighbours.push_back(k);
+        weights.push_back(std::exp(-0.5 * (u * u + v * v)));
+        terms.emplace_back(1.0, u, v, u * u, u * v, v * v);
+        normal += weights.back() * terms.back() * terms.back().transpose();
       }
-    Gradient gradient;
-    constexpr double kFlat = 1e-3;  // determinant over trace^3; 0.03 with all neighbours
-    if (neighbours.size() < kFew || EigenOfSymmetric(normal).values.prod() < kFlat * std::pow(normal.trace(), 3))
+    for (const int count : {kParabola, kPlane}) {
+      if (static_cast<int>(neighbours.size()) < 2 * count) continue;
+      const auto [values, directions] = EigenOfSymmetric(normal.topLeftCorner(count, count));
+      constexpr double kFlat = 0.01;  // least over largest; with all neighbours 0.1 of a parabola, 1 of a plane
+      if (values[0] < kFlat * values[count - 1]) continue;
+      const Eigen::MatrixXd of_terms =  // right and down
+          directions.middleRows(1, 2) * values.cwiseInverse().asDiagonal() * directions.transpose() / kWidth;
+      Gradient gradient;
+      for (size_t n = 0; n < neighbours.size(); ++n) {
+        const Eigen::Vector2d part = weights[n] * of_terms * terms[n].head(count);
+        gradient.push_back({neighbours[n], {part[0], part[1]}});
+      }
       return gradient;
-    const Eigen::Matrix3d inverse = InverseOfSymmetric(normal);
-    for (size_t n = 0; n < neighbours.size(); ++n) {
-      const Eigen::Vector3d plane = weights[n] * inverse * neighbours[n].second;
-      gradient.push_back({neighbours[n].first, {plane[1], plane[2]}});
     }
-    return gradient;
+    return {};
   }
 
  private:
-  static constexpr int kNone = -1;
+  static constexpr int kNone = -1, kPlane = 3, kParabola = 6;
+  using Terms = Eigen::Vector<double, kParabola>;
   int width_, height_;
   const PhotographCast& cast_;
   std::vector<int> at_;
