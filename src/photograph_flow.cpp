@@ -29,8 +29,8 @@ class PixelsByPlace {
     for (const int k : pixels) at_[static_cast<size_t>(cast.pixels[k].y) * width + cast.pixels[k].x] = k;
   }
 
-  /// Of the parabola through the neighbours of a pixel of the cast, or the plane where those do not tell one; empty
-  /// where they do not tell that.
+  /// Of the parabola through the neighbours of a pixel of the cast (Savitzky and Golay 1964, here with Gaussian weights
+  /// and without the pixel itself), or the plane where those do not tell one; empty where they do not tell that.
   Gradient Around(int pixel) const {
     constexpr int kReach = 4;
     constexpr double kWidth = 1.5;  // pixels
@@ -38,7 +38,7 @@ class PixelsByPlace {
     std::vector<int> neighbours;
     std::vector<double> weights;
     std::vector<Terms> terms;
-    Eigen::Matrix<double, kParabola, kParabola> normal = normal.Zero();
+    Eigen::Matrix<double, kParabola, kParabola> normal = Eigen::Matrix<double, kParabola, kParabola>::Zero();
     for (int y = std::max(0, here.y - kReach); y <= std::min(height_ - 1, here.y + kReach); ++y)
       for (int x = std::max(0, here.x - kReach); x <= std::min(width_ - 1, here.x + kReach); ++x) {
         const int k = at_[static_cast<size_t>(y) * width_ + x];
