@@ -86,7 +86,9 @@ OffscreenContext::OffscreenContext() {
     eglBindAPI(EGL_OPENGL_API);
     context_ = eglCreateContext(display, EGL_NO_CONFIG_KHR, EGL_NO_CONTEXT, attributes);
     display_ = display;
-    if (context_ && eglMakeCurrent(display, EGL_NO_SURFACE, EGL_NO_SURFACE, context_)) return;
+    if (!context_) continue;
+    if (eglMakeCurrent(display, EGL_NO_SURFACE, EGL_NO_SURFACE, context_)) return;
+    eglDestroyContext(display, context_);
   }
   NoGraphics(display_ ? "EGL makes no context of OpenGL 3.3" : "there is no EGL display without a window");
 }
