@@ -226,14 +226,12 @@ class WalkFit {
     const Eigen::VectorXd& step = made.step;
     Record("run", paths, g, step, s);
     const WalkedStep::Solution data = g.step.Solve(unknowns_.RangesAlone(), unknowns_.Untold());
-    const int n = unknowns_.material();
-    const Eigen::MatrixXd of_model = data.covariance * g.model_scatter * data.covariance;
     RunEstimate e{unknowns_.Here() + step,
-                  at_.x + data.step.head(n),
-                  data.covariance.topLeftCorner(n, n),
-                  data.walk_covariance.topLeftCorner(n, n),
-                  data.slope_covariance.topLeftCorner(n, n),
-                  of_model.topLeftCorner(n, n),
+                  at_.x + data.step.head(unknowns_.material()),
+                  data.covariance,
+                  data.walk_covariance,
+                  data.slope_covariance,
+                  data.covariance * g.model_scatter * data.covariance,
                   g.chi2,
                   g.left,
                   std::move(g.values),

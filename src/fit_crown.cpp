@@ -178,7 +178,8 @@ CrownFit FitCrown(const Capture& stated, const FitOptions& options, Progress& pr
   const Predictor predict = fit.is_by_walks()
                                 ? PredictorByWalks(problem, input, at, progress)
                                 : PredictorByShader(input, at.cast, fit.material, at.scales, options.threads);
-  fit.photographs = ComparePhotographs(input, at.cast, predict, at.scales, at.pixels, options.threads);
+  fit.photographs =
+      ComparePhotographs(input, at.cast, predict, at.scales, at.pixels, options.threads, at.knowledge.scales_stddev);
   fit.readings = CompareMeasurements(fit.capture, fit.material);
   fit.calibration = HowFarMoved(errors, at.calibration.amounts);
   fit.caveats = PhotographCaveats(fit.capture, input.photographs);

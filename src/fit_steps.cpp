@@ -122,14 +122,14 @@ Predictor PredictorByShader(const CrownInput& input, const CastState& state, con
 
 std::vector<PhotographResult> ComparePhotographs(const CrownInput& input, const CastState& state,
                                                  const Predictor& predict, const LinearScales& scales,
-                                                 const std::vector<FitPixels>& fitted, int threads) {
+                                                 const std::vector<FitPixels>& fitted, int threads,
+                                                 const LinearScales& stddev) {
   std::vector<PhotographResult> results(input.capture.photographs.size());
   const std::optional<LongAxis> axis = LongAxisOf(input.capture, *input.source.meshes[0]);
   // The exposure of a group that was fitted holds for its held-out photographs too.
-  std::map<std::string, double> exposure_of_group;
+  std::map<std::string, int> exposure_of_group;
   for (const FitPixels& p : fitted)
-    if (p.exposure >= 0)
-      exposure_of_group[ExposureGroup(input.capture.photographs[p.photograph])] = scales.exposure[p.exposure];
+    if (p.exposure >= 0) exposure_of_group[ExposureGroup(input.capture.photographs[p.photograph])] = p.exposure;
   for (size_t i = 0; i < results.size(); ++i) {
     const PhotographSpec& spec = input.capture.photographs[i];
     const Photograph& photo = input.photographs[i];
@@ -147,7 +147,8 @@ std::vector<PhotographResult> ComparePhotographs(const CrownInput& input, const 
 
     r.exposure = spec.exposure_scale;
     if (const auto group = exposure_of_group.find(ExposureGroup(spec)); group != exposure_of_group.end()) {
-      r.exposure = group->second;
+      r.exposure = scales.exposure[group->second];
+      if (!stddev.exposure.empty()) r.exposure_stddev = stddev.exposure[group->second];
     } else if (spec.exposure_is_free) {
       double top = 0, bottom = 0;  // a held-out photograph of its own exposure: least squares on itself
       for (size_t k = 0; k < values.size(); ++k)

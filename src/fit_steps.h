@@ -43,9 +43,10 @@ using Predictor = std::function<std::vector<glm::dvec3>(size_t photograph)>;
 Predictor PredictorByShader(const CrownInput& input, const CastState& state, const Material& material,
                             const LinearScales& scales, int threads);
 
-/// Predicts every photograph, held-out ones included, and compares.
+/// Predicts every photograph, held-out ones included, and compares. `stddev`: of `scales`; empty: not known.
 std::vector<PhotographResult> ComparePhotographs(const CrownInput& input, const CastState& state,
                                                  const Predictor& predict, const LinearScales& scales,
-                                                 const std::vector<FitPixels>& fitted, int threads);
+                                                 const std::vector<FitPixels>& fitted, int threads,
+                                                 const LinearScales& stddev = {});
 
 }  // namespace crownfit

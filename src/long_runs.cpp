@@ -26,9 +26,9 @@ bool LongRuns::Conclude() {
   constexpr size_t kSeveral = 4;
   constexpr double kOfUnknown = 0.1;  // of the variance
   const double n = static_cast<double>(runs_.size());
-  const int m = unknowns_.material();
-  Eigen::VectorXd mean = Eigen::VectorXd::Zero(unknowns_.count());
-  Eigen::MatrixXd covariance = Eigen::MatrixXd::Zero(m, m), of_walks = covariance;
+  const int m = unknowns_.material(), count = unknowns_.count();
+  Eigen::VectorXd mean = Eigen::VectorXd::Zero(count);
+  Eigen::MatrixXd whole = Eigen::MatrixXd::Zero(count, count), whole_of_a_run = whole;
   DataKnowledge k;
   k.by_photographs = Eigen::VectorXd::Zero(m);
   at_.walked.clear();
@@ -36,28 +36,35 @@ bool LongRuns::Conclude() {
   for (const RunEstimate& e : runs_) {
     mean += e.unknowns / n;
     k.by_photographs += e.by_photographs / n;
-    covariance += e.covariance / n;
-    of_walks += e.of_walks / n;
+    whole += e.covariance / n;
+    whole_of_a_run += e.of_walks / n;
     k.reduced_chi2 += e.chi2 / n;
     k.block_chi2 += e.misfit.of_patches / n;
     for (size_t g = 0; g < at_.walked.size(); ++g)
       for (size_t i = 0; i < at_.walked[g].size(); ++i) at_.walked[g][i] += e.values[g][i] / n;
   }
+  const Eigen::MatrixXd covariance = whole.topLeftCorner(m, m), of_a_run = whole_of_a_run.topLeftCorner(m, m);
   double off = 0;
-  const Eigen::VectorXd allowed = of_walks.diagonal().cwiseMax(kOfUnknown * covariance.diagonal()).cwiseMax(1e-12);
+  const Eigen::VectorXd allowed = of_a_run.diagonal().cwiseMax(kOfUnknown * covariance.diagonal()).cwiseMax(1e-12);
   for (const RunEstimate& e : runs_) off += (e.unknowns - mean).head(m).cwiseAbs2().cwiseQuotient(allowed).sum();
-  const Eigen::MatrixXd of_a_run = of_walks, &of_slopes = runs_.back().of_slopes;
   const double moving = static_cast<double>(m) - static_cast<double>(unknowns_.Untold().size());
   const double scatter = runs_.size() > 1 && moving > 0 ? off / (moving * (n - 1.0)) : 0.0;
   // Values are walked anew in every run; derivatives, in the last one, are the mean of all runs'.
-  of_walks = std::max(1.0, scatter) * ((of_a_run - of_slopes) / n + of_slopes);
+  const Eigen::MatrixXd &of_slopes = runs_.back().of_slopes, &of_model = runs_.back().of_model;
+  const Eigen::MatrixXd whole_of_walks = std::max(1.0, scatter) * ((whole_of_a_run - of_slopes) / n + of_slopes);
+  const Eigen::MatrixXd of_walks = whole_of_walks.topLeftCorner(m, m);
   unknowns_.GoTo(mean);
   // What is left beyond noise is common to all runs: no number of walks averages it out. It is measured against the
   // noise of one run, photographs and walks.
   k.inflation = std::max(1.0, k.block_chi2);
   const auto [variances, directions] = EigenOfSymmetric(covariance - of_a_run);
   const Eigen::MatrixXd of_photographs = directions * variances.cwiseMax(0.0).asDiagonal() * directions.transpose();
-  k.covariance = of_photographs + (k.inflation - 1.0) * (of_photographs + of_a_run) + of_walks + runs_.back().of_model;
+  k.covariance =
+      of_photographs + (k.inflation - 1.0) * (of_photographs + of_a_run) + of_walks + of_model.topLeftCorner(m, m);
+  const Eigen::VectorXd variance = (whole - whole_of_a_run).diagonal().cwiseMax(0.0) +
+                                   (k.inflation - 1.0) * whole.diagonal() +
+                                   (whole_of_walks + of_model).diagonal().cwiseMax(0.0);
+  k.scales_stddev = unknowns_.ScalesOf(variance.cwiseSqrt());
   for (const Eigen::VectorXd& rival : rivals_)
     k.covariance += rival * rival.transpose() / static_cast<double>(rivals_.size());
   if (model_offset_.size() > 0) k.covariance += model_offset_ * model_offset_.transpose();

@@ -13,7 +13,7 @@ namespace crownfit {
 struct RunEstimate {
   Eigen::VectorXd unknowns;
   Eigen::VectorXd by_photographs;        ///< the material's entries, had nothing else been known
-  Eigen::MatrixXd covariance, of_walks;  ///< of the material's entries
+  Eigen::MatrixXd covariance, of_walks;  ///< of all unknowns
   Eigen::MatrixXd of_slopes;             ///< part of both; later runs' derivatives are means over earlier ones' too
   Eigen::MatrixXd of_model;              ///< by what photographs have in common of the model's own error; part of none
   double chi2 = 0;

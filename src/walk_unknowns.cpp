@@ -58,6 +58,15 @@ Eigen::VectorXd WalkUnknowns::Stated() const {
   return stated;
 }
 
+LinearScales WalkUnknowns::ScalesOf(const Eigen::VectorXd& unknowns) const {
+  LinearScales scales{std::vector<double>(exposures_), std::vector<double>(problem_.capture.lights.size(), 0.0),
+                      std::vector<double>(errors_)};
+  for (int e = 0; e < exposures_; ++e) scales.exposure[e] = unknowns[exposure(e)];
+  for (size_t l = 0; l < lights_.size(); ++l) scales.light[lights_[l]] = unknowns[light(l)];
+  for (int e = 0; e < errors_; ++e) scales.calibration[e] = unknowns[error(e)];
+  return scales;
+}
+
 void WalkUnknowns::GoTo(const Eigen::VectorXd& there) {
   constexpr double kDark = 1e-9;
   at_.x = there.head(material_);

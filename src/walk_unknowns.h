@@ -25,6 +25,9 @@ class WalkUnknowns {
 
   Eigen::VectorXd Here() const;
   Eigen::VectorXd Stated() const;  ///< where the capture starts
+  /// What some unknowns' values, or their standard deviations, say of exposures, lamps and stated errors; 0 where an
+  /// intensity is exact.
+  LinearScales ScalesOf(const Eigen::VectorXd& unknowns) const;
   void GoTo(const Eigen::VectorXd& there);
   /// Nuisances with a stated error go back to what is stated.
   void ForgetCalibration();

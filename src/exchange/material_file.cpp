@@ -14,9 +14,9 @@ namespace {
 const char* const kFormat = "crownfit-material/1";
 
 JsonObject RootOf(const JsonFile& file) {
-  return file.RootOfFormat(
-      kFormat, {"model", "status", "reasons", "caveats", "channels", "layers", "surface", "viewer", "image_error",
-                "measurements", "identifiability", "joint", "linear_scales", "calibration", "provenance", "captures"});
+  return file.RootOfFormat(kFormat, {"model", "status", "reasons", "caveats", "channels", "layers", "surface", "viewer",
+                                     "image_error", "measurements", "identifiability", "joint", "linear_scales",
+                                     "linear_scales_stddev", "calibration", "provenance", "captures"});
 }
 
 std::vector<std::string> LayerKeys() {

@@ -46,6 +46,7 @@ struct PhotographResult {
   std::string name;
   bool is_holdout = false, exposure_is_fitted = false;
   double exposure = 1.0;
+  double exposure_stddev = 0;  ///< 0: exact, or only walks would tell
   double level = 1.0;  ///< by which factor the photograph is brighter than its prediction
   double reduced_chi2 = 0;
   int saturated_pixels = 0;

@@ -187,7 +187,7 @@ std::string MaterialJson(const CrownFit& fit) {
     channels.push_back(
         JsonValue::Object{{"name", fit.capture.channel_names[c]}, {"wavelength_nm", fit.capture.wavelengths_nm[c]}});
   for (size_t l = 0; l < fit.capture.layers.size(); ++l) layers.push_back(LayerJson(fit, l));
-  JsonValue::Object surface, by_name, scales;
+  JsonValue::Object surface, by_name, scales, scales_stddev;
   for (const auto& row : kParameters)
     if (IsOfSurface(fit.capture, row))
       surface.emplace_back(row.key, ParameterJson(*Find(fit, kSurfaceOwner, row.quantity)));
@@ -195,11 +195,17 @@ std::string MaterialJson(const CrownFit& fit) {
   for (const auto& p : fit.photographs) {
     (p.is_holdout ? held_out : used).push_back(&p);
     by_name.emplace_back(p.name, ErrorJson({&p}));
-    if (p.exposure_is_fitted) scales.emplace_back("exposure_scale " + p.name, p.exposure);
+    if (!p.exposure_is_fitted) continue;
+    scales.emplace_back("exposure_scale " + p.name, p.exposure);
+    if (p.exposure_stddev > 0) scales_stddev.emplace_back("exposure_scale " + p.name, p.exposure_stddev);
   }
-  for (size_t l = 0; l < fit.capture.lights.size(); ++l)
-    if (fit.capture.lights[l].scale_is_free || fit.capture.lights[l].intensity_stddev > 0)
-      scales.emplace_back("intensity_scale " + fit.capture.lights[l].name, fit.scales.light[l]);
+  const std::vector<double>& lights_stddev = fit.knowledge.scales_stddev.light;
+  for (size_t l = 0; l < fit.capture.lights.size(); ++l) {
+    const Light& light = fit.capture.lights[l];
+    if (!light.scale_is_free && light.intensity_stddev <= 0) continue;
+    scales.emplace_back("intensity_scale " + light.name, fit.scales.light[l]);
+    if (!lights_stddev.empty()) scales_stddev.emplace_back("intensity_scale " + light.name, lights_stddev[l]);
+  }
   JsonValue::Object moved;
   for (const MovedCalibration& m : fit.calibration)
     moved.emplace_back(m.what, JsonValue::Object{{"moved_stddevs", m.Stddevs()}});
@@ -227,6 +233,7 @@ std::string MaterialJson(const CrownFit& fit) {
                                             {"monte_carlo_share_of_variance", u.of_walks}}},
       {"joint", JointJson(fit)},
       {"linear_scales", scales},
+      {"linear_scales_stddev", scales_stddev},
       {"calibration", moved},
       {"provenance", ProvenanceJson(fit)}};
   if (!fit.together.empty()) result.emplace_back("captures", TogetherJson(fit));

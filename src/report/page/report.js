@@ -312,7 +312,10 @@ function showProvenance() {
   fact('seed', provenance.seed);
   for (const [name, value] of Object.entries(provenance.options))
     fact(`option ${plainName(name)}`, Array.isArray(value) ? value.map(v => v.name ? `${v.name} = ${v.value}` : v).join(', ') || 'none' : value);
-  for (const [name, value] of Object.entries(material.linear_scales ?? {})) fact(name.replace('_', ' '), number(value, 4));
+  for (const [name, value] of Object.entries(material.linear_scales ?? {})) {
+    const stddev = material.linear_scales_stddev?.[name];
+    fact(name.replace('_', ' '), number(value, 4) + (stddev ? ` ± ${number(stddev, 2)}` : ''));
+  }
   for (const [name, value] of Object.entries(material.calibration ?? {})) fact(name, `moved by ${number(value.moved_stddevs, 2)} of its stated error`);
   fact('command', run.command_line);
   fact('finished', run.finished_utc);
