@@ -4,6 +4,7 @@
 
 #include <cmath>
 
+#include "base/files.h"
 #include "base/random.h"
 #include "exchange/material_file.h"
 #include "fit_crown.h"
@@ -104,6 +105,13 @@ TEST(FitByWalks, FindsAToothWithinItsOwnIntervalsWhereShaderMissesIt) {
     EXPECT_LT(p.exposure_stddev, 0.04) << "better known than it was stated";
   }
   EXPECT_EQ(fit.photographs[0].exposure_stddev, 0.0) << "exact";
+  const std::string json = MaterialJson(fit);
+  const size_t stddevs = json.find("\"linear_scales_stddev\"");
+  ASSERT_NE(stddevs, std::string::npos);
+  EXPECT_NE(json.find("\"exposure_scale " + fit.photographs[3].name + "\"", stddevs), std::string::npos);
+  EXPECT_EQ(json.find("\"exposure_scale " + fit.photographs[0].name + "\"", stddevs), std::string::npos) << "exact";
+  WriteTextFile(folder.path / "material.json", json);
+  EXPECT_NO_THROW(ReadMaterialFile(folder.path / "material.json", fit.capture)) << "other commands read it";
   EXPECT_NE(fit.seen_by_shader.layers[0][Quantity::kReducedScattering][1],
             fit.material.layers[0][Quantity::kReducedScattering][1])
       << "the viewer keeps what looks right to it";
