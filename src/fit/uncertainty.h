@@ -40,7 +40,7 @@ struct DataKnowledge {
   Eigen::MatrixXd covariance;      ///< within what is seen
   Eigen::MatrixXd unseen;          ///< columns: unit directions of which nothing is known
   Eigen::VectorXd by_photographs;  ///< where the entries would be, had nothing else been known
-  Eigen::VectorXd of_walks;  ///< share of every entry's variance that the fit's own walks make; empty: none walked
+  Eigen::VectorXd of_walks;    ///< share of every entry's variance that the fit's own walks make; empty: none walked
   LinearScales scales_stddev;  ///< of exposures, lamps' intensities and stated errors; empty: only walks tell them
   double condition = 0, reduced_chi2 = 0, block_chi2 = 0, inflation = 1;
   /// Of a linear combination; infinite when it leans on an unseen direction.

@@ -47,7 +47,7 @@ struct PhotographResult {
   bool is_holdout = false, exposure_is_fitted = false;
   double exposure = 1.0;
   double exposure_stddev = 0;  ///< 0: exact, or only walks would tell
-  double level = 1.0;  ///< by which factor the photograph is brighter than its prediction
+  double level = 1.0;          ///< by which factor the photograph is brighter than its prediction
   double reduced_chi2 = 0;
   int saturated_pixels = 0;
   Image photograph, prediction;   ///< linear sensor values; the prediction is 0 where nothing was cast
