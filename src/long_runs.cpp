@@ -61,6 +61,7 @@ bool LongRuns::Conclude() {
   const Eigen::MatrixXd of_photographs = directions * variances.cwiseMax(0.0).asDiagonal() * directions.transpose();
   k.covariance =
       of_photographs + (k.inflation - 1.0) * (of_photographs + of_a_run) + of_walks + of_model.topLeftCorner(m, m);
+  // Rivals and the model's offset, below, are known of the material alone.
   const Eigen::VectorXd variance = (whole - whole_of_a_run).diagonal().cwiseMax(0.0) +
                                    (k.inflation - 1.0) * whole.diagonal() +
                                    (whole_of_walks + of_model).diagonal().cwiseMax(0.0);

@@ -199,12 +199,13 @@ std::string MaterialJson(const CrownFit& fit) {
     scales.emplace_back("exposure_scale " + p.name, p.exposure);
     if (p.exposure_stddev > 0) scales_stddev.emplace_back("exposure_scale " + p.name, p.exposure_stddev);
   }
-  const std::vector<double>& lights_stddev = fit.knowledge.scales_stddev.light;
+  const std::vector<double>& lights_stddev = fit.knowledge.scales_stddev.light;  // 0: no photograph of the fit tells
   for (size_t l = 0; l < fit.capture.lights.size(); ++l) {
     const Light& light = fit.capture.lights[l];
     if (!light.scale_is_free && light.intensity_stddev <= 0) continue;
     scales.emplace_back("intensity_scale " + light.name, fit.scales.light[l]);
-    if (!lights_stddev.empty()) scales_stddev.emplace_back("intensity_scale " + light.name, lights_stddev[l]);
+    if (!lights_stddev.empty() && lights_stddev[l] > 0)
+      scales_stddev.emplace_back("intensity_scale " + light.name, lights_stddev[l]);
   }
   JsonValue::Object moved;
   for (const MovedCalibration& m : fit.calibration)
