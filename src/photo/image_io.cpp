@@ -68,8 +68,10 @@ ImageFile ReadImageFile(const std::filesystem::path& file) {
   }
   const auto bytes = memory.Bytes();
   if (ending == Ending::kTookTooLong)
-    throw InputError(file, "", "the image can't be decoded within " + std::to_string(limits.image_seconds) + " s",
-                     "Write the file again, or raise CROWNFIT_MAX_IMAGE_SECONDS on a slow machine.");
+    throw InputError(
+        file, "",
+        "the image can't be decoded within " + std::to_string(static_cast<int>(std::ceil(limits.image_seconds))) + " s",
+        "Write the file again, or raise CROWNFIT_MAX_IMAGE_SECONDS on a slow machine.");
   if (ending == Ending::kNeededTooMuchMemory)
     DamagedImage(file, "decoding it needs more than " + std::to_string(static_cast<int>(1e-6 * memory_bytes)) + " MB");
   if (ending != Ending::kDone || bytes.size() < sizeof(DecodedImage))

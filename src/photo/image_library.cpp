@@ -7,9 +7,13 @@
 
 #include <algorithm>
 #include <array>
+#include <chrono>
 #include <cstring>
+#include <filesystem>
 #include <optional>
 #include <set>
+#include <string>
+#include <thread>
 
 namespace crownfit {
 namespace {
@@ -70,14 +74,36 @@ OIIO::ImageBuf Wrapped(int width, int height, int channels, float* values) {
   return {OIIO::ImageSpec(width, height, channels, OIIO::TypeDesc::FLOAT), values};
 }
 
+/// The numbers of this process's threads.
+std::set<std::string> Threads() {
+  std::set<std::string> numbers;
+  std::error_code gone_meanwhile;
+  for (const auto& thread : std::filesystem::directory_iterator("/proc/self/task", gone_meanwhile))
+    numbers.insert(thread.path().filename());
+  return numbers;
+}
+
+/// Waits, for a second at most, until no thread is left that was not there before.
+void WaitForThreadsBut(const std::set<std::string>& before) {
+  using namespace std::chrono_literals;
+  const auto are_gone = [&] {
+    const std::set<std::string> now = Threads();
+    return std::includes(before.begin(), before.end(), now.begin(), now.end());
+  };
+  for (int i = 0; i < 1000 && !are_gone(); ++i) std::this_thread::sleep_for(1ms);
+}
+
 class OpenImageIo : public ImageLibrary {
  public:
   OpenImageIo() {
-    // It keeps to the calling thread, so that a forked child misses none of its threads.
+    // It keeps to the calling thread, so that a forked child misses none of its threads. The one that its pool is made
+    // with signs off under a spin lock: a child that is forked before it is gone may wait for that for ever.
+    const std::set<std::string> before = Threads();
     const bool takes_settings =
         OIIO::attribute("threads", 1) && OIIO::attribute("exr_threads", -1) &&
         !OIIO::get_string_attribute("format_list").empty();  // looked up here once, not by each child
     Check(takes_settings, "OpenImageIO takes its settings");
+    WaitForThreadsBut(before);
   }
 
   void Decode(const std::filesystem::path& file, const Limits& limits,
