@@ -7,6 +7,7 @@
 #include "base/error.h"
 #include "calibration/colour_file.h"
 #include "exchange/shades_file.h"
+#include "photo/colour.h"
 
 namespace crownfit {
 namespace {
@@ -126,6 +127,11 @@ FlatQuestion FlatQuestionOf(const CommandLine& line, const std::filesystem::path
     q.cement = ReadOpticalRecord(p.cement);
     if (q.cement->layers.size() != 1)
       throw InputError(p.cement, "layers", "a cement has one layer", "Name its material.json, or clear, or air.");
+    if (const auto& its = q.cement->wavelengths_nm, &nm = q.material.wavelengths_nm;
+        its && nm && !AreSameBands(*its, *nm))
+      throw InputError(p.cement, "channels",
+                       "its bands are " + BandsText(*its) + ", those of the crown " + BandsText(*nm),
+                       "Give a cement's material of the same bands in the same order.");
   }
   if (p.geometry == "d/8") {
     q.geometry = MeasuredAt::kD_8;
@@ -145,6 +151,9 @@ std::vector<std::string> AssumptionsOf(const CommandLine& line, const FlatQuesti
   std::vector<std::string> said;
   said.push_back(p.colour ? "colours by " + p.colour->filename().string() + ", D65, 2 degrees"
                           : "the camera's bands are taken as linear sRGB, D65, 2 degrees; --colour FILE says better");
+  if (const auto& nm = q.material.wavelengths_nm; nm && !p.colour && !AreRedGreenBlue(*nm))
+    said.push_back("its bands are not red, green and blue in this order (" + BandsText(*nm) +
+                   "): L*a*b*, differences and shades are those of a picture in false colours");
   said.push_back("measured " + p.geometry + ", without gloss, " +
                  (q.aperture_mm ? "through an aperture that loses light past its edge" : "everything lit alike"));
   if (!q.material.is_usable) said.push_back("the material's own fit says that it must not be used");

@@ -101,6 +101,19 @@ TEST(Caveats, PhotographsThatCannotBeTrustedAreNamed) {
   EXPECT_TRUE(says("JPEG (back)"));
   photographs[0].has_ignored_profile = true;
   EXPECT_TRUE(says("'front' carries a colour profile"));
+  EXPECT_FALSE(says("false colours"));
+  capture.wavelengths_nm = {450, 540, 600};
+  EXPECT_TRUE(says("450, 540, 600 nm: not red, green and blue"));
+  for (PhotographSpec& p : capture.photographs) p.has_colour_file = true;
+  EXPECT_FALSE(says("false colours")) << "the colour file knows";
+}
+
+TEST(Colour, BandsAreRedGreenAndBlueInThisOrderAlone) {
+  EXPECT_TRUE(AreRedGreenBlue({600, 540, 450}));
+  EXPECT_TRUE(AreRedGreenBlue({610, 560, 465}));
+  EXPECT_FALSE(AreRedGreenBlue({540, 600, 450}));
+  EXPECT_FALSE(AreRedGreenBlue({940, 850, 705}));
+  EXPECT_FALSE(AreRedGreenBlue({540, 540, 540}));
 }
 
 }  // namespace

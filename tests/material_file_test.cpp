@@ -126,6 +126,26 @@ TEST(JointValues, NamesAndMatricesThatCanNotBeAreRefused) {
     EXPECT_THROW(ReadJoint(text, material), InputError) << text;
 }
 
+TEST(MaterialFile, OfOtherBandsIsRefused) {
+  const TemporaryFolder folder;
+  const auto file = folder.path / "material.json";
+  const auto write = [&](const char* nm0, const char* nm1, const char* nm2) {
+    std::string channels;
+    for (const char* nm : {nm0, nm1, nm2})
+      channels +=
+          std::string(channels.empty() ? "" : ", ") + R"({"name": "x)" + nm + R"(", "wavelength_nm": )" + nm + "}";
+    WriteTextFile(file, R"({"format": "crownfit-material/1", "channels": [)" + channels +
+                            R"(], "layers": [{"name": "enamel"}, {"name": "dentine"}]})");
+  };
+  Capture capture = TwoLayers();
+  capture.wavelengths_nm = {605, 540, 450};
+  write("600", "549", "450");
+  EXPECT_NO_THROW(ReadMaterialRecord(file, capture));
+  write("450", "540", "600");
+  EXPECT_THROW(ReadMaterialRecord(file, capture), InputError) << "the same in another order";
+  EXPECT_EQ(ReadMaterialRecord(file).wavelengths_nm, (std::array{450.0, 540.0, 600.0})) << "by itself it has its own";
+}
+
 TEST(MaterialFile, SaysWhichLayerIsMissing) {
   const TemporaryFolder folder;
   WriteTextFile(folder.path / "material.json", R"({"format": "crownfit-material/1", "layers": [{"name": "enamel"}]})");

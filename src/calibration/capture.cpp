@@ -283,6 +283,8 @@ Capture ReadAs(const std::string& format, const std::filesystem::path& path, std
     for (int c = 0; c < kChannels; ++c) {
       const JsonObject channel(items[c], {"name", "wavelength_nm"});
       capture.channel_names[c] = channel.Require("name").Name();
+      if (std::count(capture.channel_names.begin(), capture.channel_names.begin() + c, capture.channel_names[c]))
+        channel.Require("name").Fail("a channel before it has this name", "Name each: results are listed by it.");
       capture.wavelengths_nm[c] = channel.Require("wavelength_nm").Number(200.0, 2500.0);
     }
   }

@@ -7,6 +7,7 @@
 #include "base/error.h"
 #include "base/files.h"
 #include "base/json_file.h"
+#include "photo/colour.h"
 
 namespace crownfit {
 namespace {
@@ -113,6 +114,15 @@ void ReadChannels(const JsonObject& root, MaterialOutline& outline) {
   }
 }
 
+/// Values go by position: those of another band would count for this one.
+void CheckSameBands(const JsonObject& material, const std::array<double, kChannels>& its_nm, const Capture& capture) {
+  if (AreSameBands(its_nm, capture.wavelengths_nm)) return;
+  material.Require("channels")
+      .Fail("its bands are " + BandsText(its_nm) + ", those of " + capture.file.string() + " are " +
+                BandsText(capture.wavelengths_nm),
+            "Give a material of these bands in this order; where it shall stand for them all the same, state them.");
+}
+
 JsonValue FixedValue(const ChannelValues& values, const ParameterRow& row) {
   const JsonValue value = row.per_channel ? JsonValue(std::vector<double>(values.begin(), values.end())) : values[0];
   return JsonValue::Object{{"value", value}, {"status", "fixed"}};
@@ -148,11 +158,12 @@ MaterialRecord ReadMaterialRecord(const std::filesystem::path& path, const Captu
   if (const auto surface = root.Find("surface"))
     ReadOwner(JsonObject(*surface, ParameterKeys(Owner::kSurface)), Owner::kSurface, record.material.surface,
               record.surface);
-  if (const auto joint = root.Find("joint")) {
-    MaterialOutline outline;
-    ReadChannels(root, outline);
+  MaterialOutline outline;
+  ReadChannels(root, outline);
+  record.wavelengths_nm = outline.wavelengths_nm;
+  if (outline.wavelengths_nm) CheckSameBands(root, *outline.wavelengths_nm, capture);
+  if (const auto joint = root.Find("joint"))
     record.joint = ReadJointValues(*joint, record.material, outline.channel_names.value_or(capture.channel_names));
-  }
   if (const auto viewer = root.Find("viewer")) record.effective = ReadViewer(*viewer, record.material);
   if (const auto scales = root.Find("linear_scales"))
     for (const auto& [name, node] : scales->Members()) record.linear_scales[name] = node.Positive();
@@ -160,15 +171,7 @@ MaterialRecord ReadMaterialRecord(const std::filesystem::path& path, const Captu
 }
 
 MaterialRecord ReadMaterialRecord(const std::filesystem::path& path) {
-  Capture capture;
-  for (const std::string& name : ReadMaterialOutline(path).layers) {
-    LayerSpec layer;
-    layer.name = name;
-    for (size_t i = 0; i < kParameters.size(); ++i) layer.parameters[i] = DefaultSpec(kParameters[i]);
-    capture.layers.push_back(layer);
-  }
-  for (size_t i = 0; i < kParameters.size(); ++i) capture.surface[i] = DefaultSpec(kParameters[i]);
-  return ReadMaterialRecord(path, capture);
+  return ReadMaterialRecord(path, CaptureOfOutline(ReadMaterialOutline(path), path));
 }
 
 Material ReadMaterialFile(const std::filesystem::path& file, const Capture& capture) {

@@ -14,7 +14,8 @@
 namespace crownfit {
 
 /// Reads the values of material.json or truth.json ("crownfit-material/1") for the layers of a capture, by name; what
-/// the file does not state keeps the capture's value. Throws InputError when a layer is missing.
+/// the file does not state keeps the capture's value. Throws InputError when a layer is missing or its bands are more
+/// than 10 nm off the capture's.
 Material ReadMaterialFile(const std::filesystem::path& file, const Capture& capture);
 
 /// What the file says about a parameter beside its value.
@@ -34,7 +35,8 @@ struct MaterialRecord {
   Owner surface;
   std::map<std::string, double> linear_scales;  ///< such as "exposure_scale front", "intensity_scale left"
   bool is_usable = true;                        ///< false: its fit says that it must not be used
-  std::optional<JointValues> joint;             ///< of what was fitted; nothing: each value is known by itself
+  std::optional<std::array<double, kChannels>> wavelengths_nm;  ///< where the file states them
+  std::optional<JointValues> joint;   ///< of what was fitted; nothing: each value is known by itself
   std::optional<Material> effective;  ///< by the block "viewer": what the real-time shader is to be given to look right
 };
 

@@ -27,6 +27,24 @@ glm::dvec3 LabFromLinearRgb(const glm::dvec3& rgb) {
 
 double LuminanceOf(const glm::dvec3& rgb) { return (kXyzFromLinearRgb * rgb).y; }
 
+bool AreRedGreenBlue(const std::array<double, 3>& nm) {
+  const auto is_within = [](double v, double low, double high) { return low <= v && v <= high; };
+  return nm[0] > nm[1] && nm[1] > nm[2] && is_within(nm[0], 570, 700) && is_within(nm[1], 490, 600) &&
+         is_within(nm[2], 400, 510);
+}
+
+bool AreSameBands(const std::array<double, 3>& some_nm, const std::array<double, 3>& others_nm) {
+  constexpr double kSame_nm = 10.0;
+  return std::equal(some_nm.begin(), some_nm.end(), others_nm.begin(),
+                    [](double a, double b) { return std::abs(a - b) <= kSame_nm; });
+}
+
+std::string BandsText(const std::array<double, 3>& nm) {
+  std::string text;
+  for (const double v : nm) text += (text.empty() ? "" : ", ") + std::to_string(std::lround(v));
+  return text + " nm";
+}
+
 glm::dvec3 LinearRgbFromLab(const glm::dvec3& lab) {
   const double fy = (lab.x + 16.0) / 116.0;
   return glm::inverse(kXyzFromLinearRgb) *

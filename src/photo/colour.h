@@ -4,6 +4,7 @@
 #include <array>
 #include <glm/glm.hpp>
 #include <optional>
+#include <string>
 
 namespace crownfit {
 
@@ -21,6 +22,15 @@ double Ciede2000(const glm::dvec3& lab1, const glm::dvec3& lab2);
 
 /// Linear sRGB (may leave [0, 1]) of CIELAB under D50, as charts are published.
 glm::dvec3 LinearRgbFromLabD50(const glm::dvec3& lab);
+
+/// Whether a picture's first, second and third band are red, green and blue light.
+bool AreRedGreenBlue(const std::array<double, 3>& wavelengths_nm);
+
+/// Within 10 nm, one by one.
+bool AreSameBands(const std::array<double, 3>& some_nm, const std::array<double, 3>& others_nm);
+
+/// "600, 540, 450 nm"
+std::string BandsText(const std::array<double, 3>& wavelengths_nm);
 
 /// From a camera's own values to linear sRGB.
 struct ColourTransform {

@@ -2,6 +2,7 @@
 #include <cmath>
 #include <cstdio>
 
+#include "photo/colour.h"
 #include "report/crown_fit.h"
 
 namespace crownfit {
@@ -123,6 +124,11 @@ std::vector<std::string> PhotographCaveats(const Capture& capture, const std::ve
     colour_known &= p.has_colour_file;
     noise_known &= p.has_noise_file || p.files.variance.has_value();
   }
+  if (!colour_known && !AreRedGreenBlue(capture.wavelengths_nm))
+    caveats.push_back(
+        "The channels are " + BandsText(capture.wavelengths_nm) +
+        ": not red, green and blue in this order, which is that of the pictures' planes. Values count for "
+        "the bands as stated; colours, CIEDE2000 and shades are those of pictures in false colours.");
   if (encoded)
     caveats.push_back(
         "The light was not calibrated: photographs are display-encoded (8-bit, sRGB assumed, the camera's own tone "
