@@ -60,15 +60,18 @@ void AddEntries(const Capture& capture, const ParameterSpec& spec, const Paramet
     }
     return;
   }
-  // ln value = level - exponent ln(wavelength / 540 nm): start from the least-squares line.
-  double sx = 0, sy = 0, sxx = 0, sxy = 0;
+  if (std::ranges::count(capture.wavelengths_nm, capture.wavelengths_nm[0]) == kChannels)
+    throw InputError(capture.file, "channels",
+                     "all have one wavelength, and " + entry.name + " is shared by a power law over wavelengths",
+                     "State the bands' own wavelengths, or \"shared\": \"channels\" or \"none\".");
+  const PowerLawWeights line = WeightsOfPowerLaw(capture.wavelengths_nm);
+  double level = 0, exponent_start = 0;
   for (int c = 0; c < kChannels; ++c) {
-    const double x = std::log(capture.wavelengths_nm[c] / kReferenceWavelength_nm), y = std::log(spec.value[c]);
-    sx += x, sy += y, sxx += x * x, sxy += x * y;
+    level += line.level[c] * std::log(spec.value[c]);
+    exponent_start += line.exponent[c] * std::log(spec.value[c]);
   }
-  const double slope = (kChannels * sxy - sx * sy) / (kChannels * sxx - sx * sx);
   entry.role = FreeEntry::Role::kPowerLevel;
-  entry.start = std::clamp((sy - slope * sx) / kChannels, entry.low, entry.high);
+  entry.start = std::clamp(level, entry.low, entry.high);
   free.entries.push_back(entry);
   FreeEntry exponent{owner + "." + row.key + " (power-law exponent)",
                      layer,
@@ -76,7 +79,7 @@ void AddEntries(const Capture& capture, const ParameterSpec& spec, const Paramet
                      FreeEntry::Role::kPowerExponent,
                      0,
                      Scale::kLinear,
-                     std::clamp(-slope, -1.0, 5.0),
+                     std::clamp(exponent_start, -1.0, 5.0),
                      -1.0,
                      5.0,
                      1.0,
@@ -90,6 +93,22 @@ double Lever(const FreeParameters& free, int channel) {
 }
 
 }  // namespace
+
+PowerLawWeights WeightsOfPowerLaw(const std::array<double, kChannels>& wavelengths_nm) {
+  std::array<double, kChannels> x{};
+  double mean = 0, spread = 0;
+  for (int c = 0; c < kChannels; ++c) {
+    x[c] = std::log(wavelengths_nm[c] / kReferenceWavelength_nm);
+    mean += x[c] / kChannels;
+  }
+  for (const double at : x) spread += (at - mean) * (at - mean);
+  PowerLawWeights weights{};
+  for (int c = 0; c < kChannels; ++c) {
+    weights.exponent[c] = -(x[c] - mean) / spread;
+    weights.level[c] = 1.0 / kChannels + mean * weights.exponent[c];
+  }
+  return weights;
+}
 
 void ApplyOverrides(Capture& capture, const FitOverrides& overrides) {
   for (const auto& [name, values] : overrides.fix) {

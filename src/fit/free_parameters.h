@@ -47,7 +47,15 @@ struct FitOverrides {
 /// Applies --fix and --free to the capture. Throws InputError naming the option.
 void ApplyOverrides(Capture& capture, const FitOverrides& overrides);
 
+/// Throws InputError where a power law has but one wavelength.
 FreeParameters FreeParametersOf(const Capture& capture);
+
+/// ln value = level - exponent ln(wavelength / 540 nm): the least-squares line's level and exponent are so much of the
+/// channels' logarithms. Infinite where all wavelengths are the same.
+struct PowerLawWeights {
+  std::array<double, kChannels> level, exponent;
+};
+PowerLawWeights WeightsOfPowerLaw(const std::array<double, kChannels>& wavelengths_nm);
 
 Eigen::VectorXd StartVector(const FreeParameters& free);
 

@@ -50,6 +50,32 @@ with tempfile.TemporaryDirectory() as folder:
         for a, b in zip(again[key]["value"], material["layers"][0][key]["value"]):
             assert abs(a / b - 1) < 0.01, (key, a, b)
 
+    # A fit's own result as its prior moves nothing, whatever its bands: where scattering follows a power law too.
+    def banded(name, *nm):
+        capture = json.loads((samples / "capture.json").read_text())
+        capture["channels"] = [{"name": c, "wavelength_nm": w} for c, w in zip("RGB", nm)]
+        capture["object"]["layers"][0]["reduced_scattering_per_mm"]["shared"] = "power_law"
+        (folder / name).mkdir()
+        (folder / name / "capture.json").write_text(json.dumps(capture))
+        return folder / name
+
+    for name, *nm in (("typical", 610, 560, 465), ("infrared", 940, 850, 705)):
+        capture = banded(name, *nm)
+        run("fit", capture, "-o", folder / f"{name}_alone", "--profiles", 0)
+        alone = folder / f"{name}_alone/material.json"
+        done = subprocess.run([program, "fit", capture, "-o", folder / f"{name}_prior", "--profiles", "0", "--prior", alone], capture_output=True, text=True)
+        assert done.returncode in (0, 1), done.stderr  # 1: the prior says everything
+        before, after = (json.loads((folder / f"{name}_{how}/material.json").read_text()) for how in ("alone", "prior"))
+        for key in ("reduced_scattering_per_mm", "absorption_per_mm"):
+            b, a = before["layers"][0][key], after["layers"][0][key]
+            off = max(abs(x - y) / s for x, y, s in zip(a["value"], b["value"], b["stddev"]))
+            assert off < 0.3, (name, key, off, a, b)
+    said = run("fit", samples, "-o", folder / "no", "--prior", folder / "typical_alone/material.json", expect=2).stderr
+    assert "610, 560, 465 nm" in said and "600, 540, 450 nm" in said and "channels" in said, said
+    assert "false colours" in run("predict", folder / "infrared_alone/material.json", "--thickness", 1, "--draws", 40).stderr
+    said = run("check", banded("grey", 540, 540, 540), expect=2).stderr
+    assert "channels" in said and "power law" in said, said
+
     # What needs a shape, or photographs' models, says so.
     for command in (["render", samples, "-o", folder / "no"], ["view", folder / "one/material.json", "--capture", samples, "--screenshot", folder / "no.png"],
                     ["export", folder / "one/material.json", "--to", "gltf", "--capture", samples, "-o", folder / "no"],
