@@ -165,9 +165,15 @@ void Judge(CrownFit& fit) {
   const bool any = std::any_of(u.parameters.begin(), u.parameters.end(), [](const FittedParameter& p) {
     return p.status == Status::kFitted && p.quantity != Quantity::kRoughness && p.quantity != Quantity::kWetness;
   });
-  if (!any)
-    fit.reasons.push_back("nothing physical was fitted: no scattering, absorption, thickness or index is identified");
+  if (!any) {
+    const bool file_says_it = !fit.options.prior.empty() && !Names(u, Status::kPrior).empty();
+    fit.reasons.push_back("nothing physical was fitted: no scattering, absorption, thickness or index is identified" +
+                          (file_says_it ? "; these " + SourceOf(fit) + " add nothing to " + fit.options.prior.string() +
+                                              ", which stands by itself"
+                                        : std::string()));
+  }
   fit.usable = fit.reasons.empty();
+  const bool model_holds = !any && fit.reasons.size() == 1;
   if (const std::string at_bound = Names(u, Status::kAtBound); !at_bound.empty())
     fit.reasons.push_back("at a bound: " + at_bound);
   if (!fit.usable) {
@@ -187,7 +193,8 @@ void Judge(CrownFit& fit) {
   if (fit.verdict.empty()) fit.verdict = "Nothing was free to fit. ";
   fit.verdict.pop_back();
   if (!fit.usable)
-    fit.verdict = "Not usable, see the reasons. Within the model, which does not hold here: " + fit.verdict;
+    fit.verdict = "Not usable, see the reasons. " +
+                  (model_holds ? fit.verdict : "Within the model, which does not hold here: " + fit.verdict);
 }
 
 }  // namespace crownfit
