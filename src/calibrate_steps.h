@@ -22,8 +22,8 @@ void RequireOneSize(const Image& image, const Image& first, const std::filesyste
 /// Linear pictures. Throws InputError for encoded ones that are not to be taken as linear.
 std::vector<ImageFile> ReadLinear(const std::vector<std::filesystem::path>& files, bool taken_as_linear);
 
-/// Subtracts the black level of noise.json, where one is given; the level from which values are saturated.
-double RemoveBlack(Image& image, const std::optional<std::filesystem::path>& noise_file);
+/// Subtracts the black level of noise.json, where one is given; the levels from which its channels are saturated.
+glm::dvec3 RemoveBlack(Image& image, const std::optional<std::filesystem::path>& noise_file);
 
 /// Measures of the camera's values; those of its geometry and the lamps stand in calibrate_commands.cpp.
 int CalibrateNoise(const CommandLine& line);

@@ -62,12 +62,15 @@ std::vector<ImageFile> ReadLinear(const std::vector<std::filesystem::path>& file
   return photos;
 }
 
-double RemoveBlack(Image& image, const std::optional<std::filesystem::path>& noise_file) {
-  if (!noise_file) return 0.98;
+glm::dvec3 RemoveBlack(Image& image, const std::optional<std::filesystem::path>& noise_file) {
+  constexpr double kUnknown = 0.98;
+  if (!noise_file) return glm::dvec3(kUnknown);
   const SensorNoise noise = ReadSensorNoise(*noise_file);
   for (size_t i = 0; i < image.values.size(); ++i)
     image.values[i] -= static_cast<float>(noise.black[std::min<size_t>(i % image.channels, 2)]);
-  return noise.saturation[0].value_or(0.98) - noise.black[0];
+  glm::dvec3 saturation;
+  for (int c = 0; c < 3; ++c) saturation[c] = noise.saturation[c].value_or(kUnknown) - noise.black[c];
+  return saturation;
 }
 
 int CalibrateNoise(const CommandLine& line) {
@@ -133,9 +136,17 @@ int MergeSeries(const CommandLine& line) {
     }
   }
   const MergedExposures merged = MergeExposures(series);
-  for (size_t k = 0; k < merged.time_ratios.size(); ++k)
-    product.figures.push_back({"ratio_" + Text(series.times[k + 1]) + "_to_" + Text(series.times[k]) + "_over_times",
-                               merged.time_ratios[k], ""});
+  bool any_compared = false;
+  for (size_t k = 0; k < merged.time_ratios.size(); ++k) {
+    const std::string times = Text(series.times[k + 1]) + "_to_" + Text(series.times[k]);
+    any_compared |= merged.time_ratios[k].has_value();
+    if (merged.time_ratios[k])
+      product.figures.push_back({"ratio_" + times + "_over_times", *merged.time_ratios[k], ""});
+    else
+      product.notes.push_back("exposures " + times +
+                              ": none of the longer one's values lies between 0.15 and half of " +
+                              "saturation, so their times could not be checked.");
+  }
   product.figures.push_back({"nonlinearity", 100 * merged.worst_ratio, "%"});
   product.figures.push_back({"saturated_in_all", 100 * merged.share_saturated, "% of pixels"});
   if (merged.worst_ratio > 0.1)
@@ -143,8 +154,13 @@ int MergeSeries(const CommandLine& line) {
         "exposures differ by " + Text(100 * merged.worst_ratio, "%") +
         " from what their times let expect: are the times right, did the light drift, are the files "
         "linear?");
+  else if (!any_compared)
+    product.refusals.push_back("no two exposures can be compared: are the times right, is the picture too dark?");
   else if (merged.worst_ratio > 0.03)
     product.notes.push_back("exposures depart by " + Text(100 * merged.worst_ratio, "%") + " from their times.");
+  if (merged.share_saturated > 0)
+    product.notes.push_back("what is saturated in every exposure has its lowest value: state \"saturation\": " +
+                            Text(0.99 * merged.saturation) + " for this picture in the capture.");
   if (product.refusals.empty()) {
     const std::filesystem::path variance = line.output.stem().string() + "_variance.exr";
     WriteImageFile(line.output, merged.linear);
@@ -216,17 +232,26 @@ int CalibrateColour(const CommandLine& line) {
   Image linear = photo.image;
   if (encoded)
     for (float& v : linear.values) v = static_cast<float>(LinearFromSrgb(v));
-  double saturation = RemoveBlack(linear, line.calibrate.noise);
+  glm::dvec3 saturation = RemoveBlack(linear, line.calibrate.noise);
   if (line.calibrate.flat_field) {
     Image card = ReadImageFile(*line.calibrate.flat_field).image;
     RequireOneSize(card, linear, *line.calibrate.flat_field, path);
     if (encoded)
       for (float& v : card.values) v = static_cast<float>(LinearFromSrgb(v));
+    const auto is_saturated = [&, saturation](const Image& image, size_t i) {
+      return image.values[i] >= saturation[std::min(2, static_cast<int>(i % image.channels))];
+    };
     RemoveBlack(card, line.calibrate.noise);
-    for (float& v : linear.values)
-      if (v >= saturation) v = 1e9f;  // still to be seen when the card has changed its value
+    size_t clipped = 0;
+    for (size_t i = 0; i < card.values.size(); ++i) clipped += is_saturated(card, i);
+    if (const double share = 100.0 * static_cast<double>(clipped) / static_cast<double>(card.values.size());
+        share > 0.1)
+      throw InputError(*line.calibrate.flat_field, "--flat-field", Text(share, "%") + " of its values are saturated",
+                       "Expose the white card to half of full scale.");
+    for (size_t i = 0; i < linear.values.size(); ++i)
+      if (is_saturated(linear, i)) linear.values[i] = 1e9f;  // still to be seen when the card has changed its value
     Flatten(linear, card);
-    saturation = 1e6;
+    saturation = glm::dvec3(1e6);
   }
   const ColourSource source{&linear, encoded, photo.is_jpeg};
   if (const auto& r = line.calibrate.grey_card; !r.empty())

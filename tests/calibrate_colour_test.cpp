@@ -68,7 +68,7 @@ Product Calibrated(const ImageFile& photo, const Chart& chart) {
     product.refusals.push_back("not found");
     return product;
   }
-  return ColourProduct(chart, ReadPatches(linear, chart, *corners, kClassicGap, 0.98),
+  return ColourProduct(chart, ReadPatches(linear, chart, *corners, kClassicGap, glm::dvec3(0.98)),
                        {nullptr, photo.is_srgb_encoded, photo.is_jpeg});
 }
 
@@ -111,7 +111,7 @@ TEST(CalibrateColour, AKnownCameraIsRecoveredFromAnyAngle) {
     const auto corners = FindClassicChart(photo, linear, Classic());
     ASSERT_TRUE(corners) << turn;
     std::string fault;
-    auto readings = InOrder(Classic(), ReadPatches(linear, Classic(), *corners, kClassicGap, 0.98), fault);
+    auto readings = InOrder(Classic(), ReadPatches(linear, Classic(), *corners, kClassicGap, glm::dvec3(0.98)), fault);
     ASSERT_TRUE(fault.empty()) << turn << ": " << fault;
     const auto estimate = EstimateColour(Classic(), readings);
     ASSERT_TRUE(estimate) << turn;
@@ -164,6 +164,22 @@ TEST(CalibrateColour, AToneCurveIsRefused) {
   EXPECT_TRUE(AnyContains(Calibrated(photo, Classic()).refusals, "tone curve"));
 }
 
+TEST(CalibrateColour, EachChannelIsSaturatedAtItsOwnLevel) {
+  const ImageFile photo = ChartScene().Photograph(Classic());
+  const auto corners = FindClassicChart(photo, photo.image, Classic());
+  ASSERT_TRUE(corners);
+  const auto saturated = [&](const glm::dvec3& levels) {
+    const auto readings = ReadPatches(photo.image, Classic(), *corners, kClassicGap, levels);
+    return std::count_if(readings.begin(), readings.end(), [](const auto& r) { return r.damage == "saturated"; });
+  };
+  EXPECT_EQ(saturated(glm::dvec3(10.0)), 0);
+  for (int c = 0; c < 3; ++c) {
+    glm::dvec3 levels(10.0);
+    levels[c] = 0.3;
+    EXPECT_GT(saturated(levels), 0) << c;
+  }
+}
+
 TEST(CalibrateColour, UnevenLightIsReported) {
   ImageFile photo = ChartScene().Photograph(Classic());
   for (int y = 0; y < photo.image.height; ++y)
@@ -179,7 +195,7 @@ TEST(CalibrateColour, AGreyCardGivesTheWhiteBalanceAlone) {
     for (int x = 0; x < 60; ++x)
       for (int c = 0; c < 3; ++c)
         card.at(x, y, c) = static_cast<float>(grey[c] * (1 + 0.02 * (Uniform(Key(3, y, x), c) - 0.5)));
-  const Product product = GreyCardProduct(card, {5, 5, 50, 30}, 0.18, 1.0, {});
+  const Product product = GreyCardProduct(card, {5, 5, 50, 30}, 0.18, glm::dvec3(1.0), {});
   EXPECT_TRUE(product.refusals.empty());
   const ColourTransform transform = TransformIn(product);
   for (int c = 0; c < 3; ++c) EXPECT_NEAR(transform(grey)[c], 0.18, 3e-4);
@@ -189,12 +205,14 @@ TEST(CalibrateColour, AGreyCardGivesTheWhiteBalanceAlone) {
 
 TEST(CalibrateColour, AGreyCardInGlareOrTooBrightIsRefused) {
   Image card(60, 40, 3, 0.3f);
-  EXPECT_TRUE(AnyContains(GreyCardProduct(card, {5, 5, 70, 30}, 0.18, 1.0, {}).refusals, "outside"));
-  EXPECT_TRUE(AnyContains(GreyCardProduct(card, {5, 5, 50, 30}, 0.18, 0.3, {}).refusals, "saturated"));
+  EXPECT_TRUE(AnyContains(GreyCardProduct(card, {5, 5, 70, 30}, 0.18, glm::dvec3(1.0), {}).refusals, "outside"));
+  EXPECT_TRUE(AnyContains(GreyCardProduct(card, {5, 5, 50, 30}, 0.18, glm::dvec3(0.3), {}).refusals, "saturated"));
+  EXPECT_TRUE(AnyContains(GreyCardProduct(card, {5, 5, 50, 30}, 0.18, glm::dvec3(0.3, 1, 1), {}).refusals, "saturated"))
+      << "of any channel";
   for (int y = 0; y < 40; ++y)
     for (int x = 30; x < 60; ++x)
       for (int c = 0; c < 3; ++c) card.at(x, y, c) = 0.4f;
-  EXPECT_TRUE(AnyContains(GreyCardProduct(card, {5, 5, 50, 30}, 0.18, 1.0, {}).refusals, "glare"));
+  EXPECT_TRUE(AnyContains(GreyCardProduct(card, {5, 5, 50, 30}, 0.18, glm::dvec3(1.0), {}).refusals, "glare"));
 }
 
 TEST(CalibrateColour, APolynomialIsTakenWhereLeftOutPatchesPreferIt) {
@@ -203,9 +221,10 @@ TEST(CalibrateColour, APolynomialIsTakenWhereLeftOutPatchesPreferIt) {
     return glm::dvec3(v.x, v.y, v.z) + 0.25 * glm::dvec3(std::sqrt(v.x * v.y), 0.0, -0.5 * std::sqrt(v.y * v.z));
   });
   std::string fault;
-  auto readings = InOrder(
-      Classic(),
-      ReadPatches(photo.image, Classic(), *FindClassicChart(photo, photo.image, Classic()), kClassicGap, 0.98), fault);
+  auto readings = InOrder(Classic(),
+                          ReadPatches(photo.image, Classic(), *FindClassicChart(photo, photo.image, Classic()),
+                                      kClassicGap, glm::dvec3(0.98)),
+                          fault);
   const auto estimate = EstimateColour(Classic(), readings);
   ASSERT_TRUE(estimate);
   EXPECT_TRUE(estimate->transform.root_polynomial);

@@ -115,7 +115,7 @@ Image CardPicture(const LightShape& lamp, const RigidTransform& camera_from_card
 }
 
 CardPhotograph Card(const Image& image, const RigidTransform& pose) {
-  return {"lamp", &image, kCamera, pose, {-25, -18}, {25, 18}, glm::dvec3(0.5), 2.0};
+  return {"lamp", &image, kCamera, pose, {-25, -18}, {25, 18}, glm::dvec3(0.5), glm::dvec3(2.0)};
 }
 
 TEST(CalibrateLights, ACardGivesIntensityAndColour) {

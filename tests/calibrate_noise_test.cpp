@@ -134,7 +134,42 @@ TEST(ExposureSeries, AWrongTimeShows) {
   series.times = {1, 4, 20};
   for (const double t : {1.0, 4.0, 16.0}) series.photographs.push_back(Photographed(Scene(0.9 * t), 3));
   series.noise.black = {kBlack, kBlack, kBlack};
-  EXPECT_NEAR(MergeExposures(series).time_ratios[1], 0.8, 0.01);
+  EXPECT_NEAR(MergeExposures(series).time_ratios[1].value(), 0.8, 0.01);
+}
+
+TEST(ExposureSeries, TimesThatAreFarOffOrInTheWrongOrderShow) {
+  ExposureSeries series;
+  series.noise.black = {kBlack, kBlack, kBlack};
+  series.photographs = {Photographed(Scene(0.9), 3), Photographed(Scene(3.6), 4)};
+  series.times = {1, 40};
+  EXPECT_LT(MergeExposures(series).time_ratios[0].value(), 0.2) << "a tenth, but for noise";
+  std::swap(series.photographs[0], series.photographs[1]);
+  series.times = {1, 4};
+  EXPECT_NEAR(MergeExposures(series).time_ratios[0].value(), 1.0 / 16, 0.01);
+  series.photographs = {Photographed(Scene(0.01), 3), Photographed(Scene(0.04), 4)};
+  EXPECT_FALSE(MergeExposures(series).time_ratios[0]) << "nothing is bright enough to say";
+}
+
+TEST(CalibrateNoise, AChannelThatWasNotSaturatedLeavesTheOthersTheirLevel) {
+  const auto colours = [](uint64_t seed) {
+    Image image(256, 160, 3);
+    const Image bright = Photographed(Scene(1.6), seed), dim = Photographed(Scene(0.8), seed);
+    for (size_t i = 0; i < bright.values.size(); ++i)
+      for (size_t c = 0; c < 3; ++c)
+        image.values[3 * i + c] = c == 1 ? std::min(bright.values[i], 0.8f) : dim.values[i];
+    return image;
+  };
+  const Image a = colours(1), b = colours(2);
+  const Product product = NoiseProduct({{&a, &b}}, {});
+  EXPECT_TRUE(product.refusals.empty());
+  EXPECT_TRUE(AnyContains(product.notes, "channel R was not saturated"));
+  EXPECT_FALSE(AnyContains(product.notes, "nothing was saturated"));
+  const auto saturation = std::find_if(product.content.begin(), product.content.end(),
+                                       [](const auto& entry) { return entry.first == "saturation"; });
+  ASSERT_NE(saturation, product.content.end());
+  const auto& levels = std::get<JsonValue::Array>(saturation->second.data);
+  EXPECT_NEAR(std::get<double>(levels[1].data), 0.8, 0.02);
+  EXPECT_EQ(std::get<double>(levels[0].data), 0.995);
 }
 
 TEST(ExposureSeries, TheResponseOfAnEncodingCameraIsFound) {

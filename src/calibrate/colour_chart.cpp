@@ -58,7 +58,7 @@ Chart ReadChart(const std::string& name_or_file) {
 }
 
 std::vector<PatchReading> ReadPatches(const Image& linear, const Chart& chart, const ChartCorners& corners, double gap,
-                                      double saturation, double margin) {
+                                      const glm::dvec3& saturation, double margin) {
   // Of the chart from the outer edge of its first to that of its last patch.
   const double width = chart.columns + gap * (chart.columns - 1), height = chart.rows() + gap * (chart.rows() - 1);
   const Projective place(corners);
@@ -85,7 +85,7 @@ std::vector<PatchReading> ReadPatches(const Image& linear, const Chart& chart, c
           bool is_saturated = false;
           for (int c = 0; c < 3; ++c) {
             value[c] = linear.at(x, y, std::min(c, linear.channels - 1));
-            is_saturated |= value[c] >= saturation;
+            is_saturated |= value[c] >= saturation[c];
           }
           sum += value;
           squares += value * value;
@@ -127,7 +127,7 @@ std::vector<PatchReading> ReadPatches(const Image& linear, const Chart& chart, c
 ChartCorners RefineCorners(const Image& linear, const Chart& chart, const ChartCorners& corners, double gap) {
   const auto unevenness = [&](const ChartCorners& c) {
     double sum = 0;
-    for (const PatchReading& r : ReadPatches(linear, chart, c, gap, 1e30, 0.12))
+    for (const PatchReading& r : ReadPatches(linear, chart, c, gap, glm::dvec3(1e30), 0.12))
       sum += r.mean == glm::dvec3(0.0) ? 1.0 : std::min(r.spread, 0.5);
     return sum;
   };

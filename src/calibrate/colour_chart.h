@@ -45,7 +45,7 @@ using ChartCorners = std::array<glm::dvec2, 4>;
 /// Reads every patch's middle. `gap`: between patches, as a share of a patch; `margin`: share of a patch left out along
 /// each side. Patches that are saturated, or uneven beyond noise, are marked.
 std::vector<PatchReading> ReadPatches(const Image& linear, const Chart& chart, const ChartCorners& corners, double gap,
-                                      double saturation, double margin = 0.25);
+                                      const glm::dvec3& saturation, double margin = 0.25);
 
 /// Corners nearby for which the patches are most even. Detectors miss by a tenth of a patch, and more on small charts.
 ChartCorners RefineCorners(const Image& linear, const Chart& chart, const ChartCorners& corners, double gap);

@@ -108,7 +108,7 @@ Product ColourProduct(const Chart& chart, const std::vector<PatchReading>& found
 }
 
 Product GreyCardProduct(const Image& linear, const std::array<double, 4>& rectangle, double reflectance,
-                        double saturation, const ColourSource& source) {
+                        const glm::dvec3& saturation, const ColourSource& source) {
   constexpr int kParts = 4;  // by which the rectangle is divided to see how even it is
   constexpr double kLargestUnevenness = 0.1, kGoodUnevenness = 0.03, kLeastSignal = 0.05;
   Product product;
@@ -125,10 +125,12 @@ Product GreyCardProduct(const Image& linear, const std::array<double, 4>& rectan
       const auto row = static_cast<size_t>(kParts * (y - std::floor(top)) / height),
                  column = static_cast<size_t>(kParts * (x - std::floor(left)) / width);
       glm::dvec4& sum = sums[std::min<size_t>(row, kParts - 1)][std::min<size_t>(column, kParts - 1)];
+      bool is_saturated = false;
       for (int c = 0; c < 3; ++c) {
         sum[c] += linear.at(x, y, c);
-        saturated += c == 1 && linear.at(x, y, c) >= saturation;
+        is_saturated |= linear.at(x, y, c) >= saturation[c];
       }
+      saturated += is_saturated;
       sum.w += 1;
     }
   std::vector<glm::dvec3> parts;

@@ -19,6 +19,6 @@ Product ColourProduct(const Chart& chart, const std::vector<PatchReading>& readi
 /// colour.json from a grey or white card, read in a rectangle (x, y, width, height in pixels): the white balance alone,
 /// a diagonal matrix. Colours stay the camera's own.
 Product GreyCardProduct(const Image& linear, const std::array<double, 4>& rectangle, double reflectance,
-                        double saturation, const ColourSource& source);
+                        const glm::dvec3& saturation, const ColourSource& source);
 
 }  // namespace crownfit

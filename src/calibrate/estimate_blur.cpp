@@ -230,7 +230,7 @@ Product BlurProduct(const Image& linear, const BlurInput& input) {
   std::vector<std::string> lines;
   for (size_t e = 0; e < input.edges.size(); ++e)
     for (int c = 0; c < channels; ++c)
-      if (const auto fit = FitEdge(linear, input.edges[e], c, input.saturation)) {
+      if (const auto fit = FitEdge(linear, input.edges[e], c, input.saturation[c])) {
         fits[c].push_back(*fit);
         if (c == std::min(1, channels - 1))
           lines.push_back("edge " + std::to_string(e + 1) + ": sigma " + Text(fit->sigma_px) + " +- " +

@@ -37,7 +37,7 @@ std::optional<EdgeFit> FitEdge(const Image& linear, const Edge& edge, int channe
 struct BlurInput {
   std::vector<Edge> edges;
   std::optional<double> dark_reflectance, light_reflectance;  ///< of ink and paper, for the veiling glare
-  double saturation = 0.98;
+  glm::dvec3 saturation{0.98};                                ///< of the channels
 };
 
 /// blur.json ("crownfit-blur/1") with its figures, gates and picture.

@@ -119,7 +119,7 @@ std::vector<CardReading> ReadCards(const std::vector<const CardPhotograph*>& car
         for (int x = x0 - kRadius; x <= x0 + kRadius; ++x)
           for (int c = 0; c < 3; ++c) {
             const double v = card.linear->at(x, y, std::min(c, card.linear->channels - 1));
-            saturated |= v >= card.saturation;
+            saturated |= v >= card.saturation[c];
             sum[c] += v / 25.0;
           }
       if (saturated || sum.x <= 0 || sum.y <= 0 || sum.z <= 0) continue;

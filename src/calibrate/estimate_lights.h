@@ -33,7 +33,7 @@ struct CardPhotograph {
   RigidTransform camera_from_card;  ///< the card lies in z = 0 of its frame, seen from negative z
   glm::dvec2 low_mm, high_mm;       ///< the part of it to be read
   glm::dvec3 reflectance;
-  double saturation;
+  glm::dvec3 saturation;
 };
 
 /// What cards say of one lamp.

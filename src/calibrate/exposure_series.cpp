@@ -40,19 +40,30 @@ MergedExposures MergeExposures(const ExposureSeries& series) {
     merged.linear.values[i] = static_cast<float>(sum / weights);
     merged.variance.values[i] = static_cast<float>(1.0 / weights);
   }
+  merged.saturation = saturation(0) - black(0);
+  for (int c = 1; c < first.channels; ++c) merged.saturation = std::min(merged.saturation, saturation(c) - black(c));
   merged.share_saturated = static_cast<double>(saturated) / static_cast<double>(first.values.size());
   for (size_t k = 0; k + 1 < count; ++k) {
+    const double of_times = series.times[k + 1] / series.times[k];
     double shorter = 0, longer = 0;
-    for (size_t i = 0; i < first.values.size(); ++i) {
-      const size_t c = i % first.channels;
-      const double a = series.photographs[k].values[i] - black(c), b = series.photographs[k + 1].values[i] - black(c);
-      const double expected = a * series.times[k + 1] / series.times[k];
-      if (expected < 0.15 || expected > 0.5 * saturation(c) || b >= saturation(c)) continue;
-      shorter += a;
-      longer += b;
-    }
-    const double ratio = shorter > 0 ? longer / shorter / (series.times[k + 1] / series.times[k]) : 1.0;
-    merged.time_ratios.push_back(ratio);
+    const auto sum_where = [&](const auto& expected) {
+      for (size_t i = 0; i < first.values.size(); ++i) {
+        const size_t c = i % first.channels;
+        const double a = series.photographs[k].values[i], b = series.photographs[k + 1].values[i];
+        const double of_longer = expected(a - black(c), b - black(c));
+        if (of_longer < 0.15 || of_longer > 0.5 * saturation(c) || std::max(a, b) >= saturation(c)) continue;
+        shorter += a - black(c);
+        longer += b - black(c);
+      }
+    };
+    // By what the shorter one lets expect of the longer one; where that chooses nothing the times may be wrong, and
+    // what the longer one shows decides.
+    sum_where([&](double a, double) { return a * of_times; });
+    if (!(longer > 0)) sum_where([](double, double b) { return b; });
+    merged.time_ratios.emplace_back();
+    if (!(longer > 0)) continue;
+    const double ratio = longer / std::max(shorter, 1e-12) / of_times;
+    merged.time_ratios.back() = ratio;
     merged.worst_ratio = std::max(merged.worst_ratio, std::abs(ratio - 1.0));
   }
   return merged;

@@ -2,6 +2,7 @@
 // One linear picture from a series of exposures, and the response of cameras that encode their pictures.
 
 #include <array>
+#include <optional>
 #include <vector>
 
 #include "calibrate/product.h"
@@ -20,10 +21,12 @@ struct MergedExposures {
   Image linear;                ///< as in the shortest exposure: 1 saturates
   Image variance;              ///< of `linear`
   double share_saturated = 0;  ///< pixels saturated in the shortest exposure too: their value is its own
-  /// Ratio of what two neighbouring exposures show, over the ratio of their times, at half of saturation and below; one
-  /// per neighbouring pair, and the largest departure from 1.
-  std::vector<double> time_ratios;
+  /// Ratio of what two neighbouring exposures show, over the ratio of their times, where the longer one shows a sixth
+  /// to half of saturation and the shorter one is not saturated; one per neighbouring pair, nothing where no value is
+  /// so, and the largest departure from 1.
+  std::vector<std::optional<double>> time_ratios;
   double worst_ratio = 0;
+  double saturation = 0;  ///< of `linear`: the lowest of its channels'
 };
 
 /// Every exposure weighted by the inverse of its variance in the merged picture's units; saturated values are left out.

@@ -25,7 +25,7 @@ std::optional<ChartCorners> FindClassicChart(const ImageFile& photo, const Image
     ChartCorners corners;
     for (int k = 0; k < 4; ++k) corners[k] = (glm::dvec2(box[k].x, box[k].y) + 0.5) / scale;
     corners = RefineCorners(linear, chart, corners, kClassicGap);
-    const double agreement = AgreementOf(chart, ReadPatches(linear, chart, corners, kClassicGap, 1e30));
+    const double agreement = AgreementOf(chart, ReadPatches(linear, chart, corners, kClassicGap, glm::dvec3(1e30)));
     if (agreement > best_agreement) best = corners, best_agreement = agreement;
     if (agreement > 0.97) break;
   }

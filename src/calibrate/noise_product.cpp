@@ -68,10 +68,12 @@ Product NoiseProduct(const std::vector<std::pair<const Image*, const Image*>>& p
   product.content = {{"gain", each([](const ChannelNoise& n) { return n.gain; })},
                      {"read_noise", each([](const ChannelNoise& n) { return n.read_noise; })},
                      {"black", each([](const ChannelNoise& n) { return n.black; })}};
-  const bool all_saturate =
-      std::all_of(channels.begin(), channels.end(), [](const auto& n) { return n.saturation.has_value(); });
-  if (all_saturate)
-    product.content.emplace_back("saturation", each([](const ChannelNoise& n) { return *n.saturation; }));
+  constexpr double kFullScale = 0.995;  // of a channel that was never saturated, as of a camera that is not calibrated
+  const bool any_saturates =
+      std::any_of(channels.begin(), channels.end(), [](const auto& n) { return n.saturation.has_value(); });
+  if (any_saturates)
+    product.content.emplace_back("saturation",
+                                 each([&](const ChannelNoise& n) { return n.saturation.value_or(kFullScale); }));
   product.content.emplace_back(
       "stddev", JsonValue::Object{{"gain", each([](const ChannelNoise& n) { return n.gain_stddev; })},
                                   {"read_noise", each([](const ChannelNoise& n) { return n.read_noise_stddev; })},
@@ -106,7 +108,11 @@ Product NoiseProduct(const std::vector<std::pair<const Image*, const Image*>>& p
     if (n.read_noise == 0)
       product.notes.push_back("channel " + std::string(names[c]) + ": the read noise is too small to be seen.");
   }
-  if (!all_saturate) product.notes.push_back("nothing was saturated: the file's full scale counts as saturation.");
+  if (!any_saturates) product.notes.push_back("nothing was saturated: the file's full scale counts as saturation.");
+  for (size_t c = 0; any_saturates && c < channels.size(); ++c)
+    if (!channels[c].saturation)
+      product.notes.push_back("channel " + std::string(names[c]) +
+                              " was not saturated: the file's full scale counts as its saturation.");
   product.picture = NoisePicture(channels);
   return product;
 }
