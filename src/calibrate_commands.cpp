@@ -69,6 +69,11 @@ int CalibrateCamera(const CommandLine& line) {
     width = photo.image.width;
     height = photo.image.height;
     views.push_back({files[i].filename().string(), FindBoard(photo, board)});
+    for (size_t k = 0; k < i; ++k)
+      if (!views[i].corners.pixel.empty() && views[k].corners.pixel == views[i].corners.pixel)
+        throw InputError(files[i], "",
+                         "shows the board exactly where " + files[k].string() + " does: one picture twice",
+                         "Give each photograph once; the board is to be seen from several sides.");
   }
   progress.Clear();
   return Finish(CameraProduct(views, width, height, model->second), files, line);
@@ -98,6 +103,7 @@ std::pair<std::string, std::filesystem::path> NamedFile(const std::string& text,
 
 int AlignScanInPhotographs(const CommandLine& line) {
   const CalibrateLine& asked = line.calibrate;
+  RequireDistinctNames(asked.images);
   const Camera camera = ReadCamera(asked.camera);
   const auto starts = ReadPoses(Required(asked.start, "--start"));
   Progress progress(line.progress);
@@ -150,6 +156,7 @@ int AlignScanInPhotographs(const CommandLine& line) {
 
 int CalibratePose(const CommandLine& line) {
   if (!line.calibrate.meshes.empty()) return AlignScanInPhotographs(line);
+  RequireDistinctNames(line.calibrate.images);
   const Camera camera = ReadCamera(line.calibrate.camera);
   const bool by_board = !line.calibrate.target.empty();
   if (by_board != line.calibrate.jig.empty())
@@ -157,6 +164,10 @@ int CalibratePose(const CommandLine& line) {
                      "say how: markers around the object (--jig FILE), a board (--board KIND), or its scan (--mesh "
                      "FILE --start FILE)");
   const Board board = by_board ? BoardOf(line) : Board{};
+  if (by_board && board.kind == BoardKind::kChessboard && (board.columns + board.rows) % 2 == 0)
+    throw InputError("", "--corners",
+                     "a chessboard of " + line.calibrate.corners + " corners looks the same upside down",
+                     "For poses take one with an even and an odd number of corners, such as 9x6, or charuco.");
   const Jig jig = by_board ? Jig{} : ReadJig(line.calibrate.jig);
   Progress progress(line.progress);
   std::vector<ImageFile> photos;
@@ -184,9 +195,9 @@ int CalibrateLights(const CommandLine& line) {
   if (!asked.camera.empty()) camera = ReadCamera(asked.camera);
   Progress progress(line.progress);
   std::vector<std::filesystem::path> inputs;
-  std::vector<std::string> notes;
+  std::vector<std::string> notes, refusals;
   std::vector<Light> lights;
-  double saturation = 0.98;
+  glm::dvec3 saturation(0.98);
   const auto read = [&](const std::filesystem::path& file) {
     progress.Show("reading", 0.3, file.filename().string());
     inputs.push_back(file);
@@ -201,6 +212,13 @@ int CalibrateLights(const CommandLine& line) {
   if (!asked.rig.empty()) {
     lights = ReadLightRig(asked.rig).lights;
     inputs.push_back(asked.rig);
+    for (const Light& light : lights)
+      if (!light.in_camera_frame && !std::holds_alternative<DomeLight>(light.shape) && !asked.cards.empty())
+        throw InputError(asked.rig, "lights",
+                         "light '" + light.name +
+                             "' stands in the object's frame; cards are placed "
+                             "in the camera's",
+                         "Measure the lamps from the camera, and state \"frame\": \"camera\".");
   } else {
     if (camera && asked.ball_mm <= 0) throw InputError("", "--ball-mm", "the balls' diameter is needed to place them");
     if (asked.balls.size() % 3) throw InputError("", "--ball", "expected X,Y,RADIUS for every ball");
@@ -218,6 +236,11 @@ int CalibrateLights(const CommandLine& line) {
       photographs.push_back(photo);
     }
     lights = LightsFromBalls(photographs, camera ? &*camera : nullptr, 0.5 * asked.ball_mm, notes);
+    for (const BallPhotograph& photo : photographs)
+      if (std::none_of(lights.begin(), lights.end(), [&](const Light& l) { return l.name == photo.light; }))
+        refusals.push_back("light " + photo.light +
+                           ": none of its balls shows it. Is the lamp on, are the balls where "
+                           "--ball says?");
     picture = BallsPicture(photographs);
   }
   for (Light& light : lights)
@@ -227,6 +250,9 @@ int CalibrateLights(const CommandLine& line) {
   cards.reserve(asked.cards.size());
   std::vector<CardPhotograph> card_photographs;
   if (!asked.cards.empty()) {
+    std::vector<std::filesystem::path> files;
+    for (const std::string& text : asked.cards) files.push_back(NamedFile(text, "--card").second);
+    RequireDistinctNames(files);
     const auto poses = ReadPoses(Required(asked.card_poses, "--card-pose"));
     if (!camera) throw InputError("", "--camera", "is needed to read cards");
     if (asked.card_mm.size() != 4)
@@ -247,6 +273,7 @@ int CalibrateLights(const CommandLine& line) {
   }
   progress.Show("fitting", 0.7);
   Product product = LightsProduct(lights, card_photographs, asked.refine, notes);
+  product.refusals.insert(product.refusals.begin(), refusals.begin(), refusals.end());
   AppendBelow(picture, product.picture);
   product.picture = picture;
   progress.Clear();

@@ -55,8 +55,14 @@ void InitCapture(const CaptureParts& parts, const Path& folder) {
   if (parts.photographs.empty())
     throw InputError("", "--photo", "at least one photograph is needed, such as front=front.dng");
   std::vector<std::string> photographs, lights;
-  for (const auto& [name, file] : parts.photographs) photographs.push_back(name);
-  for (const Light& light : ReadLightRig(parts.lights).lights) lights.push_back(light.name);
+  std::vector<Path> files;
+  for (const auto& [name, file] : parts.photographs) {
+    photographs.push_back(name);
+    files.push_back(file);
+  }
+  RequireDistinctNames(files);
+  const LightRig stated_rig = ReadLightRig(parts.lights);
+  for (const Light& light : stated_rig.lights) lights.push_back(light.name);
   const std::vector<StatedPose> poses = ReadPoses(parts.poses);
   for (const auto& [name, on] : parts.lit) {
     RequireKnown(name, photographs, "--lit");
@@ -85,6 +91,14 @@ void InitCapture(const CaptureParts& parts, const Path& folder) {
   }
   const std::string camera = Copied(parts.camera, folder, "calib/camera.json"),
                     rig = Copied(parts.lights, folder, "calib/light_rig.json");
+  for (const Path& picture : stated_rig.files) {  // environments stand beside their rig
+    const Path beside = picture.lexically_relative(parts.lights.parent_path());
+    if (picture == parts.lights || beside.empty()) continue;
+    if (*beside.begin() == "..")
+      throw InputError(parts.lights, "lights", "names " + picture.string() + ", which is not in the rig's own folder",
+                       "Put the picture beside the rig and name it there.");
+    Copied(picture, folder, (Path("calib") / beside).string());
+  }
   Object side;
   if (parts.noise) side.emplace_back("noise", Copied(*parts.noise, folder, "calib/noise.json"));
   if (parts.colour) side.emplace_back("colour", Copied(*parts.colour, folder, "calib/colour.json"));

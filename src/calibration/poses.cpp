@@ -1,6 +1,8 @@
 #include "calibration/poses.h"
 
+#include <map>
 #include <numbers>
+#include <set>
 
 #include "base/error.h"
 
@@ -64,6 +66,10 @@ std::vector<StatedPose> ReadPoses(const std::filesystem::path& path) {
     poses.push_back(pose);
   }
   if (poses.empty()) root.Require("poses").Fail("holds no poses");
+  std::set<std::string> names;
+  for (const StatedPose& pose : poses)
+    if (!names.insert(pose.photograph).second)
+      root.Require("poses").Fail("holds two poses of '" + pose.photograph + "'", "Keep one.");
   return poses;
 }
 
@@ -80,6 +86,14 @@ JsonValue::Array PosesJson(const std::vector<StatedPose>& poses) {
     all.emplace_back(JsonValue::Object{{"photograph", pose.photograph}, {"camera_from_object", transform}});
   }
   return all;
+}
+
+void RequireDistinctNames(const std::vector<std::filesystem::path>& photographs) {
+  std::map<std::string, std::filesystem::path> seen;
+  for (const auto& file : photographs)
+    if (const auto [other, is_new] = seen.emplace(file.stem().string(), file); !is_new)
+      throw InputError(file, "", "has the name of " + other->second.string() + ", and poses go by names",
+                       "Give each photograph a file name of its own.");
 }
 
 const StatedPose& PoseOf(const std::vector<StatedPose>& poses, const std::filesystem::path& photograph,

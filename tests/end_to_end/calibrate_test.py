@@ -62,6 +62,24 @@ with tempfile.TemporaryDirectory() as folder:
     refused("pose", plain, "--camera", camera, saying=["--jig", "--mesh"])
     refused("pose", plain, "--camera", capture / "calib/camera.json", "--jig", folder / "jig.json", saying=["160 x 120", "camera.json is for"])
 
+    # Names that poses would mix up, boards that look the same upside down, lamps in a frame that cards do not share.
+    twin = folder / "other" / plain.name
+    twin.parent.mkdir()
+    twin.write_bytes(plain.read_bytes())
+    refused("pose", plain, twin, "--camera", camera, "--jig", folder / "jig.json", saying=["has the name of", str(plain)])
+    refused("pose", plain, "--camera", camera, "--board", "chessboard", "--corners", "8x6", "--square-mm", 10, saying=["upside down", "9x6"])
+    rig, card_pose = folder / "rig.json", folder / "card_pose.json"
+    lamp = {"name": "key", "type": "point", "position_mm": [0, 0, -100], "radiant_intensity_rgb": [1, 1, 1], "radius_mm": 1}
+    pose = {"rotation": [[1, 0, 0], [0, 1, 0], [0, 0, 1]], "translation_mm": [0, 0, 300]}
+    card_pose.write_text(json.dumps({"format": "crownfit-poses/1", "poses": [{"photograph": plain.stem, "camera_from_object": pose}]}))
+    rig.write_text(json.dumps({"format": "crownfit-light-rig/1", "lights": [lamp]}))
+    refused("lights", "--rig", rig, "--camera", camera, "--linear", "--card", f"key={plain}", "--card-pose", card_pose, "--card-mm", "-2,-2,2,2",
+            saying=["'key'", "object's frame", '"frame": "camera"'])
+    rig.write_text(json.dumps({"format": "crownfit-light-rig/1", "lights": [{**lamp, "frame": "camera"}]}))
+    card_pose.write_text(json.dumps({"format": "crownfit-poses/1", "poses": 2 * [{"photograph": plain.stem, "camera_from_object": pose}]}))
+    refused("lights", "--rig", rig, "--camera", camera, "--linear", "--card", f"key={plain}", "--card-pose", card_pose, "--card-mm", "-2,-2,2,2", saying=["two poses"])
+    refused("lights", f"left={plain}", "--linear", "--ball", "80,60,30", saying=["left: none of its balls shows it"], expect=1)
+
     # A capture from the parts of another.
     stated = json.loads((capture / "capture.json").read_text())
     poses = []
@@ -78,6 +96,13 @@ with tempfile.TemporaryDirectory() as folder:
     assert "capture.json: valid" in made.stdout and "dentine" in made.stdout and "held out" in made.stdout, made.stdout
     written = json.loads((folder / "made/capture.json").read_text())
     assert written["photographs"][0]["polarisation"] == "cross" and written["photographs"][0]["lights"] == stated["photographs"][0]["lights"]
+    sky = folder / "sky/rig.json"  # what a rig names goes with it
+    sky.parent.mkdir()
+    picture(sky.parent / "sky.ppm", 8, 4, lambda x, y: 200)
+    sky.write_text(json.dumps({"format": "crownfit-light-rig/1", "lights": [{"name": "sky", "type": "environment", "file": "sky.ppm"}]}))
+    photo = stated["photographs"][0]
+    run("capture", "init", "-o", folder / "under_the_sky", *parts[:parts.index("--lights")], "--lights", sky, "--photo", f"{photo['name']}={capture / photo['file']}")
+    assert (folder / "under_the_sky/calib/sky.ppm").exists()
     assert "'sun' is not known" in run("capture", "init", "-o", folder / "made", *parts, "--lit", f"{first}=sun", expect=2).stderr
     assert "holds no pose of plain" in run("capture", "init", "-o", folder / "made", *parts, "--photo", f"x={plain}", expect=2).stderr
 print("commands refuse in words")
