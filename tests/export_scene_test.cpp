@@ -153,6 +153,7 @@ TEST(LeaveOut, SaysWhatGoesAndLeavesACaptureThatOthersCanHold) {
 
 TEST(FileNames, AreSafeAndDiffer) {
   EXPECT_EQ(FileNames({"a/b", "a b", "ok-1"}), (std::vector<std::string>{"a_b", "a_b_", "ok-1"}));
+  EXPECT_EQ(FileNames({"material", "a"}, "material"), (std::vector<std::string>{"material_", "a"}));
 }
 
 }  // namespace

@@ -24,14 +24,17 @@ JsonValue::Object MaterialJson(const ExportScene& scene) {
   const glm::dvec3 back = entered * t.reflectance, through = entered * t.transmittance,
                    clear = t.thickness_mm ? entered * t.transmittance_without_absorption : glm::dvec3(0.0);
   const auto largest = [](const glm::dvec3& v) { return std::max({v.x, v.y, v.z}); };
-  const double sum = largest(back) + largest(clear), share = sum > 0 ? largest(clear) / sum : 0.0;
+  // As much as transmission needs, where base can still be at most 1 in every channel.
+  const double sum = largest(back) + largest(clear),
+               share = std::min(sum > 0 ? largest(clear) / sum : 0.0, std::max(0.0, 1.0 - largest(back)));
   const glm::dvec3 base = share < 1 ? glm::min(back / (1.0 - share), 1.0) : glm::dvec3(0.0);
   JsonValue::Object extensions{
       {"KHR_materials_ior", JsonValue::Object{{"ior", scene.layers[0].ior / scene.outside_ior}}}};
   if (t.thickness_mm) {
-    extensions.emplace_back("KHR_materials_diffuse_transmission",
-                            JsonValue::Object{{"diffuseTransmissionFactor", share},
-                                              {"diffuseTransmissionColorFactor", Rgb(glm::min(clear / share, 1.0))}});
+    extensions.emplace_back(
+        "KHR_materials_diffuse_transmission",
+        JsonValue::Object{{"diffuseTransmissionFactor", share},
+                          {"diffuseTransmissionColorFactor", Rgb(glm::min(clear / std::max(share, 1e-12), 1.0))}});
     const double thickness = *t.thickness_mm * kMetres;
     extensions.emplace_back("KHR_materials_volume",
                             JsonValue::Object{{"thicknessFactor", thickness},

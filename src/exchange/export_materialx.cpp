@@ -52,8 +52,8 @@ void WriteMaterialX(const ExportScene& scene, const std::filesystem::path& folde
   const ExportedLayer all = OneMediumFor(scene);
   std::vector<std::string> names{"all_layers"};
   for (const ExportedLayer& layer : scene.layers) names.push_back("layer_" + layer.name);
-  names = FileNames(names);
   for (std::string& name : names) std::replace(name.begin(), name.end(), '-', '_');
+  names = FileNames(names);
   AddMaterial(root, all, names[0], scene);
   for (size_t l = 0; l < scene.layers.size(); ++l) AddMaterial(root, scene.layers[l], names[l + 1], scene);
   std::ostringstream text;

@@ -200,7 +200,7 @@ void WriteMitsuba(const ExportScene& scene, const std::filesystem::path& folder)
   WriteMeshes(scene, folder);
   std::vector<std::string> photographs;
   for (const ExportedPhotograph& photo : scene.photographs) photographs.push_back(photo.name);
-  photographs = FileNames(photographs);
+  photographs = FileNames(photographs, "material");
   for (size_t p = 0; p < photographs.size(); ++p) {
     const ExportedPhotograph& photo = scene.photographs[p];
     pugi::xml_document document;

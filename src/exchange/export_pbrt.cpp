@@ -94,7 +94,7 @@ void WritePbrt(const ExportScene& scene, const std::filesystem::path& folder) {
   const MeshNames meshes = MeshNamesOf(scene);
   std::vector<std::string> names;
   for (const ExportedPhotograph& photo : scene.photographs) names.push_back(photo.name);
-  names = FileNames(names);
+  names = FileNames(names, "material");
   for (size_t p = 0; p < names.size(); ++p) {
     const ExportedPhotograph& photo = scene.photographs[p];
     std::string text =

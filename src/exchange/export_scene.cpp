@@ -176,12 +176,12 @@ void AddPhotographs(const Capture& capture, const std::vector<TriangleMesh>& sce
   }
 }
 
-std::vector<std::string> FileNames(const std::vector<std::string>& names) {
+std::vector<std::string> FileNames(const std::vector<std::string>& names, const std::string& taken) {
   std::vector<std::string> files;
   for (std::string name : names) {
     for (char& c : name)
       if (!std::isalnum(static_cast<unsigned char>(c)) && c != '-' && c != '_') c = '_';
-    while (std::find(files.begin(), files.end(), name) != files.end()) name += '_';
+    while (name == taken || std::find(files.begin(), files.end(), name) != files.end()) name += '_';
     files.push_back(name);
   }
   return files;

@@ -83,7 +83,7 @@ ExportScene SceneOfMaterial(const Capture& capture, const MaterialRecord& record
 /// Adds the photographs' cameras, lamps and things. `scenery`: the meshes of all of the capture's, in its order.
 void AddPhotographs(const Capture& capture, const std::vector<TriangleMesh>& scenery, ExportScene& scene);
 
-/// Names with letters, digits, - and _ only, each once: for files and identifiers.
-std::vector<std::string> FileNames(const std::vector<std::string>& names);
+/// Names with letters, digits, - and _ only, each once and none `taken`: for files and identifiers.
+std::vector<std::string> FileNames(const std::vector<std::string>& names, const std::string& taken = "");
 
 }  // namespace crownfit

@@ -6,6 +6,7 @@ import csv
 import json
 import math
 import re
+import shutil
 import struct
 import subprocess
 import sys
@@ -185,6 +186,40 @@ def gltf_of_flat_layers(folder):
         require(all(math.isclose(x, y, rel_tol=1e-6) for x, y in zip(got, want, strict=True)), f"glTF: {what} {got}, {want} by slab")
 
 
+def gltf_of_a_light_ceramic(folder):
+    """What a flat sample sends back in one channel has nothing to do with the others, though all share one factor."""
+    def sent_back(name, scattering):
+        ceramic = {"name": "ceramic", "thickness_mm": 1, "ior": 1.54, "g": 0.8, "reduced_scattering_per_mm": scattering, "absorption_per_mm": 0.005}
+        (folder / f"{name}.json").write_text(json.dumps({"format": "crownfit-material/1", "layers": [ceramic], "surface": {"roughness": 0.1}}))
+        run(folder / f"{name}.json", "--to", "gltf", "-o", folder / name)
+        data = (folder / name / "crown.glb").read_bytes()
+        material = json.loads(data[20:20 + struct.unpack_from("<I", data, 12)[0]])["materials"][0]
+        share = material["extensions"]["KHR_materials_diffuse_transmission"]["diffuseTransmissionFactor"]
+        return [(1 - share) * v for v in material["pbrMetallicRoughness"]["baseColorFactor"][:3]]
+
+    coloured = sent_back("coloured", [0.5, 1.3, 4.0])
+    for c, s in ((0, 0.5), (2, 4.0)):
+        grey = sent_back(f"grey{c}", [s, s, s])
+        require(math.isclose(coloured[c], grey[c], rel_tol=1e-5), f"glTF: channel {c} of a light ceramic sends back {coloured[c]}, {grey[c]} alone")
+
+
+def names_of_their_own(folder):
+    """Neither a photograph nor layers whose names differ by a sign take each other's place."""
+    called = folder / "called"
+    shutil.copytree(capture, called)
+    stated = json.loads((called / "capture.json").read_text())
+    stated["photographs"] = [{**stated["photographs"][0], "name": "material"}]
+    (called / "capture.json").write_text(json.dumps(stated))
+    for renderer, file, medium in (("mitsuba", "material.xml", "<medium"), ("pbrt", "material.pbrt", "MakeNamedMedium")):
+        run(capture / "truth.json", "--to", renderer, "--capture", called, "--paths", 2, "-o", folder / renderer)
+        require(medium in (folder / renderer / file).read_text(), f"{renderer}: a photograph took the material's file")
+    layers = [{**truth["layers"][0], "thickness_mm": 1, "name": name} for name in ("a-b", "a_b")]
+    (folder / "alike.json").write_text(json.dumps({**truth, "layers": layers}))
+    run(folder / "alike.json", "--to", "materialx", "-o", folder / "alike")
+    names = [node.get("name") for node in ET.parse(folder / "alike/material.mtlx").getroot()]
+    require(len(set(names)) == len(names), f"MaterialX: siblings of one name: {names}")
+
+
 def refusals(folder):
     require("mitsuba" in run(capture / "truth.json", "--to", "maya", "-o", folder, expect=2), "an unknown format is not answered with the known")
     run(capture / "truth.json", "-o", folder, expect=2)
@@ -211,6 +246,8 @@ with tempfile.TemporaryDirectory() as folder:
         require(all((f"reference/{s}.exr" in notes) == makes_pictures for s in shots), f"{name}: README's pictures")
         require(all((folder / name / "reference" / f"{s}{e}").exists() == makes_pictures for s in shots for e in (".exr", ".png")), f"{name}: reference pictures")
     gltf_of_flat_layers(folder)
+    gltf_of_a_light_ceramic(folder)
+    names_of_their_own(folder)
     intervals(folder)
     refusals(folder)
 
