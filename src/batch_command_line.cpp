@@ -32,8 +32,11 @@ BatchOptions BatchOf(const CommandLine& line, const std::string& program, const 
       options.fit.defaults.insert(options.fit.defaults.end(), {dashed, "0"});
     if (said->count() == 0) continue;
     if (is_flag) options.fit.defaults.push_back(dashed);
-    for (const std::string& value : said->results())
+    for (std::string value : said->results()) {
+      // Its status, its summary and a cluster's nodes may be asked for from another folder.
+      if (dashed == "--prior") value = std::filesystem::absolute(value).lexically_normal().string();
       if (!is_flag) options.fit.defaults.insert(options.fit.defaults.end(), {dashed, value});
+    }
   }
   return options;
 }

@@ -132,6 +132,17 @@ def every_fault_of_a_manifest_is_named_before_anything_starts(folder):
     assert sorted(arguments) == sorted(["--model", "shader", "--fix", "dentine.g=0.9", "--fix", "enamel.g=0.9", "--prior", str(folder / "p.json"), "--no-priors", "--profiles", "0", "--max-pixels", "400"]), arguments
 
 
+def a_relative_prior_is_the_same_file_from_every_folder(folder):
+    lab = Lab(folder, ["a"])
+    (folder / "p.json").write_text("{}")
+    environment = {**os.environ, "PRETEND_RESULT": str(folder / "result")}
+    subprocess.run(lab.command("--prior", "p.json"), cwd=folder, env=environment, check=True, capture_output=True)
+    (folder / "else").mkdir()
+    said = subprocess.run([program, "batch", "status", str(lab.out)], cwd=folder / "else", capture_output=True, text=True, check=True).stdout
+    assert "faulty" not in said, said
+    assert str(folder / "p.json") in json.loads((lab.out / "crowns/a/crown.json").read_text())["arguments"]
+
+
 def two_batches_never_work_in_one_folder(folder):
     lab = Lab(folder, ["slow", "a"])
     first = lab.start()
@@ -207,6 +218,7 @@ for test in (
     a_second_run_fits_nothing_and_a_changed_capture_is_fitted_again,
     a_crown_that_crashes_hangs_floods_or_is_wrong_harms_no_other,
     every_fault_of_a_manifest_is_named_before_anything_starts,
+    a_relative_prior_is_the_same_file_from_every_folder,
     two_batches_never_work_in_one_folder,
     children_do_not_outlive_a_killed_parent_and_nothing_half_made_stays,
     a_full_disk_stops_the_batch_and_room_lets_it_go_on,
