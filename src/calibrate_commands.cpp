@@ -164,10 +164,6 @@ int CalibratePose(const CommandLine& line) {
                      "say how: markers around the object (--jig FILE), a board (--board KIND), or its scan (--mesh "
                      "FILE --start FILE)");
   const Board board = by_board ? BoardOf(line) : Board{};
-  if (by_board && board.kind == BoardKind::kChessboard && (board.columns + board.rows) % 2 == 0)
-    throw InputError("", "--corners",
-                     "a chessboard of " + line.calibrate.corners + " corners looks the same upside down",
-                     "For poses take one with an even and an odd number of corners, such as 9x6, or charuco.");
   const Jig jig = by_board ? Jig{} : ReadJig(line.calibrate.jig);
   Progress progress(line.progress);
   std::vector<ImageFile> photos;
@@ -184,7 +180,14 @@ int CalibratePose(const CommandLine& line) {
   progress.Clear();
   auto inputs = line.calibrate.images;
   inputs.push_back(line.calibrate.camera);
-  return Finish(MarkerPosesProduct(posed, camera), inputs, line);
+  Product product = MarkerPosesProduct(posed, camera);
+  if (by_board && board.kind == BoardKind::kChessboard && (board.columns + board.rows) % 2 == 0)
+    product.notes.push_back(
+        "a chessboard of " + line.calibrate.corners +
+        " corners looks the same turned by half a turn: these poses hold where it stands upright in "
+        "every photograph. One with an even and an odd number of corners, such as 9x6, can't be "
+        "mistaken.");
+  return Finish(product, inputs, line);
 }
 
 int CalibrateLights(const CommandLine& line) {
@@ -250,9 +253,6 @@ int CalibrateLights(const CommandLine& line) {
   cards.reserve(asked.cards.size());
   std::vector<CardPhotograph> card_photographs;
   if (!asked.cards.empty()) {
-    std::vector<std::filesystem::path> files;
-    for (const std::string& text : asked.cards) files.push_back(NamedFile(text, "--card").second);
-    RequireDistinctNames(files);
     const auto poses = ReadPoses(Required(asked.card_poses, "--card-pose"));
     if (!camera) throw InputError("", "--camera", "is needed to read cards");
     if (asked.card_mm.size() != 4)

@@ -67,7 +67,7 @@ with tempfile.TemporaryDirectory() as folder:
     twin.parent.mkdir()
     twin.write_bytes(plain.read_bytes())
     refused("pose", plain, twin, "--camera", camera, "--jig", folder / "jig.json", saying=["has the name of", str(plain)])
-    refused("pose", plain, "--camera", camera, "--board", "chessboard", "--corners", "8x6", "--square-mm", 10, saying=["upside down", "9x6"])
+    refused("pose", plain, "--camera", camera, "--board", "chessboard", "--corners", "8x6", "--square-mm", 10, saying=["half a turn", "9x6"], expect=1)
     rig, card_pose = folder / "rig.json", folder / "card_pose.json"
     lamp = {"name": "key", "type": "point", "position_mm": [0, 0, -100], "radiant_intensity_rgb": [1, 1, 1], "radius_mm": 1}
     pose = {"rotation": [[1, 0, 0], [0, 1, 0], [0, 0, 1]], "translation_mm": [0, 0, 300]}
