@@ -58,13 +58,23 @@ void CheckSameMaterial(const Capture& first, const Capture& other) {
       }
 }
 
+void CheckSharesALayer(const std::vector<Capture>& captures, size_t i) {
+  for (size_t j = 0; j < captures.size(); ++j)
+    for (const LayerSpec& a : captures[i].layers)
+      for (const LayerSpec& b : captures[j].layers)
+        if (j != i && a.name == b.name) return;
+  throw InputError(captures[i].file, "object.layers", "shares no layer with the other captures",
+                   "Layers of one material have one name in all captures; fit others by themselves.");
+}
+
 /// It would count twice.
 void CheckNoPhotographTwice(const std::vector<Capture>& captures) {
   std::map<std::string, std::string> seen;
   for (const Capture& capture : captures)
     for (const PhotographSpec& p : capture.photographs) {
+      if (p.is_holdout) continue;
       const auto [at, is_new] = seen.emplace(Sha256OfFile(p.files.image), p.files.image.string());
-      if (!is_new && !p.is_holdout)
+      if (!is_new)
         throw InputError(p.files.image, "", "is the same picture as " + at->second,
                          "What two captures show must be photographed twice, or it counts twice.");
     }
@@ -187,10 +197,15 @@ class Together {
   std::vector<std::string> contradictions_;
 };
 
-std::vector<FittedParameter> OwnParameters(const CrownFit& fit) {
+/// What a capture has that `joint` does not list.
+std::vector<FittedParameter> OwnParameters(const CrownFit& fit, const Capture& joint) {
+  const auto is_listed = [&](size_t layer) {
+    return std::any_of(joint.layers.begin(), joint.layers.end(),
+                       [&](const LayerSpec& l) { return l.name == fit.capture.layers[layer].name; });
+  };
   std::vector<FittedParameter> own;
   for (const FittedParameter& p : fit.uncertainty.parameters)
-    if (p.status != Status::kFixed && !IsShared(p.layer, p.quantity)) own.push_back(p);
+    if (p.status != Status::kFixed && !(IsShared(p.layer, p.quantity) && is_listed(p.layer))) own.push_back(p);
   return own;
 }
 
@@ -200,6 +215,7 @@ std::vector<CrownFit> FitTogether(const std::vector<Capture>& captures, const Fi
   if (captures.size() == 1) return {FitCrown(captures[0], options, progress)};
   for (size_t i = 0; i < captures.size(); ++i)
     for (size_t j = 0; j < i; ++j) CheckSameMaterial(captures[j], captures[i]);
+  for (size_t i = 0; i < captures.size(); ++i) CheckSharesALayer(captures, i);
   CheckNoPhotographTwice(captures);
   return Together(captures, options, progress).Run();
 }
@@ -220,7 +236,7 @@ CrownFit Joined(const std::vector<CrownFit>& fits) {
   const std::vector<std::string> names = NamesOf(captures);
   for (size_t i = 0; i < fits.size(); ++i) {
     const CrownFit& f = fits[i];
-    all.together.push_back({names[i], OwnParameters(f), f.uncertainty.block_chi2, f.usable});
+    all.together.push_back({names[i], OwnParameters(f, all.capture), f.uncertainty.block_chi2, f.usable});
     for (PhotographResult p : f.photographs) {
       p.name = names[i] + "_" + p.name;
       all.photographs.push_back(std::move(p));

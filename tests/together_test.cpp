@@ -123,6 +123,31 @@ TEST_F(TwoCaptures, ThatStateTheMaterialDifferentlyAreRefused) {
   EXPECT_THROW(FitTogether({With({0, 2}, "first"), other}, options_, silent_), InputError);
   EXPECT_THROW(FitTogether({With({0, 2}, "first"), With({2, 3}, "second")}, options_, silent_), InputError)
       << "one photograph is in both";
+  for (LayerSpec& layer : other.layers) layer.name += "_of_another";
+  EXPECT_THROW(FitTogether({With({0, 2}, "first"), other}, options_, silent_), InputError) << "they share nothing";
+}
+
+TEST_F(TwoCaptures, AHeldOutPhotographMayBeInBothInEitherOrder) {
+  Capture holds_out = With({0, 2}, "first");
+  holds_out.photographs[0].is_holdout = true;
+  const Capture fits_it = With({0, 3}, "second");
+  EXPECT_NO_THROW(FitTogether({holds_out, fits_it}, options_, silent_));
+  EXPECT_NO_THROW(FitTogether({fits_it, holds_out}, options_, silent_));
+}
+
+TEST_F(TwoCaptures, TheJointFitListsWhatOnlyALaterOneHas) {
+  CrownFit first = FitCrown(With({0, 2}, "a"), options_, silent_), second = first;
+  first.capture.layers.resize(1);
+  std::erase_if(first.uncertainty.parameters,
+                [](const FittedParameter& p) { return p.layer != kSurfaceOwner && p.layer > 0; });
+  const CrownFit joined = Joined({first, second});
+  const auto lists = [&](size_t capture) {
+    const auto& own = joined.together[capture].its_own;
+    return std::any_of(own.begin(), own.end(),
+                       [](const FittedParameter& p) { return p.name == "dentine.absorption_per_mm"; });
+  };
+  EXPECT_FALSE(lists(0));
+  EXPECT_TRUE(lists(1));
 }
 
 }  // namespace

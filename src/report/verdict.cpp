@@ -162,11 +162,16 @@ void Judge(CrownFit& fit) {
                           " times the square of its noise (limit " + Number(kChi2Limit) +
                           "): the photographs, their calibration and the model contradict each other, or more walks "
                           "are needed (--walks)");
-  const bool any = std::any_of(u.parameters.begin(), u.parameters.end(), [](const FittedParameter& p) {
-    return p.status == Status::kFitted && p.quantity != Quantity::kRoughness && p.quantity != Quantity::kWetness;
-  });
+  const auto any_is = [&](std::initializer_list<Status> which) {
+    return std::any_of(u.parameters.begin(), u.parameters.end(), [&](const FittedParameter& p) {
+      return std::count(which.begin(), which.end(), p.status) && p.quantity != Quantity::kRoughness &&
+             p.quantity != Quantity::kWetness;
+    });
+  };
+  const bool any = any_is({Status::kFitted});
   if (!any) {
-    const bool file_says_it = !fit.options.prior.empty() && !Names(u, Status::kPrior).empty();
+    const bool file_says_it =
+        !fit.options.prior.empty() && any_is({Status::kPrior}) && !any_is({Status::kNotIdentified, Status::kAtBound});
     fit.reasons.push_back("nothing physical was fitted: no scattering, absorption, thickness or index is identified" +
                           (file_says_it ? "; these " + SourceOf(fit) + " add nothing to " + fit.options.prior.string() +
                                               ", which stands by itself"
