@@ -108,9 +108,18 @@ ViewMatch MatchView(const Capture& capture, const Material& material, const Matc
   const SolveResult solved =
       Solve(residuals, free, StartVector(free), {.use_priors = false},
             [&](int iteration, double) { progress.Show("matching", 1.0 - std::exp(-0.15 * iteration)); });
-  ViewMatch match{MaterialAt(free, solved.x), {}};
-  const auto physical = Differences(input, state, material, pixels, options.threads),
-             effective = Differences(input, state, match.effective, pixels, options.threads);
+  ViewMatch match{MaterialAt(free, solved.x), false, {}};
+  const auto physical = Differences(input, state, material, pixels, options.threads);
+  auto effective = Differences(input, state, match.effective, pixels, options.threads);
+  const auto matched = [&](const std::vector<ColourDifference>& views) {
+    double sum = 0;
+    for (size_t i = 0; i < views.size(); ++i) sum += studio.photographs[i].is_holdout ? 0.0 : views[i].median;
+    return sum;
+  };
+  if (match.keeps_physical = !(matched(effective) < matched(physical)); match.keeps_physical) {
+    match.effective = material;
+    effective = physical;
+  }
   for (size_t i = 0; i < studio.photographs.size(); ++i)
     match.views.push_back({studio.photographs[i].name, studio.photographs[i].is_holdout, physical[i], effective[i]});
   return match;
@@ -126,6 +135,10 @@ std::string MatchSummary(const ViewMatch& match, const Material& material) {
                   v.physical.p95, v.effective.median, v.effective.p95, v.is_holdout ? "  held out" : "");
     text += line;
   }
+  if (match.keeps_physical)
+    text +=
+        "\nNone found is nearer than the physical values, which are kept. More paths (--paths) or pixels may find "
+        "one.\n";
   text += "\neffective (physical) values\n";
   for (size_t l = 0; l < material.layers.size(); ++l)
     for (const ParameterRow& row : kParameters) {

@@ -25,7 +25,8 @@ struct ViewMatch {
     bool is_holdout;
     ColourDifference physical, effective;  ///< of the shader with either material against the path model
   };
-  Material effective;  ///< scattering and absorption of the two outer layers differ from the material's own
+  Material effective;           ///< scattering and absorption of the two outer layers differ from the material's own
+  bool keeps_physical = false;  ///< as nothing found was nearer under the lights that are matched
   std::vector<View> views;
 };
 

@@ -35,4 +35,8 @@ with tempfile.TemporaryDirectory() as folder:
     run("view", truth, "--capture", capture, "--screenshot", folder / "truth.exr")
     assert (folder / "physical.exr").read_bytes() == (folder / "truth.exr").read_bytes()
     assert (folder / "effective.exr").read_bytes() != (folder / "truth.exr").read_bytes()
+    few = folder / "few.json"  # too few paths to find anything: never worse than the physical values
+    run("match", truth, "--capture", capture, "-o", few, "--pixels", 16, "--paths", 8)
+    lights = json.loads(few.read_text())["viewer"]["matched"]["lights"]
+    assert total("de00_median") <= total("de00_median_physical"), lights
     assert "absent.json" in run("match", folder / "absent.json", "--capture", capture, "-o", matched, expect=2).stderr
