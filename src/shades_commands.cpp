@@ -69,6 +69,9 @@ ShadeSet Photographed(const CommandLine& line) {
   if (!line.shades.card.empty())
     white = MeanOf(photo, RectangleOf("--card", line.shades.card, photo.linear), "--card") /
             line.shades.card_reflectance.value_or(0.18);
+  constexpr double kLeastWhite = 0.02;  // of full scale
+  if (std::min({white.x, white.y, white.z}) < kLeastWhite)
+    throw InputError("", "--card", "is too dark in the picture", "Expose the grey card to about 0.2 of full scale.");
   ShadeSet set;
   set.made_by = "photographed";
   for (const std::string& patch : line.shades.patches) {
@@ -118,6 +121,10 @@ ColourSample SampleOf(const CommandLine& line) {
   if (!stddev || std::min({stddev->x, stddev->y, stddev->z}) < 0)
     throw InputError("", "--stddev", "'" + line.shades.stddev + "' is not three standard deviations",
                      "Write SL,SA,SB.");
+  if (!IsSurfaceColour(*lab))
+    throw InputError("", "L,a,b", "'" + line.shades.sample + "' is no colour of a surface",
+                     "Expected L* from 0 to 100, a* and b* from -128 to 128.");
+  if (line.shades.stddev.empty()) std::fprintf(stderr, "note: no --stddev is given: the colour counts as exact\n");
   return ScatteredColour(*lab, *stddev, line.predict.draws, line.fit.seed);
 }
 

@@ -1,6 +1,7 @@
 #include "exchange/shades_file.h"
 
 #include <algorithm>
+#include <cctype>
 #include <charconv>
 #include <fstream>
 
@@ -16,11 +17,6 @@ const char* const kFormat = "crownfit-shades/1";
 glm::dvec3 Three(const JsonNode& node) {
   const auto v = node.Numbers(size_t{3});
   return {v[0], v[1], v[2]};
-}
-
-/// Limits beyond any surface colour: a column in the wrong place, or a percentage, is noticed.
-bool IsSurfaceColour(const glm::dvec3& lab) {
-  return lab.x >= 0 && lab.x <= 105 && std::max(std::abs(lab.y), std::abs(lab.z)) <= 128;
 }
 
 void RequireNewName(const std::vector<ShadeTab>& tabs, const std::string& name, const std::filesystem::path& file,
@@ -52,7 +48,20 @@ std::optional<double> NumberOf(const std::string& text) {
   return value;
 }
 
+/// Whether a column's name is that letter, as in "L*", "a" or "CIE b*".
+bool IsColumn(const std::string& name, char letter) {
+  std::string letters;
+  for (const char c : name)
+    if (std::isalpha(static_cast<unsigned char>(c))) letters += static_cast<char>(std::tolower(c));
+  if (letters.ends_with("star")) letters.resize(letters.size() - 4);
+  return letters.ends_with(letter);
+}
+
 }  // namespace
+
+bool IsSurfaceColour(const glm::dvec3& lab) {
+  return lab.x >= 0 && lab.x <= 105 && std::max(std::abs(lab.y), std::abs(lab.z)) <= 128;
+}
 
 std::optional<glm::dvec3> ThreeNumbers(const std::string& text) {
   const auto cells = Cells(text, ',');
@@ -125,8 +134,12 @@ std::vector<ShadeTab> ReadShadeTable(const std::filesystem::path& file) {
       all = all && value;
       values.push_back(value.value_or(0.0));
     }
-    if (number == 1 && cells.size() > 3 && cells[1].find_first_of("0123456789") == std::string::npos)
-      continue;  // header
+    const bool is_header = number == 1 && cells.size() > 3 && !cells[1].empty() &&
+                           cells[1].find_first_of("0123456789") == std::string::npos;
+    if (is_header && !(IsColumn(cells[1], 'l') && IsColumn(cells[2], 'a') && IsColumn(cells[3], 'b')))
+      throw InputError(file, key, "its columns are called " + cells[1] + ", " + cells[2] + ", " + cells[3],
+                       "Write name, L*, a*, b* in this order.");
+    if (is_header) continue;
     if (!all || (values.size() != 3 && values.size() != 4 && values.size() != 6) || cells[0].empty())
       throw InputError(file, key, "expected a name and three, four or six numbers",
                        "name, L*, a*, b*, and their standard deviations: none, one for all, or three. Write 1.5, not "

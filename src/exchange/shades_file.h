@@ -26,8 +26,11 @@ ShadeSet ReadShades(const std::filesystem::path& file);
 void WriteShades(const std::filesystem::path& file, const ShadeSet& set);
 
 /// A table of rows `name, L*, a*, b*`, and for the standard deviations nothing, one number, or three; separated by
-/// commas or semicolons; a first line that holds no numbers is a header. Throws InputError.
+/// commas or semicolons; a first line that holds no numbers is a header, which names these columns. Throws InputError.
 std::vector<ShadeTab> ReadShadeTable(const std::filesystem::path& file);
+
+/// Within limits beyond any surface's colour: a column in the wrong place, or a percentage, is noticed.
+bool IsSurfaceColour(const glm::dvec3& lab);
 
 /// Three numbers between commas, or nothing.
 std::optional<glm::dvec3> ThreeNumbers(const std::string& text);
