@@ -215,8 +215,12 @@ int CalibrateLights(const CommandLine& line) {
   if (!asked.rig.empty()) {
     lights = ReadLightRig(asked.rig).lights;
     inputs.push_back(asked.rig);
+    const auto has_card = [&](const std::string& light) {
+      return std::any_of(asked.cards.begin(), asked.cards.end(),
+                         [&](const std::string& card) { return card.starts_with(light + "="); });
+    };
     for (const Light& light : lights)
-      if (!light.in_camera_frame && !std::holds_alternative<DomeLight>(light.shape) && !asked.cards.empty())
+      if (!light.in_camera_frame && !std::holds_alternative<DomeLight>(light.shape) && has_card(light.name))
         throw InputError(asked.rig, "lights",
                          "light '" + light.name +
                              "' stands in the object's frame; cards are placed "

@@ -118,6 +118,9 @@ int RunFit(const CommandLine& line) {
 }
 
 int RunRender(const CommandLine& line) {
+  if (line.half_float && line.fit.model != "shader")
+    throw InputError("", "--half",
+                     "is for model shader: the variances of walks are smaller than what half floats hold");
   Progress progress(line.progress);
   const Capture capture = ReadCapture(line.capture);
   const Material material = line.material.empty() ? StatedMaterial(capture) : ReadMaterialFile(line.material, capture);
@@ -134,7 +137,10 @@ int RunRender(const CommandLine& line) {
     }
     const auto file = line.output / (photo.name + ".exr");
     if (r.variance) {
-      WriteImageLayers(file, {{"", picture}, {"variance", *r.variance}});
+      Image variance = *r.variance;
+      for (size_t k = 0; k < variance.values.size(); ++k)
+        variance.values[k] += static_cast<float>(std::pow(line.noise * r.picture.values[k], 2));
+      WriteImageLayers(file, {{"", picture}, {"variance", variance}});
     } else {
       WriteImageFile(file, picture, line.half_float);
     }

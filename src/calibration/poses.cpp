@@ -93,7 +93,7 @@ void RequireDistinctNames(const std::vector<std::filesystem::path>& photographs)
   for (const auto& file : photographs)
     if (const auto [other, is_new] = seen.emplace(file.stem().string(), file); !is_new)
       throw InputError(file, "", "has the name of " + other->second.string() + ", and poses go by names",
-                       "Give each photograph a file name of its own.");
+                       "Give each photograph a file name of its own, and a pose by that name.");
 }
 
 const StatedPose& PoseOf(const std::vector<StatedPose>& poses, const std::filesystem::path& photograph,

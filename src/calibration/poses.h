@@ -30,10 +30,10 @@ std::optional<std::array<double, 36>> ReadPoseCovariance(const JsonNode& transfo
 std::vector<StatedPose> ReadPoses(const std::filesystem::path& file);
 JsonValue::Array PosesJson(const std::vector<StatedPose>& poses);
 
-/// The pose of a photograph. Throws InputError naming those there are.
 /// Throws InputError where two photographs have one file name: poses go by it.
 void RequireDistinctNames(const std::vector<std::filesystem::path>& photographs);
 
+/// The pose of a photograph. Throws InputError naming those there are.
 const StatedPose& PoseOf(const std::vector<StatedPose>& poses, const std::filesystem::path& photograph,
                          const std::filesystem::path& poses_file);
 
