@@ -49,6 +49,27 @@ void RequireOneSize(const Image& image, const Image& first, const std::filesyste
                    "has " + size(image) + " channels, but " + first_file.filename().string() + " has " + size(first));
 }
 
+void RequireSizeOf(const Camera& camera, const Image& image, const std::filesystem::path& file,
+                   const std::filesystem::path& camera_file) {
+  if (image.width == camera.width && image.height == camera.height) return;
+  throw InputError(file, "",
+                   "is " + std::to_string(image.width) + " x " + std::to_string(image.height) + " pixels, but " +
+                       camera_file.filename().string() + " is for " + std::to_string(camera.width) + " x " +
+                       std::to_string(camera.height));
+}
+
+std::filesystem::path Required(const std::filesystem::path& file, const char* option) {
+  if (file.empty()) throw InputError("", option, "this option is needed here");
+  return file;
+}
+
+std::pair<std::string, std::filesystem::path> NamedFile(const std::string& text, const char* option) {
+  const size_t equals = text.find('=');
+  if (equals == std::string::npos || equals == 0 || equals + 1 == text.size())
+    throw InputError("", option, "expected NAME=FILE, such as left=ball_left.dng, found '" + text + "'");
+  return {text.substr(0, equals), text.substr(equals + 1)};
+}
+
 std::vector<ImageFile> ReadLinear(const std::vector<std::filesystem::path>& files, bool taken_as_linear) {
   std::vector<ImageFile> photos;
   for (const auto& file : files) {
