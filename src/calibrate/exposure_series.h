@@ -21,9 +21,9 @@ struct MergedExposures {
   Image linear;                ///< as in the shortest exposure: 1 saturates
   Image variance;              ///< of `linear`
   double share_saturated = 0;  ///< pixels saturated in the shortest exposure too: their value is its own
-  /// Ratio of what two neighbouring exposures show, over the ratio of their times, where the longer one shows a sixth
-  /// to half of saturation and the shorter one is not saturated; one per neighbouring pair, nothing where no value is
-  /// so, and the largest departure from 1.
+  /// Ratio of what two neighbouring exposures show, over the ratio of their times: where the shorter one lets expect
+  /// 0.15 to half of saturation of the longer one, or, where it does so nowhere, the longer one shows that; one per
+  /// neighbouring pair, nothing where neither is so, and the largest departure from 1.
   std::vector<std::optional<double>> time_ratios;
   double worst_ratio = 0;
   double saturation = 0;  ///< of `linear`: the lowest of its channels'

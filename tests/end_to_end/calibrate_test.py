@@ -80,6 +80,9 @@ with tempfile.TemporaryDirectory() as folder:
     refused("lights", "--rig", rig, "--camera", camera, "--linear", "--card", f"key={plain}", "--card-pose", card_pose, "--card-mm", "-2,-2,2,2", saying=["two poses"])
     refused("lights", f"left={plain}", "--linear", "--ball", "80,60,30", saying=["left: none of its balls shows it"], expect=1)
 
+    white = picture(folder / "white.ppm", 160, 120, lambda x, y: 255)
+    refused("colour", plain, "--linear", "--flat-field", white, saying=["white.ppm", "--flat-field", "saturated"])
+
     # A capture from the parts of another.
     stated = json.loads((capture / "capture.json").read_text())
     poses = []
