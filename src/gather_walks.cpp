@@ -32,6 +32,11 @@ int CollisionsThatTell(const Material& material) {
   return static_cast<int>(std::ceil(std::min(kMost, kTransportPaths / std::max(1e-3, Similarity(material.layers[0])))));
 }
 
+int CollisionsThatDepolarise(const PhotographSpec& photo) {
+  constexpr double kMemories = 3.0, kMost = 100.0;
+  return static_cast<int>(std::ceil(std::min(kMost, kMemories * photo.polarisation_memory_events)));
+}
+
 ModelError DiffusionError(const Material& material, const FitOptions& options) {
   constexpr ModelError kLeast{0.03, 0.02, 0.01};
   constexpr double kEnough = 3.0, kMost = 4.0;      // transport paths; times
@@ -147,9 +152,11 @@ std::vector<PathPhotograph> WalkGatherer::Predict(const Material& material, cons
                         [&](double share) { progress_.Show(stage, share, SpecOf(at_.pixels[shared[0]]).name); });
 }
 
-void WalkGatherer::HandOver(const Material& material, int rays, PathOptions& options) {
+void WalkGatherer::HandOver(const Material& material, const Shared& shared, int rays, PathOptions& options) {
   options.rays = rays;
   options.collisions = problem_.options.collisions;
+  for (const size_t g : shared)
+    options.collisions = std::max(options.collisions, CollisionsThatDepolarise(SpecOf(at_.pixels[g])));
   if (problem_.options.model != "diffusion")
     options.collisions = std::max(options.collisions, CollisionsThatTell(material));
   options.lattice = &bodies_.LatticeOf(material);
@@ -164,7 +171,7 @@ void WalkGatherer::HandOver(const Material& material, int rays, PathOptions& opt
 /// the walks: 10,000 left the standard deviation of a disc's scattering a third too small (docs/validation.md).
 void WalkGatherer::Differentiate(const Material& material, const Shared& shared, double paths, bool of_roughness) {
   PathOptions options = OptionsFor(shared, paths, kPathsOfAGroup * FewestPaths(material));
-  HandOver(material, static_cast<int>(kRaysOfAPath * paths), options);
+  HandOver(material, shared, static_cast<int>(kRaysOfAPath * paths), options);
   options.field = run_;
   options.diffuse_exits = !of_roughness;
   options.collisions = CollisionsThatTell(material);
@@ -223,7 +230,7 @@ GatheredWalks WalkGatherer::Gather(double paths, double slope_paths, const std::
   for (const Shared& shared : SharedWalks()) {
     PathOptions options = OptionsFor(shared, paths, FewestPaths(material));
     options.keeps_groups = true;
-    if (walks_ == Walks::kHandedOver) HandOver(material, kRaysOfValues, options);
+    if (walks_ == Walks::kHandedOver) HandOver(material, shared, kRaysOfValues, options);
     const std::vector<PathPhotograph> walked = Predict(material, shared, options, stage);
     Differentiate(material, shared, slope_paths, false);
     if (unknowns_.IsFree(RoughnessOf(problem_.capture)) && LacksRoughness(slopes_[shared[0]]))
@@ -286,7 +293,7 @@ double WalkGatherer::Misfit(double paths, const std::string& stage) {
   for (const Shared& shared : SharedWalks()) {
     PathOptions options = OptionsFor(shared, paths, kFewToCompare);
     constexpr int kRays = 10000;
-    if (walks_ == Walks::kHandedOver) HandOver(material, kRays, options);
+    if (walks_ == Walks::kHandedOver) HandOver(material, shared, kRays, options);
     const std::vector<PathPhotograph> walked = Predict(material, shared, options, stage);
     for (size_t k = 0; k < shared.size(); ++k) {
       const FitPixels& p = at_.pixels[shared[k]];

@@ -20,6 +20,8 @@ int FewestPaths(const Material& material);
 /// outer layer. After a tenth of it, in clear enamel of 0.9 mm, those by its scattering from behind are three times too
 /// large (docs/validation.md).
 int CollisionsThatTell(const Material& material);
+/// After which light keeps no more than a twentieth of its polarisation, as what is handed over to diffusion has none.
+int CollisionsThatDepolarise(const PhotographSpec& photo);
 
 /// How light is followed for fields of diffuse light: rays of each lamp.
 inline constexpr int kRaysOfValues = 20000;
@@ -89,7 +91,7 @@ class WalkGatherer {
   PathOptions OptionsFor(const Shared& shared, double paths, int fewest);
   std::vector<PathPhotograph> Predict(const Material& material, const Shared& shared, const PathOptions& options,
                                       const std::string& stage);
-  void HandOver(const Material& material, int rays, PathOptions& options);
+  void HandOver(const Material& material, const Shared& shared, int rays, PathOptions& options);
   void Differentiate(const Material& material, const Shared& shared, double paths, bool of_roughness);
   void ForgetSlopesFarAway();
   bool LacksRoughness(const std::list<SlopesFound>& found) const;

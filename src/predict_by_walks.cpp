@@ -7,6 +7,7 @@
 #include "base/parallel.h"
 #include "fit/walk_comparison.h"
 #include "fit_by_walks.h"
+#include "gather_walks.h"
 #include "path_derivatives.h"
 
 namespace crownfit {
@@ -53,6 +54,8 @@ std::map<size_t, WalkedValues> WalkedPictures(const FitProblem& problem, const C
     const double paths = static_cast<double>(problem.options.paths_per_photograph) * (hands_over ? kOfHandedOver : 1.0);
     options.paths_per_pixel = 1 + static_cast<int>(paths / static_cast<double>(std::max<long>(1, pixels)));
     options.collisions = problem.options.collisions;
+    for (const size_t i : photographs)
+      options.collisions = std::max(options.collisions, CollisionsThatDepolarise(capture.photographs[i]));
     if (hands_over) options.lattice = &bodies.LatticeOf(material);
     options.seed = problem.options.seed;
     options.stream = Key(kFitStream, 0, photographs[0]);

@@ -40,7 +40,7 @@ std::vector<Part> PartsOf(const Capture& capture, const Material& material) {
   parts.push_back({"the surface's reflection",
                    [](PhotographSpec& p) {
                      const bool has = p.polarisation != Polarisation::kCross;
-                     p.polarisation = Polarisation::kCross;
+                     if (has) p.polarisation = Polarisation::kCross, p.polarisation_memory_events = 0;
                      return has;
                    },
                    [](Material&) {}, false});

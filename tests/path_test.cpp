@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include <array>
 #include <cmath>
 #include <numbers>
 
@@ -160,6 +161,52 @@ TEST(Path, PhotographsThatShareWalksAreThoseOfWalksOfTheirOwn) {
       EXPECT_LT(std::abs(slope.value()), 4 * slope.error()) << "photograph " << i << ", " << roughness;
     }
   }
+}
+
+/// Of the whole picture, without filters, through crossed and through parallel ones.
+std::array<double, 3> LevelsByFilter(KnownScene scene, double memory_events) {
+  Capture& capture = scene.capture;
+  capture.photographs.resize(3, capture.photographs[0]);
+  for (PhotographSpec& photo : capture.photographs) photo.polarisation_memory_events = memory_events;
+  capture.photographs[1].polarisation = Polarisation::kCross;
+  capture.photographs[2].polarisation = Polarisation::kParallel;
+  std::array<double, 3> levels{};
+  const std::vector<PathPhotograph> together =
+      RenderTogether(capture, BodyOf(scene), scene.scenery, StatedMaterial(capture), {0, 1, 2},
+                     PathOptions{.paths_per_pixel = 1000}, [](double) {});
+  for (size_t i = 0; i < 3; ++i)
+    for (const PixelEstimate& p : together[i].pixels) levels[i] += p.mean.y;
+  return levels;
+}
+
+TEST(Path, LightThatWasScatteredOnceKeepsAsMuchOfItsPolarisationAsIsStated) {
+  KnownScene dark(Sphere(1.5, 24), 1, 0.4, 6, 4.0);  // no index step; nearly all that returns was scattered once
+  SetLayer(dark, 0, 1.0, 0.0, 0.02, 5.0);
+  SetSurface(dark, 0.3, 0.0);
+  dark.Light(DiskLight{{200, 0, 200}, {-1, 0, -1}, glm::dvec3(2.0), 0.0, 90.0});
+  const auto [none, cross, parallel] = LevelsByFilter(dark, 2.0);
+  EXPECT_NEAR(cross / none, 1.0 - std::exp(-0.5), 0.005);
+  EXPECT_NEAR(parallel / none, 1.0 + std::exp(-0.5), 0.005);
+  const auto [without, crossed, doubled] = LevelsByFilter(dark, 0.0);
+  EXPECT_EQ(without, none);
+  EXPECT_EQ(crossed, none);
+  EXPECT_EQ(doubled, none);
+}
+
+TEST(Path, FiltersPartLightIntoWhatKeptItsPolarisationAndWhatHasNone) {
+  constexpr double kForEver = 1e6;
+  KnownScene bead = Bead();
+  for (const double memory : {3.0, kForEver}) {
+    const auto [none, cross, parallel] = LevelsByFilter(bead, memory);
+    EXPECT_NEAR(0.5 * (cross + parallel), none, 1e-9 * none);
+    EXPECT_LT(cross, (memory == kForEver ? 1e-3 : 1.0) * none);  // layers alone take none of it away
+  }
+  bead.capture.backings.push_back(
+      {.name = "tile", .point_mm = {0, 0, -1.8}, .normal = {0, 0, 1}, .size_mm = 20, .reflectance = glm::dvec3(0.9)});
+  bead.capture.photographs[0].backing = 0;
+  const auto [none, cross, parallel] = LevelsByFilter(bead, kForEver);
+  EXPECT_GT(cross, 0.03 * none);  // what the tile sent back
+  EXPECT_NEAR(0.5 * (cross + parallel), none, 1e-9 * none);
 }
 
 TEST(Path, EqualPhotographsThatShareWalksAreEqual) {

@@ -123,6 +123,25 @@ TEST(Limits, PolarisationRemovesOrDoublesTheSurfaceReflectionAlone) {
   EXPECT_NEAR(values[2] - values[1], values[1] - values[0], 1e-9);
 }
 
+TEST(Limits, PolarisersPartFirstOrderLightByItsMemory) {
+  KnownScene scene(Disc(3.0, 12.0), 2, 0.5, 8, 2.0);
+  scene.Light(DirectionalLight{{0.3, 0, 1}, glm::dvec3(1.0), 0.02});
+  const Material m = StatedMaterial(scene.capture);
+  const CastState state = StateOf(scene);
+  const auto value = [&](Polarisation filter, double memory_events) {
+    scene.capture.photographs[0].polarisation = filter;
+    scene.capture.photographs[0].polarisation_memory_events = memory_events;
+    return CentrePixel(scene, state, m);
+  };
+  const double none = value(Polarisation::kNone, 0.0), crossed = value(Polarisation::kCross, 0.0),
+               doubled = value(Polarisation::kParallel, 0.0);
+  EXPECT_EQ(value(Polarisation::kNone, 5.0), none);
+  const double less = crossed - value(Polarisation::kCross, 5.0), all = crossed - value(Polarisation::kCross, 1e6);
+  EXPECT_NEAR(value(Polarisation::kParallel, 5.0) - doubled, less, 1e-9);
+  EXPECT_NEAR(less / all, std::exp(-1.0 / (5.0 * (1.0 - m.layers[0][Quantity::kAsymmetry][0]))), 1e-3);
+  EXPECT_GT(all, 0.01 * none);
+}
+
 TEST(Scale, LengthsTwiceAsLongAndCoefficientsHalfAsLargeLookTheSame) {
   // Exact for flat, evenly lit objects (no length scale): the degeneracy of every such measurement.
   const auto pixel = [](double scale) {
@@ -169,13 +188,14 @@ TEST(Derivatives, PixelsOfACurvedLayeredObjectAgreeWithDifferences) {
   const auto jet_optics = OpticsFromSlots(scene.capture, jets);
   const DiffuserTable<Jet> jet_table(jet_optics.stack(), state.crown->kernel.outer_radius_mm);
   const ShaderPrediction<Jet> with_derivatives(*state.crown, cast, jet_optics, jet_table, 1, lights, vertices, 0);
+  const Polarisers polarisers{2.0, 3.0};
   const auto value = [&](std::array<double, kShaderSlots> slots, const PixelCast& pixel) {
     const auto optics = OpticsFromSlots(scene.capture, slots);
     const DiffuserTable<double> table(optics.stack(), state.crown->kernel.outer_radius_mm);
-    return ShaderPrediction<double>(*state.crown, cast, optics, table, 1, lights, vertices, 0).Pixel(pixel, 1.0);
+    return ShaderPrediction<double>(*state.crown, cast, optics, table, 1, lights, vertices, 0).Pixel(pixel, polarisers);
   };
   for (size_t p = 0; p < cast.pixels.size(); p += 17) {
-    const Jet pixel = with_derivatives.Pixel(cast.pixels[p], 1.0);
+    const Jet pixel = with_derivatives.Pixel(cast.pixels[p], polarisers);
     for (int i = 0; i < kShaderSlots; ++i) {
       const double h = 1e-4 * at[i];
       auto up = at, down = at;

@@ -83,8 +83,9 @@ class BothWays {
       const ShaderPrediction<double> model(*crown_, cast, optics, table, c, lights, vertices, 0);
       for (const PixelCast& pixel : cast.pixels) {
         const auto r = model.TermsOf(pixel);
-        const double sum = (terms.diffuse ? r.diffuse : 0) + (terms.first_order ? r.first_order : 0) +
-                           (terms.gloss ? SpecularFactor(photo.polarisation) * r.gloss : 0);
+        const double sum = (terms.diffuse ? r.diffuse : 0) +
+                           (terms.first_order ? optics.FirstOrderFactor(photo.polarisers()) * r.first_order : 0) +
+                           (terms.gloss ? photo.polarisers().of_kept * r.gloss : 0);
         picture.at(pixel.x, pixel.y, c) = static_cast<float>(std::numbers::pi * sum);
         mask[static_cast<size_t>(pixel.y) * photo.camera.width + pixel.x] = !pixel.at_silhouette;
       }
@@ -197,6 +198,18 @@ TEST_F(ViewerLight, LampsOfEveryShapeAreMirroredByAFilmOfWater) {
     std::printf("  %-8s mean difference %.2f %% of the light, CIEDE2000 median %.3f\n", name, 100 * off, d.median);
     EXPECT_LE(off, 0.03) << name;  // mirrored edges within a pixel are sampled elsewhere
   }
+}
+
+TEST_F(ViewerLight, CrossedPolarisersDimFirstOrderLightAsTheCpuPredicts) {
+  Capture capture = IncisorUnder(DiskLight{{0, 0, 120}, {0, 0, -1}, glm::dvec3(20.0), 0, 30}, 0.0);
+  const auto light = [&](double memory_events) {
+    capture.photographs[0].polarisation = Polarisation::kCross;
+    capture.photographs[0].polarisation_memory_events = memory_events;
+    const Pair pair = BothWays(capture).Photograph(0, {false, true, false});
+    EXPECT_LE(TotalDifference(pair), 0.002);
+    return std::accumulate(pair.gpu.values.begin(), pair.gpu.values.end(), 0.0);
+  };
+  EXPECT_LT(light(100.0), 0.5 * light(0.0));
 }
 
 TEST_F(ViewerLight, AnEnvironmentIsReflectedDryAndWet) {

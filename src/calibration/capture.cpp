@@ -13,6 +13,7 @@ namespace {
 
 // What people photograph is far below these; what only lists names is far above.
 constexpr size_t kMostLights = 256, kMostThings = 10000, kMostMeasurements = 300;
+constexpr double kMostMemoryEvents = 1e6;
 constexpr double kSmallestTile_mm = 1e-3;
 
 /// Index of the item called `name`; complains about the key otherwise.
@@ -217,8 +218,8 @@ PhotographSpec ReadPhotographSpec(const JsonNode& node, Capture& capture) {
                          : word == "cross" ? Polarisation::kCross
                                            : Polarisation::kParallel;
   }
-  if (const auto memory = o.Find("polarisation_memory_events"); memory && memory->Number() != 0.0)
-    memory->Fail("this version counts the surface reflection alone as polarised", "Remove the key or set it to 0.");
+  if (const auto memory = o.Find("polarisation_memory_events"))
+    photo.polarisation_memory_events = memory->Number(0.0, kMostMemoryEvents);
   if (const auto backing = o.Find("backing"); backing && backing->String() != "none")
     photo.backing = IndexOf(capture.backings, backing->String(), *backing, "backing");
   if (photo.backing && !capture.backings[*photo.backing].has_place)

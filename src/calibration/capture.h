@@ -2,6 +2,7 @@
 // A capture: what was photographed, from where, under which light. Read strictly from capture.json.
 
 #include <array>
+#include <cmath>
 #include <filesystem>
 #include <map>
 #include <optional>
@@ -76,9 +77,23 @@ enum class Neck {
 
 /// What becomes of light S that kept its polarisation: none = S + D, cross = D, parallel = 2 S + D, as photographs are
 /// normalised to a white card seen through the filters.
-constexpr double SpecularFactor(Polarisation polarisation) {
-  return polarisation == Polarisation::kNone ? 1.0 : polarisation == Polarisation::kCross ? 0.0 : 2.0;
-}
+struct Polarisers {
+  double of_kept;        ///< factor on S
+  double memory_events;  ///< a share exp(-n / this) of light that was scattered n times is S; 0: none is
+
+  static Polarisers Of(Polarisation polarisation, double memory_events = 0) {
+    return {polarisation == Polarisation::kNone    ? 1.0
+            : polarisation == Polarisation::kCross ? 0.0
+                                                   : 2.0,
+            memory_events};
+  }
+  /// Factor on light that layers scattered `events` times and nothing else has depolarised.
+  template <class T>
+  T OfScattered(const T& events) const {
+    using std::exp;
+    return memory_events > 0 ? 1.0 + (of_kept - 1.0) * exp(-events / memory_events) : T(1.0);
+  }
+};
 
 struct PhotographSpec {
   std::string name, key;  ///< key: where it stands in capture.json
@@ -88,6 +103,7 @@ struct PhotographSpec {
   RigidTransform camera_from_object;
   std::vector<size_t> lights;  ///< indices into Capture::lights
   Polarisation polarisation = Polarisation::kNone;
+  double polarisation_memory_events = 0;
   std::optional<size_t> backing;
   std::vector<size_t> scenery;
   bool exposure_is_free = false;
@@ -101,6 +117,8 @@ struct PhotographSpec {
   ColourTransform rgb_from_sensor;
   std::optional<Blur> blur;
   bool has_colour_file = false;
+
+  Polarisers polarisers() const { return Polarisers::Of(polarisation, polarisation_memory_events); }
 };
 
 struct Capture {

@@ -112,7 +112,7 @@ void LeaveOutWhatOthersLack(Capture& capture, Material& material, std::vector<st
     }
   for (PhotographSpec& photo : capture.photographs) {
     if (photo.polarisation != Polarisation::kNone)
-      say("photograph " + photo.name + ": polarisers; it shows the surface's reflection once");
+      say("photograph " + photo.name + ": polarisers; it shows light that kept its polarisation once");
     photo.polarisation = Polarisation::kNone;
     if (photo.blur) say("photograph " + photo.name + ": blur and veiling glare of the lens");
     photo.blur.reset();

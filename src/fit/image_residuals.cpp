@@ -65,10 +65,10 @@ void ImageResiduals::Predict(const Material& material, const std::vector<double>
         continue;
       const ShaderPrediction<double> model(*state_.crown, cast, optics, table, c, light_scale, vertices_[g],
                                            options_.threads, &GatheredOf(group, g, c));
-      const double specular = SpecularFactor(photo.polarisation);
+      const Polarisers polarisers = photo.polarisers();
       sharp.resize(p.sources.size());
       ParallelFor(sharp.size(), options_.threads,
-                  [&](size_t i) { sharp[i] = model.Pixel(cast.pixels[p.sources[i]], specular); });
+                  [&](size_t i) { sharp[i] = model.Pixel(cast.pixels[p.sources[i]], polarisers); });
       for (size_t i = 0; i < p.pixels.size(); ++i)
         for (const auto& [source, weight] : p.TermsOf(i)) at(i) += weight * sharp[source];
     }
@@ -134,14 +134,14 @@ void ImageResiduals::PredictWithDerivativesBy(const std::vector<int>& moved, con
     for (size_t g = 0; g < pixels_.size(); ++g) {
       const FitPixels& p = pixels_[g];
       const PhotographCast& cast = state_.photographs[p.photograph];
-      const double specular = SpecularFactor(capture_.photographs[p.photograph].polarisation);
+      const Polarisers polarisers = capture_.photographs[p.photograph].polarisers();
       const double exposure = nuisances_.ExposureOf(p, scales);
       GatheredLight* same = nuisances_.lights().empty() ? &GatheredOf(0, g, c) : nullptr;
       const ShaderPrediction<Jet> model(*state_.crown, cast, optics, table, c, scales.light, vertices_[g],
                                         options_.threads, same);
       std::vector<Jet> sharp(p.sources.size());
       ParallelFor(sharp.size(), options_.threads,
-                  [&](size_t i) { sharp[i] = model.Pixel(cast.pixels[p.sources[i]], specular); });
+                  [&](size_t i) { sharp[i] = model.Pixel(cast.pixels[p.sources[i]], polarisers); });
       ParallelFor(p.pixels.size(), options_.threads, [&](size_t i) {
         const int k = first_row_[g] + kChannels * static_cast<int>(i) + c;
         Jet value(p.SceneryAt(i)[c]);

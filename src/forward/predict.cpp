@@ -92,7 +92,7 @@ std::vector<int> VerticesAround(const Crown& crown, const PhotographCast& cast, 
 std::vector<std::vector<glm::dvec3>> PredictViews(const Capture& capture, const CastState& state, size_t photograph,
                                                   std::span<const PhotographCast> casts, const Material& material,
                                                   std::span<const double> light_scale, int threads) {
-  const double specular = SpecularFactor(capture.photographs[photograph].polarisation);
+  const Polarisers polarisers = capture.photographs[photograph].polarisers();
   std::vector<std::vector<int>> around;
   std::vector<int> around_all;
   std::vector<std::vector<glm::dvec3>> values;
@@ -112,7 +112,7 @@ std::vector<std::vector<glm::dvec3>> PredictViews(const Capture& capture, const 
     for (size_t k = 0; k < casts.size(); ++k) {
       const ShaderPrediction<double> view(first, casts[k], around[k], threads);
       ParallelFor(values[k].size(), threads,
-                  [&](size_t i) { values[k][i][c] = view.Pixel(casts[k].pixels[i], specular); });
+                  [&](size_t i) { values[k][i][c] = view.Pixel(casts[k].pixels[i], polarisers); });
     }
   }
   return values;

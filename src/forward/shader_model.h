@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "base/parallel.h"
+#include "calibration/capture.h"
 #include "geometry/cast_samples.h"
 #include "optics/diffuser_table.h"
 #include "optics/shading_terms.h"
@@ -28,6 +29,10 @@ struct ShaderOptics {
 
   T entry_ior() const { return (has_outer ? outer_ior : diffuser_ior) / outside_ior; }
   WetSurface<T> surface() const { return {entry_ior(), wetness, outside_ior, may_be_wet}; }
+  /// Of the outer layer's first reduced scattering, which stands for 1 / (1 - g) true ones.
+  T FirstOrderFactor(const Polarisers& polarisers) const {
+    return polarisers.OfScattered(1.0 / Terms<T>::max(1.0 - outer_g, T(1e-3)));
+  }
   /// `factor`: on absorption, of the layer's texture.
   T outer_extinction(double factor) const { return outer_scattering + factor * outer_absorption; }
   DiffusingStack<T> stack() const {
@@ -173,9 +178,10 @@ class ShaderPrediction {
   }
 
   /// Pixel value at exposure 1: pi times radiance.
-  T Pixel(const PixelCast& pixel, double specular_factor) const {
+  T Pixel(const PixelCast& pixel, const Polarisers& polarisers) const {
     const Radiance r = TermsOf(pixel);
-    return std::numbers::pi * (r.diffuse + r.first_order + specular_factor * r.gloss);
+    return std::numbers::pi *
+           (r.diffuse + optics_.FirstOrderFactor(polarisers) * r.first_order + polarisers.of_kept * r.gloss);
   }
 
  private:

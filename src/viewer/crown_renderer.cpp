@@ -238,7 +238,8 @@ void CrownRenderer::Draw(const PhotographSpec& photo, const ShownTerms& terms, c
   draw.Set("visibility", visibility_);
   SetCamera(draw, photo, bounds_);
   draw.Set("camera_position", camera);
-  draw.Set("specular_factor", SpecularFactor(photo.polarisation));
+  draw.Set("first_factor", optics_[0].FirstOrderFactor(photo.polarisers()));
+  draw.Set("specular_factor", photo.polarisers().of_kept);
   draw.Set("every", quality == Quality::kMoving ? 4 : 1);
   lamps_.SetUniforms(draw);
   draw.Set("show_diffuse", terms.diffuse);

@@ -29,8 +29,8 @@ class CameraPath {
   CameraPath(const Studio& studio, WalkCounters& counters)
       : studio_(studio),
         counters_(counters),
-        slopes_(studio.media, studio.cut_slopes, studio.specular_factor.size()),
-        value_(studio.specular_factor.size()) {}
+        slopes_(studio.media, studio.cut_slopes, studio.polarisers.size()),
+        value_(studio.polarisers.size()) {}
 
   /// Starts anew; false when the path ended outside, true when it is on a flight inside.
   bool Begin(const glm::dvec3& position, const glm::dvec3& direction, int hero, const RandomStream& random) {
@@ -77,7 +77,7 @@ class CameraPath {
     return state.medium != kOutside || GoOnOutside();
   }
 
-  /// Inside, after the last collision: the rest is left to diffuse light.
+  /// Inside, after the last collision: the rest is left to diffuse light, which has lost its polarisation.
   void HandOver() {
     const LightFields& fields = *studio_.hand_over.fields;
     const auto here = fields.At(state.position);
@@ -113,7 +113,8 @@ class CameraPath {
   struct Way {
     PhotographSet serves = 0;
     glm::dvec3 carried{1.0};
-    bool only_reflected = true, sees_lamps = false;  // the camera does not
+    bool only_reflected = true, is_depolarised = false;
+    bool sees_lamps = false;  // the camera does not
     double density = kMirror;
     std::optional<Boundary> left{};  ///< the opaque boundary it leaves, if it leaves one
     int opaque_bounces = 0, cut_returns = 0;
@@ -164,10 +165,16 @@ class CameraPath {
   void Add(PhotographSet set, const glm::dvec3& radiance) {
     const glm::dvec3 found = at_.carried * studio_.media.Weight(state) * radiance;
     ForEach(set, [&](size_t p) {
-      const glm::dvec3 seen = (at_.only_reflected ? studio_.specular_factor[p] : 1.0) * found;
+      const glm::dvec3 seen = FactorOf(studio_.polarisers[p]) * found;
       value_[p] += seen;
       if (studio_.wants_slopes) slopes_.Add(p, state, at_.cut_returns, seen);
     });
+  }
+
+  double FactorOf(const Polarisers& polarisers) const {
+    return at_.only_reflected   ? polarisers.of_kept
+           : at_.is_depolarised ? 1.0
+                                : polarisers.OfScattered(static_cast<double>(state.collisions));
   }
 
   void AddLampsMet(double reach_mm) {
@@ -247,6 +254,7 @@ class CameraPath {
     const double largest = std::max({rho.x, rho.y, rho.z});
     state.boost *= largest;
     if (largest > 0) at_.carried *= rho / largest;
+    at_.is_depolarised = true;
     state.direction = SampleLambert(-normal, random_);
   }
 
@@ -255,6 +263,7 @@ class CameraPath {
     constexpr int kRouletteAfter = 64;  // bounces: white things may close a cavity
     at_.left = boundary;
     at_.only_reflected = false;
+    at_.is_depolarised = true;
     at_.carried *= studio_.opaque[boundary.opaque].reflectance;
     const double largest = std::max({at_.carried.x, at_.carried.y, at_.carried.z});
     if (!(largest > 0)) return false;

@@ -197,7 +197,7 @@ class FieldOfChannel {
 LightFields::LightFields(const Studio& studio, const VolumeLattice& lattice, const Lighting& lit, uint64_t seed,
                          int threads)
     : lattice_(&lattice) {
-  const size_t photographs = studio.specular_factor.size(), layers = studio.media.size() - 1;
+  const size_t photographs = studio.polarisers.size(), layers = studio.media.size() - 1;
   kinds_ = 1 + (studio.wants_slopes ? 2 * layers : 0);
   fields_.assign(photographs * kinds_, std::vector<glm::vec3>(lattice.nodes().count()));
   std::vector<PassedMoments> passed;

@@ -76,8 +76,7 @@ Media MediaOf(const Capture& capture, const Material& material, const LayeredBod
 Studio StudioOf(const Capture& capture, const Material& material, const std::vector<size_t>& photographs,
                 const PathOptions& options, Studio begun) {
   const PhotographSpec& first = capture.photographs[photographs[0]];
-  for (const size_t i : photographs)
-    begun.specular_factor.push_back(SpecularFactor(capture.photographs[i].polarisation));
+  for (const size_t i : photographs) begun.polarisers.push_back(capture.photographs[i].polarisers());
   begun.wants_slopes = options.slopes;
   begun.has_diffuse_exits = options.diffuse_exits;
   for (size_t i = 0; i < begun.media.size(); ++i) {

@@ -76,8 +76,8 @@ struct Studio {
   glm::dvec3 cut_reflectance{0.0};  ///< of an opaque cut, from inside
   std::optional<ContactTile> contact{};
   std::vector<Lamp> lamps{};
-  std::vector<double> specular_factor{};  ///< per photograph: of light that the outer surface alone reflected
-  bool wants_slopes = false;              ///< derivatives beside the values
+  std::vector<Polarisers> polarisers{};  ///< per photograph
+  bool wants_slopes = false;             ///< derivatives beside the values
   CutSlopes cut_slopes{};
   /// For light that leaves smoothly: lamps are looked for in the lobe of diffuse light that is refracted out, in place
   /// of the one direction it takes. Per medium the lobe's 1 / (pi x share of diffuse light that enters from outside).

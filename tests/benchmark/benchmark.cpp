@@ -71,7 +71,7 @@ void PredictOneChannel(benchmark::State& state) {
   for (auto _ : state) {
     const DiffuserTable<T> table(optics.stack(), crown->kernel.outer_radius_mm);
     const ShaderPrediction<T> model(*crown, cast, optics, table, 1, lights, vertices, 1);
-    for (const auto& pixel : cast.pixels) benchmark::DoNotOptimize(model.Pixel(pixel, 1.0));
+    for (const auto& pixel : cast.pixels) benchmark::DoNotOptimize(model.Pixel(pixel, {1.0, 0.0}));
   }
   state.counters["pixels/s"] =
       benchmark::Counter(static_cast<double>(cast.pixels.size() * state.iterations()), benchmark::Counter::kIsRate);
