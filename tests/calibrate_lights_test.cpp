@@ -6,11 +6,14 @@
 #include <cmath>
 #include <fstream>
 
+#include "base/error.h"
+#include "base/files.h"
 #include "calibrate/estimate_lights.h"
 #include "geometry/light_samples.h"
 #include "photo/photograph.h"
 #include "support/real_data.h"
 #include "support/rendered_target.h"
+#include "support/temporary_folder.h"
 
 namespace crownfit {
 namespace {
@@ -134,6 +137,32 @@ TEST(CalibrateLights, ACardGivesIntensityAndColour) {
     EXPECT_NEAR(found.radiant_intensity[c] / truth.radiant_intensity[c], 1.0, 3 * fit->stddev[c] + 1e-3);
 }
 
+TEST(CalibrateLights, HowWellAPlaceIsKnownIsReadAsItWasWritten) {
+  TemporaryFolder folder;
+  const auto rig = [&](const JsonValue& lights) {
+    WriteTextFile(folder.path / "rig.json",
+                  ToJsonText(JsonValue::Object{{"format", "crownfit-light-rig/1"}, {"lights", lights}}));
+    return ReadLightRig(folder.path / "rig.json").lights[0];
+  };
+  Light lamp;
+  lamp.name = "lamp";
+  lamp.shape = PointLight{{0, 0, 300}, glm::dvec3(1.0), 1.0};
+  for (const glm::dmat3& covariance :
+       {glm::dmat3(9.0), glm::dmat3{{4, 1, 3}, {1, 2, 0}, {3, 0, 100}}, glm::dmat3{{0, 0, 0}, {0, 0, 0}, {0, 0, 4}}}) {
+    lamp.covariance_mm2 = covariance;
+    EXPECT_EQ(rig(LightsJson({lamp})).covariance_mm2, covariance);
+  }
+  const auto stated = [](const char* covariance, const char* beside = "") {
+    return JsonFile("rig", std::string(R"([{"name": "lamp", "type": "point", "position_mm": [0, 0, 300],
+      "radiant_intensity_rgb": [1, 1, 1], "covariance": )") +
+                               covariance + beside + "}]")
+        .value;
+  };
+  EXPECT_THROW(rig(stated("[[1, 0, 0], [0, 1, 0], [0, 0.5, 1]]")), InputError);                      // not symmetric
+  EXPECT_THROW(rig(stated("[[1, 0, 0], [0, 1, 2], [0, 2, 1]]")), InputError);                        // -1 mm2
+  EXPECT_THROW(rig(stated("[[1, 0, 0], [0, 1, 0], [0, 0, 1]]", ", \"stddev_mm\": 1")), InputError);  // both
+}
+
 TEST(CalibrateLights, ARingFlashIsRefinedOnCardsAtSeveralTilts) {
   // Stated 6 mm too far forward and to the side.
   const DiskLight truth{{2, 0, 15}, {0, 0, 1}, glm::dvec3(4, 3.5, 3), 25, 35};
@@ -141,7 +170,7 @@ TEST(CalibrateLights, ARingFlashIsRefinedOnCardsAtSeveralTilts) {
   start.name = "lamp";
   start.in_camera_frame = true;
   start.shape = DiskLight{{-2, 3, 19}, {0, 0, 1}, glm::dvec3(1.0), 25, 35};
-  start.stddev_mm = 6;
+  start.covariance_mm2 = glm::dmat3(36.0);
   std::vector<RigidTransform> poses;
   std::vector<Image> images;
   for (const auto& [distance, tilt, azimuth] : {std::tuple{130.0, 0.0, 0.0},
@@ -160,8 +189,8 @@ TEST(CalibrateLights, ARingFlashIsRefinedOnCardsAtSeveralTilts) {
   ASSERT_TRUE(rough && fit);
   EXPECT_LT(fit->rms, 0.5 * rough->rms);
   const auto& found = std::get<DiskLight>(fit->light.shape);
-  EXPECT_LT(glm::length(found.centre_mm - truth.centre_mm), std::max(1.0, 3 * fit->light.stddev_mm));
-  EXPECT_LT(fit->light.stddev_mm, 3.0);
+  EXPECT_LT(glm::length(found.centre_mm - truth.centre_mm), std::max(1.0, 3 * fit->light.Stddev_mm()));
+  EXPECT_LT(fit->light.Stddev_mm(), 3.0);
   for (int c = 0; c < 3; ++c) EXPECT_NEAR(found.radiance[c] / truth.radiance[c], 1.0, 0.03);
 }
 

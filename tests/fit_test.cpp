@@ -290,7 +290,7 @@ TEST_F(SelfConsistency, PosesAndLampsThatAreWrongWithinTheirStatedErrorsAreFound
   for (auto& light : capture.lights)
     if (auto* lamp = std::get_if<RectangleLight>(&light.shape)) {
       lamp->centre_mm += glm::dvec3(0, 4, 0);
-      light.stddev_mm = 3;
+      light.covariance_mm2 = glm::dmat3(9.0);
     }
   const CrownFit moved = Fit(capture, options);
   EXPECT_TRUE(moved.converged);
@@ -410,6 +410,19 @@ TEST(CalibrationErrors, TheSquaresOfAPosesErrorsAreItsCovariance) {
   EXPECT_EQ(StatedErrors(capture).size(), 6u);
   capture.photographs[1].is_holdout = true;  // a fit sees neither
   EXPECT_TRUE(StatedErrors(capture).empty());
+}
+
+TEST(CalibrationErrors, TheSquaresOfALampsErrorsAreItsCovariance) {
+  Capture capture;
+  capture.photographs.resize(1);
+  capture.photographs[0].lights = {0};
+  Light lamp;
+  lamp.shape = PointLight{{0, 0, 300}, glm::dvec3(1.0), 1.0};
+  lamp.covariance_mm2 = {{4, 1, 3}, {1, 2, 0}, {3, 0, 100}};
+  capture.lights = {lamp};
+  glm::dmat3 sum(0.0);
+  for (const CalibrationError& e : StatedErrors(capture)) sum += glm::outerProduct(e.shift, e.shift);
+  for (int c = 0; c < 3; ++c) EXPECT_LT(glm::length(sum[c] - lamp.covariance_mm2[c]), 1e-9);
 }
 
 TEST(CalibrationErrors, AStatedTurnIsAboutTheObjectAndNotAboutTheCamera) {

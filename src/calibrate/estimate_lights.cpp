@@ -1,12 +1,15 @@
 #include "calibrate/estimate_lights.h"
 
 #include <ceres/ceres.h>
+#include <ceres/normal_prior.h>
 
 #include <algorithm>
 #include <cmath>
+#include <glm/gtc/type_ptr.hpp>
 #include <map>
 #include <numbers>
 
+#include "base/linear_algebra.h"
 #include "calibrate/draw.h"
 #include "geometry/light_samples.h"
 
@@ -73,7 +76,7 @@ std::vector<Light> LightsFromBalls(const std::vector<BallPhotograph>& photograph
                                                       found->covariance_mm2[2][2]}))
                                 : 1e9;
     if (found && stddev < 0.3 * distance) {
-      light.stddev_mm = stddev;
+      light.covariance_mm2 = found->covariance_mm2;
       light.shape = PointLight{found->position_mm, glm::dvec3(distance * distance), distance * std::numbers::pi / 180};
       if (found->rms_sigma > 3)
         notes.push_back("light " + name + ": its balls disagree by " + Text(found->rms_sigma) +
@@ -162,14 +165,13 @@ struct ShapeResiduals {
 };
 
 /// Holds the place to where it was measured.
-struct PlacePrior {
-  double stddev_mm;
-  template <class T>
-  bool operator()(const T* shift, T* residuals) const {
-    for (int i = 0; i < 3; ++i) residuals[i] = shift[i] / stddev_mm;
-    return true;
-  }
-};
+ceres::CostFunction* PlacePrior(const glm::dmat3& covariance_mm2) {
+  constexpr double kLeast = 1e-6;  // of the largest variance
+  const auto [variances, directions] =
+      EigenOfSymmetric(Eigen::Map<const Eigen::Matrix3d>(glm::value_ptr(covariance_mm2)));
+  const Eigen::VectorXd stddev = variances.cwiseMax(kLeast * variances[2]).cwiseSqrt();
+  return new ceres::NormalPrior(stddev.cwiseInverse().asDiagonal() * directions.transpose(), Eigen::VectorXd::Zero(3));
+}
 
 }  // namespace
 
@@ -187,9 +189,8 @@ std::optional<CardFit> FitCards(const Light& start, const std::vector<const Card
         new ceres::NumericDiffCostFunction<ShapeResiduals, ceres::CENTRAL, ceres::DYNAMIC, 3>(
             new ShapeResiduals(residuals), ceres::TAKE_OWNERSHIP, static_cast<int>(3 * readings.size())),
         nullptr, &shift.x);
-    problem.AddResidualBlock(
-        new ceres::AutoDiffCostFunction<PlacePrior, 3, 3>(new PlacePrior{start.stddev_mm > 0 ? start.stddev_mm : 5.0}),
-        nullptr, &shift.x);
+    problem.AddResidualBlock(PlacePrior(start.Stddev_mm() > 0 ? start.covariance_mm2 : glm::dmat3(25.0)), nullptr,
+                             &shift.x);
     ceres::Solver::Options options;
     options.max_num_iterations = 50;
     ceres::Solver::Summary summary;
@@ -198,7 +199,7 @@ std::optional<CardFit> FitCards(const Light& start, const std::vector<const Card
     const std::vector<std::pair<const double*, const double*>> blocks{{&shift.x, &shift.x}};
     double block[9];
     if (covariance.Compute(blocks, &problem) && covariance.GetCovarianceBlock(&shift.x, &shift.x, block))
-      fit.light.stddev_mm = std::sqrt(std::max({block[0], block[4], block[8]}));
+      fit.light.covariance_mm2 = glm::make_mat3(block);
     fit.light.shape = Transformed(start.shape, {glm::dmat3(1.0), shift});
     fit.moved_mm = glm::length(shift);
   }
@@ -279,7 +280,7 @@ Product LightsProduct(const std::vector<Light>& geometry, const std::vector<Card
       product.figures.push_back({start.name + "_y", p->position_mm.y, "mm"});
       product.figures.push_back({start.name + "_z", p->position_mm.z, "mm"});
     }
-    if (start.stddev_mm > 0) product.figures.push_back({start.name + "_stddev", start.stddev_mm, "mm"});
+    if (start.Stddev_mm() > 0) product.figures.push_back({start.name + "_stddev", start.Stddev_mm(), "mm"});
     if (start.stddev_deg > 0) product.figures.push_back({start.name + "_direction_stddev", start.stddev_deg, "deg"});
     if (start.stddev_deg > kLargest_deg)
       product.refusals.push_back("light " + start.name + ": its direction is known to " +

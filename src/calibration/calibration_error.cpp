@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <glm/gtc/type_ptr.hpp>
 #include <numbers>
 
 #include "base/linear_algebra.h"
@@ -41,7 +42,7 @@ void AddLightErrors(const Capture& capture, size_t index, std::vector<Calibratio
     for (size_t l : capture.photographs[i].lights)
       if (l == index) error.photographs.push_back(i);
   const auto* far = std::get_if<DirectionalLight>(&light.shape);
-  const double size = far ? light.stddev_deg * std::numbers::pi / 180 : light.stddev_mm;
+  const double size = far ? light.stddev_deg * std::numbers::pi / 180 : light.Stddev_mm();
   if (size <= 0 || error.photographs.empty() || IsAllAround(light.shape)) return;
   if (far) {
     const glm::dvec3 any = std::abs(far->direction.x) < 0.5 ? glm::dvec3(1, 0, 0) : glm::dvec3(0, 1, 0);
@@ -51,9 +52,12 @@ void AddLightErrors(const Capture& capture, size_t index, std::vector<Calibratio
       errors.push_back(error);
     }
   } else {
-    for (int axis = 0; axis < 3; ++axis) {
-      error.shift = glm::dvec3(0.0);
-      error.shift[axis] = size;
+    const auto [variances, directions] =
+        EigenOfSymmetric(Eigen::Map<const Eigen::Matrix3d>(glm::value_ptr(light.covariance_mm2)));
+    for (int k = 0; k < 3; ++k) {
+      if (variances[k] <= 1e-14 * variances[2]) continue;
+      const Eigen::VectorXd v = std::sqrt(variances[k]) * directions.col(k);
+      error.shift = {v[0], v[1], v[2]};
       errors.push_back(error);
     }
   }

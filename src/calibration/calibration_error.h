@@ -18,8 +18,8 @@ struct CalibrationError {
 };
 
 /// Of poses ("covariance", "stddev"; photographs of one pose share its error) and of lights ("stddev_mm",
-/// "stddev_deg"), where a photograph that is not held out feels them. Exposures and intensities are factors and not
-/// among them.
+/// "covariance", "stddev_deg"), where a photograph that is not held out feels them. Exposures and intensities are
+/// factors and not among them.
 std::vector<CalibrationError> StatedErrors(const Capture& capture);
 
 /// The capture with its calibration moved by so many standard deviations of each.

@@ -1,15 +1,17 @@
 #include "calibration/light_rig.h"
 
+#include <glm/gtc/type_ptr.hpp>
 #include <numbers>
 #include <set>
 
 #include "base/error.h"
+#include "calibration/covariance.h"
 
 namespace crownfit {
 namespace {
 
 std::vector<std::string> KeysOf(const std::string& type) {
-  std::vector<std::string> keys{"name", "type", "frame", "intensity_scale", "stddev_mm", "stddev_deg"};
+  std::vector<std::string> keys{"name", "type", "frame", "intensity_scale", "stddev_mm", "covariance", "stddev_deg"};
   const auto add = [&](std::initializer_list<const char*> more) { keys.insert(keys.end(), more.begin(), more.end()); };
   if (type == "directional") add({"direction", "irradiance_rgb", "angular_radius_deg"});
   if (type == "point") add({"position_mm", "radiant_intensity_rgb", "radius_mm"});
@@ -23,7 +25,7 @@ std::vector<std::string> KeysOf(const std::string& type) {
 
 std::string TypeOf(const JsonNode& node) {
   // The type decides which keys are allowed, so it is read before the others are compared.
-  std::vector<std::string> every{"name", "type", "frame", "intensity_scale", "stddev_mm", "stddev_deg"};
+  std::vector<std::string> every{"name", "type", "frame", "intensity_scale", "stddev_mm", "covariance", "stddev_deg"};
   for (const char* type : {"directional", "point", "disk", "rectangle", "ring", "dome", "environment"})
     for (const auto& key : KeysOf(type)) every.push_back(key);
   return JsonObject(node, every)
@@ -102,8 +104,11 @@ LightRig ReadLightRig(const std::filesystem::path& path) {
       light.intensity_scale = factor.value, light.intensity_stddev = factor.stddev;
       light.scale_is_free = factor.is_free;
     }
-    if (const auto stddev = object.Find("stddev_mm")) light.stddev_mm = stddev->Positive();
-    if (const auto stddev = object.Find("stddev_deg")) light.stddev_deg = stddev->Positive();
+    const auto stddev = object.Find("stddev_mm"), covariance = object.Find("covariance");
+    if (stddev && covariance) covariance->Fail("stands beside stddev_mm", "State one of them.");
+    if (stddev) light.covariance_mm2 = glm::dmat3(std::pow(stddev->Positive(kFarthestPlace_mm), 2));
+    if (covariance) light.covariance_mm2 = glm::make_mat3(ReadCovariance(*covariance, 3).data());
+    if (const auto turn = object.Find("stddev_deg")) light.stddev_deg = turn->Positive();
     light.shape = ReadShape(object, type, rig.files);
     rig.lights.push_back(light);
   }
@@ -157,7 +162,12 @@ JsonValue::Array LightsJson(const std::vector<Light>& lights) {
     if (light.intensity_stddev > 0)
       o.emplace_back("intensity_scale",
                      JsonValue::Object{{"fixed", light.intensity_scale}, {"stddev", light.intensity_stddev}});
-    if (light.stddev_mm > 0) o.emplace_back("stddev_mm", light.stddev_mm);
+    const glm::dmat3& covariance = light.covariance_mm2;
+    if (covariance != glm::dmat3(covariance[0][0]))
+      o.emplace_back("covariance",
+                     JsonValue::Array{VectorJson(covariance[0]), VectorJson(covariance[1]), VectorJson(covariance[2])});
+    else if (covariance[0][0] > 0)
+      o.emplace_back("stddev_mm", light.Stddev_mm());
     if (light.stddev_deg > 0) o.emplace_back("stddev_deg", light.stddev_deg);
     all.emplace_back(o);
   }

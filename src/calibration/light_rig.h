@@ -1,6 +1,8 @@
 #pragma once
 // Lamps: one-sided, of constant radiance, not seen directly by the camera.
 
+#include <algorithm>
+#include <cmath>
 #include <filesystem>
 #include <glm/glm.hpp>
 #include <memory>
@@ -63,9 +65,15 @@ struct Light {
   bool in_camera_frame = false;
   bool scale_is_free = false;  ///< intensity_scale {"initial"}: solved in closed form
   double intensity_scale = 1.0;
-  double intensity_stddev = 0;           ///< 0: exact, or free
-  double stddev_mm = 0, stddev_deg = 0;  ///< of its place, or of a directional light's direction; 0: not stated
+  double intensity_stddev = 0;     ///< 0: exact, or free
+  glm::dmat3 covariance_mm2{0.0};  ///< of its place, in its frame; 0: not stated
+  double stddev_deg = 0;           ///< of a directional light's direction; 0: not stated
   LightShape shape;
+
+  /// Of its place, along the axis of its frame where that is known least.
+  double Stddev_mm() const {
+    return std::sqrt(std::max({covariance_mm2[0][0], covariance_mm2[1][1], covariance_mm2[2][2]}));
+  }
 };
 
 struct LightRig {

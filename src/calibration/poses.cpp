@@ -1,14 +1,14 @@
 #include "calibration/poses.h"
 
+#include <algorithm>
 #include <map>
 #include <numbers>
 #include <set>
 
 #include "base/error.h"
+#include "calibration/covariance.h"
 
 namespace crownfit {
-
-constexpr double kWidest = 1e11;  // mm2: half a turn, seen from 100 m
 
 glm::dmat3 PlaceCovariance(const std::array<double, 36>& covariance, const glm::dvec3& p) {
   // A turn w and a shift t move the point by w x p + t: rows of 3 x 6.
@@ -25,13 +25,8 @@ std::optional<std::array<double, 36>> ReadPoseCovariance(const JsonNode& transfo
   const JsonObject o(transform, {"rotation", "translation_mm", "covariance", "stddev"});
   std::array<double, 36> result{};
   if (const auto covariance = o.Find("covariance")) {
-    const auto rows = covariance->Items();
-    if (rows.size() != 6) covariance->Fail("expected 6 rows of 6 numbers");
-    for (size_t r = 0; r < 6; ++r) {
-      const auto row = rows[r].Items();
-      if (row.size() != 6) rows[r].Fail("expected 6 numbers, found " + std::to_string(row.size()));
-      for (size_t c = 0; c < 6; ++c) result[6 * r + c] = row[c].Number(r == c ? 0.0 : -kWidest, kWidest);
-    }
+    const std::vector<double> stated = ReadCovariance(*covariance, 6);
+    std::copy(stated.begin(), stated.end(), result.begin());
     return result;
   }
   const auto stddev = o.Find("stddev");
