@@ -1,14 +1,12 @@
 #include "check_capture.h"
 
-#include <chrono>
 #include <cmath>
-#include <thread>
 
 #include "base/error.h"
 #include "fit/image_residuals.h"
 #include "fit_measurements.h"
 #include "fit_pixels.h"
-#include "walk/path_photograph.h"
+#include "fit_seconds.h"
 
 namespace crownfit {
 namespace {
@@ -29,18 +27,6 @@ DataKnowledge KnowledgeByWalks(const FitProblem& problem, const FitState& at) {
   DataKnowledge k = knowledge(walked);
   k.of_walks = 1.0 - knowledge(at.pixels).covariance.diagonal().array() / k.covariance.diagonal().array().max(1e-300);
   return k;
-}
-
-/// By what one cast with one evaluation took, and what a path costs on a core (docs/validation.md).
-void EstimateTimes(const FitState& at, const FitOptions& options, double evaluation_s, CaptureCheck& check) {
-  constexpr double kEvaluations = 20, kRuns = 5, kSecondsPerPath = 20e-6;
-  check.shader_s = kEvaluations * evaluation_s;
-  std::vector<size_t> photographs;
-  for (const FitPixels& p : at.pixels) photographs.push_back(p.photograph);
-  const double walked =
-      static_cast<double>(WhichShareWalks(check.input.capture, photographs).size() * options.paths_per_photograph);
-  const unsigned cores = options.threads > 0 ? options.threads : std::max(1u, std::thread::hardware_concurrency());
-  check.path_s = check.shader_s + kRuns * walked * kSecondsPerPath / cores;
 }
 
 /// By the readings' own errors alone, as model `layered` has none of its own.
@@ -85,10 +71,7 @@ CaptureCheck CheckCapture(const Capture& stated, const FitOptions& options, Prog
   const std::vector<CalibrationError> no_errors;
   const FitProblem problem{capture, free, no_errors, options};
   Evaluation e;
-  const auto begin = std::chrono::steady_clock::now();
   FitState at = StateAtStart(problem, check.input, e, progress);
-  const std::chrono::duration<double> took = std::chrono::steady_clock::now() - begin;
-  EstimateTimes(at, options, took.count(), check);
   check.crown = at.cast.crown;
   check.caveats = PhotographCaveats(capture, check.input.photographs);
   if (!e.finite)
@@ -96,6 +79,9 @@ CaptureCheck CheckCapture(const Capture& stated, const FitOptions& options, Prog
                      "Look for lengths, coefficients or lamps that are off by powers of ten.");
   check.requirements = SceneRequirements(problem, check.input, at, progress);
   if (free.count() == 0) return check;
+  const FitSeconds seconds(problem, check.input, at);
+  check.shader_s = seconds.ByShader();
+  check.path_s = seconds.ByWalks(static_cast<double>(options.paths_per_photograph));
 
   const DataKnowledge by_shader = KnowledgeByShader(at.cast, free, at.x, e, at.pixels);
   at.knowledge = KnowledgeByWalks(problem, at);

@@ -23,7 +23,7 @@ struct CaptureCheck {
   std::vector<std::string> weak_directions;  ///< in a fit by model path
   std::vector<SceneRequirement> requirements;
   std::string advice;  ///< which photograph would tell a fit by walks more; empty: nothing is weak, or none
-  double shader_s = 0, path_s = 0;  ///< about what a fit would take here
+  double shader_s = 0, path_s = 0;  ///< of two cores, that nine of ten fits take at most (FitSeconds)
 };
 
 /// The start values as if a fit had ended there and the photographs agreed; `e`: with derivatives.

@@ -75,11 +75,14 @@ void PrintForeseen(const CaptureCheck& check) {
     std::printf("  %-52s %-*s %s\n", e.name.c_str(), check.crown ? 30 : 0, e.by_shader.c_str(), e.by_path.c_str());
   if (check.crown)
     std::printf(
-        "  about %.0f s by shader, %.0f s by path; `crownfit fit` begins with shader and goes on to path unless "
+        "  at most about %.0f s of two cores by shader, %.0f s by path; `crownfit fit` begins with shader and goes on "
+        "to path unless "
         "it suffices\n",
         check.shader_s, check.path_s);
   for (const auto& direction : check.weak_directions) std::printf("  weak: %s\n", direction.c_str());
-  if (!check.advice.empty()) std::printf("  %s\n", check.advice.c_str());
+  if (check.crown)
+    std::printf("  %s\n", check.advice.empty() ? "No further photograph by this rig would tell much more."
+                                               : check.advice.c_str());
 }
 
 void PrintRequirements(const CaptureCheck& check) {

@@ -91,6 +91,7 @@ int RunFit(const CommandLine& line) {
   Progress progress(line.progress);
   std::vector<Capture> captures;
   for (const auto& file : line.captures) captures.push_back(ReadCapture(file));
+  MakeFolder(line.output);
   FitOptions options = line.fit;
   if (options.is_planned()) {
     options = WithPlan(options, PlanFit(captures, options, progress));
@@ -184,6 +185,7 @@ int RunSlab(const CommandLine& line) {
 int RunSynthesize(const CommandLine& line) {
   Progress progress(line.progress);
   const Recipe recipe = ReadRecipe(line.capture);
+  MakeFolder(line.output);
   const auto messages = Synthesize(recipe, line.output, line.fit.threads,
                                    [&](const std::string& stage, double share) { progress.Show(stage, share); });
   progress.Clear();

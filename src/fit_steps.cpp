@@ -11,13 +11,6 @@
 namespace crownfit {
 namespace {
 
-double MedianDepth(const Crown& crown) {
-  std::vector<double> depth;
-  for (const Column& c : crown.columns) depth.push_back(c.straight.total_mm);
-  std::nth_element(depth.begin(), depth.begin() + static_cast<long>(depth.size() / 2), depth.end());
-  return depth[depth.size() / 2];
-}
-
 /// A prediction as the lens shows it. Around the object stands what scenery shows, and elsewhere the photograph itself,
 /// which is blurred already: wrong within a blur's width of the rim, where nothing is known.
 Image SeenOverPhotograph(const Image& prediction, const PhotographCast& cast, const Photograph& photo, const Blur& blur,
@@ -75,7 +68,7 @@ std::string DepthNote(const Capture& capture, const Crown& crown) {
   constexpr double kApart = 0.05;
   const ParameterSpec& stated = capture.layers.back()[Quantity::kThickness];
   if (capture.layers.size() > 1 || !stated.stated || !stated.fixed) return "";
-  const double depth = MedianDepth(crown);
+  const double depth = crown.thickness_mm.back();
   if (std::abs(stated.value[0] - depth) <= kApart * depth) return "";
   char text[300];
   std::snprintf(text, sizeof text,
@@ -86,7 +79,7 @@ std::string DepthNote(const Capture& capture, const Crown& crown) {
 }
 
 std::vector<double> CastThicknesses(const Capture& capture, const Crown& crown, std::vector<double> built_mm) {
-  if (!capture.layers.back()[Quantity::kThickness].fixed) built_mm.back() = MedianDepth(crown);
+  if (!capture.layers.back()[Quantity::kThickness].fixed) built_mm.back() = crown.thickness_mm.back();
   return built_mm;
 }
 

@@ -21,7 +21,7 @@ struct FlatQuestion {
   glm::dvec3 black{0.0}, white{1.0}, stump{0.0}, target{1.0};
   bool is_cemented = true;  ///< stump and target; else a gap of air too
   double stump_ior = 1.54;  ///< of stump and target under cement; 1: their colour has no surface of its own
-  std::optional<MaterialRecord> cement;  ///< absent: clear, of the stump's index
+  std::optional<MaterialRecord> cement;  ///< absent: clear, of the stump's index (1.54 where that is 1)
   double cement_mm = 0.05;
   MeasuredAt geometry = MeasuredAt::k45_0;
   std::optional<double> aperture_mm;  ///< diameter that is lit and seen; absent: everything is
@@ -51,6 +51,9 @@ struct FlatPrediction {
 
 /// Stump and target are searched for a masking thickness up to here.
 inline constexpr double kThickest_mm = 8.0;
+
+/// Whether it states any standard deviation.
+bool IsUncertain(const MaterialRecord& material);
 
 FlatPrediction PredictFlat(const FlatQuestion& question, const std::function<void(double)>& progress);
 

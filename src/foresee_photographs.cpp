@@ -210,9 +210,12 @@ std::string IntervalInWords(const FreeEntry& entry, double stddev) {
   char text[64];
   if (!std::isfinite(stddev)) return "not seen";
   constexpr double kVast = 1000.0;
-  if (const double factor = std::exp(2 * kZ95 * stddev); entry.scale == Scale::kLog) {
-    std::snprintf(text, sizeof text, factor > kVast ? "more than a factor %.3g" : "a factor %.3g",
-                  std::min(kVast, factor));
+  const double up = std::exp(kZ95 * stddev), down = 1.0 - kZ95 * stddev;  // as Quantify states intervals
+  if (entry.scale == Scale::kLog && down > 0) {
+    std::snprintf(text, sizeof text, up > kVast * down ? "more than a factor %.3g" : "a factor %.3g",
+                  std::min(kVast, up / down));
+  } else if (entry.scale == Scale::kLog) {
+    std::snprintf(text, sizeof text, up > kVast ? "no end to either side" : "no lower end, up to %.3g times", up);
   } else {
     std::snprintf(text, sizeof text, "+-%.2g", kZ95 * stddev);
   }

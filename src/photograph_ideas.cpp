@@ -116,7 +116,7 @@ class IdeasFromPlace {
   bool IsLitFrom(const glm::dvec3& direction) const {
     constexpr double kNear = 20.0;
     return std::any_of(capture_.photographs.begin(), capture_.photographs.end(), [&](const PhotographSpec& p) {
-      if (p.is_holdout || p.lights.size() != 1 || p.camera_from_object != base_.camera_from_object) return false;
+      if (p.lights.size() != 1 || p.camera_from_object != base_.camera_from_object) return false;
       const auto towards = Towards(InObjectFrame(capture_.lights[p.lights[0]], p).shape, centre_);
       return towards && glm::dot(*towards, direction) > std::cos(glm::radians(kNear));
     });
@@ -124,8 +124,8 @@ class IdeasFromPlace {
 
   bool IsTaken(const PhotographSpec& spec) const {
     return std::any_of(capture_.photographs.begin(), capture_.photographs.end(), [&](const PhotographSpec& p) {
-      return !p.is_holdout && p.camera_from_object == spec.camera_from_object && p.lights == spec.lights &&
-             p.backing == spec.backing && p.polarisation == spec.polarisation && p.scenery == spec.scenery;
+      return p.camera_from_object == spec.camera_from_object && p.lights == spec.lights && p.backing == spec.backing &&
+             p.polarisation == spec.polarisation && p.scenery == spec.scenery;
     });
   }
 

@@ -20,8 +20,10 @@ void AddLayUp(CLI::App* app, CommandLine& line) {
                   "material.json of a cement.");
   app->add_option("--cement-mm", p.cement_mm, "Thickness of a cement that has a material (default 0.05).")
       ->check(CLI::Range(0.001, 2.0));
-  app->add_option("--stump-ior", p.stump_ior,
-                  "Refractive index of the stump (default 1.54, dentine and die resins; 1: bare metal or paint).")
+  app->add_option(
+         "--stump-ior", p.stump_ior,
+         "Refractive index of the stump (default 1.54, dentine and die resins; 1: bare metal or paint, which has "
+         "none; a clear cement over it has 1.54).")
       ->check(CLI::Range(1.0, 3.0));
   app->add_option("--geometry", p.geometry, "Of the measurement: 45/0 (as photographs; default), 0/45, d/8 (sphere).");
   app->add_option("--aperture", p.aperture_mm,

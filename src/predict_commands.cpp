@@ -14,7 +14,9 @@ std::string TextOf(const FlatFigure& figure) {
   char text[200];
   // Nothing up to the thickest that was tried.
   const auto number = [](double v, char* out, size_t size) {
-    if (std::isinf(v)) {
+    if (std::isnan(v)) {
+      std::snprintf(out, size, "none");
+    } else if (std::isinf(v)) {
       std::snprintf(out, size, ">%g", kThickest_mm);
     } else {
       std::snprintf(out, size, "%.4g", v);
@@ -64,7 +66,7 @@ int RunPredict(const CommandLine& line) {
       PredictFlat(question, [&](double share) { progress.Show("drawing materials", share); });
   progress.Clear();
   if (!line.output.empty()) WriteImageFile(line.output, FigureOf(question, prediction));
-  const std::vector<std::string> assumptions = AssumptionsOf(line, question, prediction);
+  const std::vector<std::string> assumptions = AssumptionsOf(line, question);
   if (line.json) {
     std::fputs(ToJsonText(PredictionContent(question, prediction, assumptions)).c_str(), stdout);
     return 0;

@@ -12,7 +12,8 @@ struct PredictLine {
   bool is_asked = false;  ///< `report`: any of these was given
   std::string thickness;  ///< "1.2", or "enamel=0.5,dentine=1"; empty: the material's own
   std::string stump, target = "white", black = "black", white = "white", cement = "clear";
-  double stump_ior = 1.54, cement_mm = 0.05;
+  double stump_ior = 1.54;
+  std::optional<double> cement_mm;
   std::string geometry = "45/0";
   std::optional<double> aperture_mm;
   std::optional<std::filesystem::path> colour, tabs;

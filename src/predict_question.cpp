@@ -49,8 +49,8 @@ glm::dvec3 ReflectanceOf(const std::string& option, const std::string& text, con
 double Millimetres(const std::string& option, const std::string& text) {
   double value = 0;
   const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
-  if (error != std::errc() || end != text.data() + text.size() || !(value > 0.0 && value <= 20.0))
-    throw InputError("", option, "'" + text + "' is no thickness in mm", "Write a number above 0, up to 20.");
+  if (error != std::errc() || end != text.data() + text.size() || !(value >= 0.001 && value <= 20.0))
+    throw InputError("", option, "'" + text + "' is no thickness in mm", "Write a number from 0.001 to 20.");
   return value;
 }
 
@@ -85,6 +85,7 @@ std::vector<double> DesignOf(const std::string& text, const MaterialRecord& reco
                        "Write LAYER=MM; layers: " + known + ".");
     }
     const auto index = static_cast<size_t>(layer - layers.begin());
+    if (said[index]) throw InputError("", "--thickness", "says twice how thick layer '" + name + "' is");
     mm[index] = Millimetres("--thickness", text.substr(equals + 1, end - equals - 1));
     said[index] = true;
     at = end + 1;
@@ -122,7 +123,9 @@ FlatQuestion FlatQuestionOf(const CommandLine& line, const std::filesystem::path
     if (q.black[c] >= q.white[c]) throw InputError("", "--black", "is not darker than --white in every band");
   q.is_cemented = p.cement != "air";
   q.stump_ior = p.stump_ior;
-  q.cement_mm = p.cement_mm;
+  if (p.cement_mm && (!q.is_cemented || p.cement == "clear"))
+    throw InputError("", "--cement-mm", "is the thickness of a cement that has a material", "Name one: --cement FILE.");
+  q.cement_mm = p.cement_mm.value_or(q.cement_mm);
   if (q.is_cemented && p.cement != "clear") {
     q.cement = ReadOpticalRecord(p.cement);
     if (q.cement->layers.size() != 1)
@@ -145,8 +148,7 @@ FlatQuestion FlatQuestionOf(const CommandLine& line, const std::filesystem::path
   return q;
 }
 
-std::vector<std::string> AssumptionsOf(const CommandLine& line, const FlatQuestion& q,
-                                       const FlatPrediction& prediction) {
+std::vector<std::string> AssumptionsOf(const CommandLine& line, const FlatQuestion& q) {
   const PredictLine& p = line.predict;
   std::vector<std::string> said;
   said.push_back(p.colour ? "colours by " + p.colour->filename().string() + ", D65, 2 degrees"
@@ -162,13 +164,16 @@ std::vector<std::string> AssumptionsOf(const CommandLine& line, const FlatQuesti
                  : q.is_cemented ? "cemented with clear cement: no air below"
                                  : "not cemented: air below");
   said.push_back("black and white cards behind a gap of air");
-  said.push_back(prediction.lab_of_draws.empty()
-                     ? "the material states no standard deviations: no intervals"
-                     : "intervals by " + std::to_string(q.draws) +
-                           (q.material.joint
-                                ? " materials drawn from what the fit knows of all its values together"
-                                : " materials drawn from the standard deviations, each parameter by itself") +
-                           (q.aperture_mm ? ", and 5 % of what is lost past the aperture's edge" : ""));
+  const bool is_uncertain = IsUncertain(q.material) || (q.cement && IsUncertain(*q.cement));
+  const std::string edge = q.aperture_mm ? "5 % of what is lost past the aperture's edge" : "";
+  if (!is_uncertain)
+    said.push_back("the material states no standard deviations: " +
+                   (edge.empty() ? "no intervals" : "intervals are of " + edge + " alone"));
+  if (is_uncertain)
+    said.push_back("intervals by " + std::to_string(q.draws) +
+                   (q.material.joint ? " materials drawn from what the fit knows of all its values together"
+                                     : " materials drawn from the standard deviations, each parameter by itself") +
+                   (edge.empty() ? "" : ", and " + edge));
   return said;
 }
 

@@ -10,7 +10,6 @@ namespace crownfit {
 FlatQuestion FlatQuestionOf(const CommandLine& line, const std::filesystem::path& material);
 
 /// What was assumed, and what the intervals are, in words: a line each.
-std::vector<std::string> AssumptionsOf(const CommandLine& line, const FlatQuestion& question,
-                                       const FlatPrediction& prediction);
+std::vector<std::string> AssumptionsOf(const CommandLine& line, const FlatQuestion& question);
 
 }  // namespace crownfit

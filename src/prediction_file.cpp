@@ -47,7 +47,7 @@ void WritePrediction(CommandLine line, const std::filesystem::path& result, Prog
   question.draws = kDrawsOfPage;
   const FlatPrediction prediction =
       PredictFlat(question, [&](double share) { progress.Show("drawing materials", share); });
-  JsonValue::Object content = PredictionContent(question, prediction, AssumptionsOf(line, question, prediction));
+  JsonValue::Object content = PredictionContent(question, prediction, AssumptionsOf(line, question));
   if (line.predict.tabs)
     content.emplace_back("nearest_tabs", NearestJson(NearestTabsOf({prediction.lab, prediction.lab_of_draws},
                                                                    ReadShades(*line.predict.tabs), question.draws, 1)));

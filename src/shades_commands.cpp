@@ -114,7 +114,7 @@ ColourSample SampleOf(const CommandLine& line) {
     FlatQuestion question = FlatQuestionOf(line, line.shades.sample);
     question.other_totals_mm.clear();
     const FlatPrediction p = PredictFlat(question, [&](double share) { progress.Show("drawing materials", share); });
-    for (const std::string& a : AssumptionsOf(line, question, p)) std::fprintf(stderr, "note: %s\n", a.c_str());
+    for (const std::string& a : AssumptionsOf(line, question)) std::fprintf(stderr, "note: %s\n", a.c_str());
     return {p.lab, p.lab_of_draws};
   }
   const auto stddev = line.shades.stddev.empty() ? glm::dvec3(0.0) : ThreeNumbers(line.shades.stddev);

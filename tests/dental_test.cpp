@@ -224,6 +224,37 @@ TEST(Prediction, CementOverTitaniumLightensOrDarkensAsMeasured) {
   EXPECT_LT(std::abs(thicker.x), std::abs(clear.x));
 }
 
+TEST(Prediction, ClearCementOverMetalIsTheLimitOfAThinLayerOfIt) {
+  FlatQuestion q = Question(OneLayer(1.6, glm::dvec3(1.5), glm::dvec3(0.02)), 1.0);
+  q.stump = glm::dvec3(0.6);
+  q.stump_ior = 1.0;
+  const double without = Predict(q).lab.x;
+  q.cement = OneLayer(1.54, glm::dvec3(1e-3), glm::dvec3(1e-5));
+  q.cement_mm = 0.001;
+  EXPECT_NEAR(without, Predict(q).lab.x, 0.02);
+  q.is_cemented = false;
+  EXPECT_GT(std::abs(without - Predict(q).lab.x), 1.0);  // a gap of air is something else
+}
+
+TEST(Prediction, LayersThatScatterForwardsAreFollowedInDirectionsEnough) {
+  MaterialRecord enamel = OneLayer(1.63, glm::dvec3(0.3), glm::dvec3(0.01));
+  enamel.material.layers[0][Quantity::kAsymmetry].fill(0.96);
+  const FlatPrediction p = Predict(Question(enamel, 0.7));
+  const ViewedSlab fine = ViewSlab(OneSlab(1.63, 0.96, 0.3 / 0.04, 0.01, 0.7), {{0.7}}, MeasuredAt::k45_0, {64})[0];
+  EXPECT_NEAR(p.groups[0]["reflectance_G"].value, fine.reflectance, 3e-4);
+  EXPECT_NEAR(p.groups[0]["transmittance_G"].value, fine.transmittance, 3e-4);
+}
+
+TEST(Prediction, AnApertureThatLosesNearlyAllStillReadsNoLessThanNothing) {
+  FlatQuestion q = Question(OneLayer(1.54, glm::dvec3(3.0), glm::dvec3(0.02)), 1.0);
+  q.aperture_mm = 0.5;
+  const FlatFigure light = Predict(q).groups[0]["over_white.L"];
+  EXPECT_GT(*light.low95, 0.0);
+  EXPECT_LT(*light.low95, light.value);
+  EXPECT_GT(*light.high95, light.value);
+  EXPECT_LT(*light.high95, 100.0);
+}
+
 TEST(Prediction, AStumpOfTheTargetsColourIsMaskedAtOnceAndADarkOneDeeper) {
   FlatQuestion q = Question(OneLayer(1.54, glm::dvec3(3.0), glm::dvec3(0.02, 0.04, 0.1)), 1.0);
   q.target = glm::dvec3(0.5, 0.4, 0.3);

@@ -216,6 +216,11 @@ TEST(ThicknessFields, ZonesAreMetInTheMiddleOfEachThirdAndTimesTheScale) {
   }
 }
 
+TEST(Thickness, OfAPlateIsItsDepthWhateverItsRim) {
+  const KnownScene scene(Disc(2.0, 5.0));
+  EXPECT_NEAR(scene.Build()->thickness_mm[0], 2.0, 1e-6);
+}
+
 TEST(ThicknessFields, NumbersAtTheVerticesAreFollowedAndTheMeanIsReported) {
   TriangleMesh sphere = Sphere(4.0, 48);
   for (const auto& v : sphere.vertices) sphere.vertex_properties["t"].push_back(0.8 + 0.1 * v.z);

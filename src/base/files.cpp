@@ -34,6 +34,15 @@ void WriteBesideAndRename(const std::filesystem::path& file,
   throw InputError(file, "", "can't be written: " + reason, "Choose an output folder you may write to.");
 }
 
+void MakeFolder(const std::filesystem::path& folder) {
+  std::error_code error;
+  std::filesystem::create_directories(folder, error);
+  if (!error && !std::filesystem::is_directory(folder)) error = std::make_error_code(std::errc::not_a_directory);
+  if (!error && access(folder.c_str(), W_OK) != 0) error = {errno, std::generic_category()};
+  if (error)
+    throw InputError(folder, "", "can't be written: " + error.message(), "Choose an output folder you may write to.");
+}
+
 void WriteTextFile(const std::filesystem::path& file, const std::string& text) {
   WriteBesideAndRename(file, [&](const std::filesystem::path& beside) {
     std::ofstream stream(beside, std::ios::binary);
@@ -45,6 +54,7 @@ void WriteTextFile(const std::filesystem::path& file, const std::string& text) {
 
 std::string ReadWholeFile(const std::filesystem::path& file, double most_bytes, const std::string& remedy) {
   std::error_code ignored;
+  if (std::filesystem::is_directory(file, ignored)) throw InputError(file, "", "is a folder", "Name a file in it.");
   if (!std::filesystem::is_regular_file(file, ignored)) throw InputError(file, "", "there is no such file");
   std::ifstream stream(file, std::ios::binary | std::ios::ate);
   const std::streamoff size = stream ? static_cast<std::streamoff>(stream.tellg()) : -1;

@@ -12,7 +12,10 @@ namespace crownfit {
 void WriteBesideAndRename(const std::filesystem::path& file,
                           const std::function<void(const std::filesystem::path&)>& write);
 
-/// The text form of the above.
+/// Makes the folder when it is missing; throws InputError when nothing can be written there. For what takes long.
+void MakeFolder(const std::filesystem::path& folder);
+
+/// The text form of the first.
 void WriteTextFile(const std::filesystem::path& file, const std::string& text);
 
 /// The bytes of a file. Throws InputError: no regular file (a folder, a pipe, a device), unreadable, or more than

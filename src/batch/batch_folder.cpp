@@ -17,13 +17,6 @@ namespace {
 
 namespace fs = std::filesystem;
 
-void MakeFolder(const fs::path& folder) {
-  std::error_code error;
-  fs::create_directories(folder, error);
-  if (error)
-    throw InputError(folder, "", "the folder can't be made: " + error.message(), "Choose a folder you may write to.");
-}
-
 void Move(const fs::path& made, const fs::path& place) {
   std::error_code error;
   fs::rename(made, place, error);

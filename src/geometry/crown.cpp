@@ -264,10 +264,11 @@ std::shared_ptr<const Crown> BuildCrown(const Capture& capture, const CrownSourc
 
   for (size_t i = 0; i < crown->surfaces.size(); ++i) {
     if (i + 1 == crown->surfaces.size()) {
-      double sum = 0;
+      std::vector<double> depth;
       for (const Column& c : crown->columns)
-        sum += c.straight.total_mm - c.straight.front.total_mm() - c.straight.back.total_mm();
-      crown->thickness_mm.push_back(sum / static_cast<double>(crown->columns.size()));
+        depth.push_back(c.straight.total_mm - c.straight.front.total_mm() - c.straight.back.total_mm());
+      std::nth_element(depth.begin(), depth.begin() + static_cast<long>(depth.size() / 2), depth.end());
+      crown->thickness_mm.push_back(depth[depth.size() / 2]);
     } else {
       const bool is_even = !source.meshes[i + 1] && !source.thickness[i];
       crown->thickness_mm.push_back(

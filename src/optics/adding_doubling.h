@@ -11,7 +11,8 @@
 namespace crownfit {
 
 struct AddingDoublingOptions {
-  int nodes = 24;  ///< directions per group of refractive indices, in a hemisphere: 12 reach 1e-4, 24 reach 3e-5
+  int nodes = 24;  ///< directions per group of refractive indices, in a hemisphere: 12 reach 1e-4, 24 reach 3e-5; at g
+                   ///< 0.96 2 % and 0.1 %
 };
 
 /// Totals of a slab, without the first surface's mirror reflection. Any Slab has an answer; rings have none.

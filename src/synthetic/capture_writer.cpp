@@ -165,7 +165,7 @@ class CaptureMaker {
     if (recipe_.error.exposure > 0)
       Set(photo, "exposure_scale",
           JsonValue::Object{{"fixed", recipe_.capture.photographs[i].exposure_scale},
-                            {"stddev", recipe_.error.exposure}});
+                            {"stddev", recipe_.error.exposure * recipe_.capture.photographs[i].exposure_scale}});
   }
 
   const Recipe& recipe_;

@@ -124,6 +124,7 @@ with tempfile.TemporaryDirectory() as folder:
                 owner[key] = {"fixed": value["initial"]}
     recipe["synthesis"] = {"paths_per_pixel": 4, "seed": 3, "initial_factor": 2, "free": ["dentine.absorption_per_mm"], "calibration_error": {"exposure": 0.01, "pose_deg": 0.1, "pose_mm": 0.1, "light_mm": 1}}
     recipe["photographs"] = recipe["photographs"][:2]
+    recipe["photographs"][1]["exposure_scale"] = {"fixed": 4}
     source = folder / "source"
     shutil.copytree(capture, source)
     (source / "recipe.json").write_text(json.dumps(recipe))
@@ -133,6 +134,7 @@ with tempfile.TemporaryDirectory() as folder:
     same = json.loads(run("compare", folder / f"one/photos/{name}.exr", folder / f"two/photos/{name}.exr", "--json").stdout)
     require(same["de00_p95_pixel"] == 0, "a synthetic photograph depends on the number of threads")
     made = json.loads((folder / "one/capture.json").read_text())
+    require([p["exposure_scale"]["stddev"] for p in made["photographs"]] == [0.01, 0.04], "a share of the exposure is not stated in its own unit")
     start, truth = made["object"]["layers"][1]["absorption_per_mm"]["initial"], json.loads((folder / "one/truth.json").read_text())["layers"][1]["absorption_per_mm"]
     require(all(abs(a / b - 2) < 1e-6 for a, b in zip(start, truth)), "the free parameter does not start off by the factor")
     made["photographs"][0]["exposure_scale"] = {"initial": 1, "stddev": 0.02}  # known within an error: not free

@@ -268,8 +268,8 @@ function showElsewhere() {
   if (prediction.missing) return void section('elsewhere', title, make('p', {}, prediction.missing));
   const {assumptions, groups, nearest_tabs: tabs} = prediction, thickest = 8;
   const plain = v => v == null ? `over ${thickest}` : number(v);
-  const withInterval = figure => make('td', {className: 'n'}, plain(figure.value),
-      figure.interval95 ? make('small', {}, make('br'), `${plain(figure.interval95[0])} to ${plain(figure.interval95[1])}`) : null);
+  const withInterval = figure => make('td', {className: 'n'}, number(figure.value),
+      figure.interval95 ? make('small', {}, make('br'), figure.interval95[0] == null ? 'no interval' : figure.interval95.map(v => number(v)).join(' to ')) : null);
   const total = group => Object.values(group.thickness_mm).reduce((sum, mm) => sum + mm, 0);
   const thickness = group => (group.name === 'design' ? 'design, ' : '') + `${fixed(total(group))} mm`;
   const colour = (group, over) => {
