@@ -28,6 +28,42 @@ Image SeenOverPhotograph(const Image& prediction, const PhotographCast& cast, co
   return result;
 }
 
+glm::dvec3 ValueAt(const Image& image, const PixelCast& pixel) {
+  return {image.at(pixel.x, pixel.y, 0), image.at(pixel.x, pixel.y, 1), image.at(pixel.x, pixel.y, 2)};
+}
+
+/// Sum of what is seen over sum of what is predicted: by walks, whose own noise would make least squares too dark. How
+/// well it is known, by what blocks of 8 x 8 pixels differ in.
+class BrightnessRatio {
+ public:
+  void Add(const PixelCast& pixel, const glm::dvec3& seen, const glm::dvec3& predicted) {
+    constexpr int kBlock = 8;
+    glm::dvec2& sums = of_blocks_[{pixel.x / kBlock, pixel.y / kBlock}];
+    sums += glm::dvec2(seen.x + seen.y + seen.z, predicted.x + predicted.y + predicted.z);
+  }
+  /// 1 where nothing is predicted.
+  double value() const {
+    const glm::dvec2 all = Sums();
+    return all.y > 0 ? all.x / all.y : 1.0;
+  }
+  /// Infinite where a single block tells.
+  double stddev() const {
+    const double n = static_cast<double>(of_blocks_.size()), ratio = value(), predicted = Sums().y;
+    if (n < 2 || !(predicted > 0)) return HUGE_VAL;
+    double square = 0;
+    for (const auto& [block, sums] : of_blocks_) square += std::pow(sums.x - ratio * sums.y, 2);
+    return std::sqrt(square * n / (n - 1)) / predicted;
+  }
+
+ private:
+  glm::dvec2 Sums() const {
+    glm::dvec2 all(0.0);
+    for (const auto& [block, sums] : of_blocks_) all += sums;
+    return all;
+  }
+  std::map<std::pair<int, int>, glm::dvec2> of_blocks_;
+};
+
 glm::dvec3 PositionOf(const Crown& crown, const Interpolation& at) {
   glm::dvec3 position(0.0);
   for (int i = 0; at.exists() && i < 3; ++i)
@@ -143,14 +179,10 @@ std::vector<PhotographResult> ComparePhotographs(const CrownInput& input, const 
       r.exposure = scales.exposure[group->second];
       if (!stddev.exposure.empty()) r.exposure_stddev = stddev.exposure[group->second];
     } else if (spec.exposure_is_free) {
-      double top = 0, bottom = 0;  // a held-out photograph of its own exposure: least squares on itself
+      BrightnessRatio own;  // a held-out photograph of its own exposure
       for (size_t k = 0; k < values.size(); ++k)
-        for (int c = 0; c < kChannels && IsUsable(photo, cast_pixels[k]); ++c) {
-          const double w = 1.0 / photo.variance.at(cast_pixels[k].x, cast_pixels[k].y, c);
-          top += w * values[k][c] * photo.linear.at(cast_pixels[k].x, cast_pixels[k].y, c);
-          bottom += w * values[k][c] * values[k][c];
-        }
-      if (bottom > 0) r.exposure = top / bottom;
+        if (IsUsable(photo, cast_pixels[k])) own.Add(cast_pixels[k], ValueAt(photo.linear, cast_pixels[k]), values[k]);
+      if (own.value() > 0) r.exposure = own.value();
     }
     for (size_t k = 0; k < values.size(); ++k)
       for (int c = 0; c < kChannels; ++c)
@@ -158,7 +190,8 @@ std::vector<PhotographResult> ComparePhotographs(const CrownInput& input, const 
     if (spec.blur)
       r.prediction = SeenOverPhotograph(r.prediction, state.photographs[i], photo, *spec.blur, r.exposure, threads);
     if (axis) r.thirds.assign(photo.usable.size(), 0);
-    double chi2 = 0, both = 0, predicted = 0;
+    double chi2 = 0;
+    BrightnessRatio level;
     const std::vector<int> compared = ComparablePixels(spec, state.photographs[i], photo, threads);
     for (int k : compared) {
       const PixelCast& pixel = cast_pixels[k];
@@ -166,14 +199,12 @@ std::vector<PhotographResult> ComparePhotographs(const CrownInput& input, const 
       r.compared[place] = 1;
       if (axis) r.thirds[place] = static_cast<uint8_t>(1 + ThirdOf(axis->At(PositionOf(*state.crown, pixel.at))));
       const glm::dvec3 variance = VarianceAt(photo, pixel);
-      for (int c = 0; c < kChannels; ++c) {
-        const double p = r.prediction.at(pixel.x, pixel.y, c), seen = photo.linear.at(pixel.x, pixel.y, c);
-        chi2 += (p - seen) * (p - seen) / variance[c];
-        both += p * seen / variance[c];
-        predicted += p * p / variance[c];
-      }
+      const glm::dvec3 seen = ValueAt(photo.linear, pixel), predicted = ValueAt(r.prediction, pixel);
+      for (int c = 0; c < kChannels; ++c) chi2 += std::pow(predicted[c] - seen[c], 2) / variance[c];
+      level.Add(pixel, seen, predicted);
     }
-    if (predicted > 0) r.level = both / predicted;
+    r.level = level.value();
+    r.level_stddev = level.stddev();
     r.reduced_chi2 = compared.empty() ? 0.0 : chi2 / static_cast<double>(kChannels * compared.size());
     r.difference = ComparePictures(r.photograph, r.prediction, r.compared, r.rgb_from_sensor);
   }

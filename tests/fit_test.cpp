@@ -12,6 +12,7 @@
 #include "calibration/poses.h"
 #include "exchange/material_file.h"
 #include "fit_crown.h"
+#include "fit_pixels.h"
 #include "fit_steps.h"
 #include "photo/image_io.h"
 #include "report/result_files.h"
@@ -202,6 +203,27 @@ TEST_F(SelfConsistency, PhotographsThatContradictEachOtherAreFoundOut) {
   EXPECT_FALSE(fit.usable);
   ASSERT_FALSE(fit.reasons.empty());
   EXPECT_NE(fit.reasons[0].find("chi2"), std::string::npos) << fit.reasons[0];
+}
+
+TEST_F(SelfConsistency, APredictionsOwnNoiseDoesNotMakeThePhotographLookDarker) {
+  const Capture capture = Make({.pixels = 48, .initial_factor = 1.0});
+  const CrownInput input = ReadInput(capture, 0);
+  Progress silent(ProgressMode::kNone);
+  const Material material = StatedMaterial(input.capture);
+  const CastState state = CastAll(input, ThicknessesOf(input.capture, material), {}, silent);
+  const LinearScales scales{{}, StatedLightScales(input.capture), {}};
+  const Predictor exact = PredictorByShader(input, state, material, scales, 0);
+  const auto noisy = [&](size_t photograph) {
+    std::vector<glm::dvec3> values = exact(photograph);
+    for (size_t i = 0; i < values.size(); ++i) values[i] *= std::max(0.0, 1.0 + 0.7 * Gaussian(Key(5, photograph), i));
+    return values;
+  };
+  const std::vector<FitPixels> pixels = ChoosePixels(input, state, 6000);
+  for (const PhotographResult& r : ComparePhotographs(input, state, noisy, scales, pixels, 0)) {
+    EXPECT_LT(std::abs(r.level - 1.0), 4.0 * r.level_stddev) << r.name;
+    EXPECT_LT(r.level_stddev, 0.15) << r.name;
+    EXPECT_GT(r.level_stddev, 0.01) << r.name;
+  }
 }
 
 TEST_F(SelfConsistency, AMaskOfEverythingIsNoMask) {

@@ -221,6 +221,14 @@ TEST(Thickness, OfAPlateIsItsDepthWhateverItsRim) {
   EXPECT_NEAR(scene.Build()->thickness_mm[0], 2.0, 1e-6);
 }
 
+TEST(Thickness, AnInnerMeshAroundTheOuterIsRefused) {
+  KnownScene scene(Sphere(1.0, 16), 2);
+  scene.source.meshes[1] = Sphere(1.2, 16);
+  EXPECT_THROW(scene.Build(), InputError);
+  scene.source.meshes[1] = Sphere(0.8, 16);
+  EXPECT_NEAR(scene.Build()->thickness_mm[0], 0.2, 0.01);
+}
+
 TEST(ThicknessFields, NumbersAtTheVerticesAreFollowedAndTheMeanIsReported) {
   TriangleMesh sphere = Sphere(4.0, 48);
   for (const auto& v : sphere.vertices) sphere.vertex_properties["t"].push_back(0.8 + 0.1 * v.z);

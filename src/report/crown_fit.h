@@ -48,6 +48,7 @@ struct PhotographResult {
   double exposure = 1.0;
   double exposure_stddev = 0;  ///< 0: exact, or only walks would tell
   double level = 1.0;          ///< by which factor the photograph is brighter than its prediction
+  double level_stddev = 0;     ///< of it, by what patches differ in
   double reduced_chi2 = 0;
   int saturated_pixels = 0;
   Image photograph, prediction;   ///< linear sensor values; the prediction is 0 where nothing was cast

@@ -304,7 +304,8 @@ std::string Summary(const CrownFit& fit) {
         100 * p.difference.share_below_pt, 100 * p.difference.share_below_at, p.reduced_chi2,
         p.is_holdout ? "  held out" : "");
   if (!fit.photographs.empty())
-    add("CIEDE2000 over 8 x 8 pixel blocks; not seen: at most 0.8, acceptable: at most 1.8.\n");
+    add("CIEDE2000 over 8 x 8 pixel blocks; not seen: at most 0.8, acceptable: at most 1.8.%s\n",
+        fit.is_by_walks() ? " Noise of the photographs and of the predictions' own walks counts." : "");
   text += "\n";
   text += fit.verdict + "\n";
   for (const auto& direction : fit.uncertainty.weak_directions) text += "  weak: " + direction + "\n";

@@ -8,9 +8,10 @@
 namespace crownfit {
 namespace {
 
-constexpr double kLevelDrift = 0.08;  // of a photograph: twice what model `shader` is off by
-constexpr double kFarMoved = 3.0;     // standard deviations, root mean square
-constexpr double kMostOfWalks = 0.8;  // of a variance
+constexpr double kLevelDrift = 0.08;   // of a photograph: twice what model `shader` is off by
+constexpr double kLevelCertain = 3.0;  // standard deviations
+constexpr double kFarMoved = 3.0;      // standard deviations, root mean square
+constexpr double kMostOfWalks = 0.8;   // of a variance
 
 std::string Number(double v) {
   char text[32];
@@ -43,7 +44,8 @@ std::vector<std::string> ModelCaveats(const CrownFit& fit) {
                         Number(moved.Stddevs()) +
                         " times its stated error. Calibrate it again; a lamp or the crown may have been moved.");
   for (const PhotographResult& p : fit.photographs)
-    if (!p.is_holdout && !p.exposure_is_fitted && std::abs(p.level - 1) > kLevelDrift)
+    if (!p.is_holdout && !p.exposure_is_fitted &&
+        std::abs(p.level - 1) > std::max(kLevelDrift, kLevelCertain * p.level_stddev))
       caveats.push_back("'" + p.name + "' is " + Number(100 * std::abs(p.level - 1)) + " % " +
                         (p.level > 1 ? "brighter" : "darker") +
                         " than the fit of all photographs predicts: did flash or exposure drift? State how well its "
