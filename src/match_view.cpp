@@ -91,7 +91,7 @@ std::vector<ColourDifference> Differences(const CrownInput& input, const CastSta
 
 ViewMatch MatchView(const Capture& capture, const Material& material, const MatchOptions& options, Progress& progress) {
   RequirePhotographs(capture);
-  CheckShaderSupports(capture);
+  CheckShaderSupports(capture, material);
   progress.Show("reading", 0.0);
   CrownSource source = ReadCrownSource(capture, options.threads);
   const auto [low, high] = Bounds(*source.meshes[0]);

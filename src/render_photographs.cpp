@@ -16,7 +16,7 @@ using Done = std::function<void(const RenderedPhotograph&)>;
 std::vector<std::string> RenderByShader(const CrownInput& input, const Material& material, const RenderOptions& options,
                                         Progress& progress, const Done& done) {
   const Capture& capture = input.capture;
-  CheckShaderSupports(capture);
+  CheckShaderSupports(capture, material);
   CastOptions cast_options;
   cast_options.threads = options.threads;
   if (options.twelve_taps) cast_options.kernel = TwelveTapKernel();
@@ -44,7 +44,9 @@ std::vector<std::string> RenderByShader(const CrownInput& input, const Material&
     if (photo.blur) r.picture = Seen(r.picture, *photo.blur, options.threads);
     done(r);
   }
-  return {};
+  if (capture.layers.size() <= 2) return {};
+  return {"model shader sees the first two layers alone; --model path sees all " +
+          std::to_string(capture.layers.size())};
 }
 
 std::vector<ImageLayer> DerivativeLayers(const DifferentiatedPhotograph& d, const PhotographSpec& photo,

@@ -91,7 +91,7 @@ std::string Benchmark(CrownRenderer& renderer, const Capture& capture, const Mat
 
 std::string ViewCrown(const Capture& capture, const Material& material, const ViewOptions& options,
                       Progress& progress) {
-  CheckShaderSupports(capture);
+  CheckShaderSupports(capture, material);
   const OffscreenContext context;
   progress.Show("reading", 0.0);
   const CrownInput input = ReadInput(capture, options.threads, /*with_images=*/false);

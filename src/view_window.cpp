@@ -270,7 +270,7 @@ void CrownWindow::DrawFrame() {
 void ViewInWindow(const Capture& stated, const MaterialRecord& record, const WindowOptions& options,
                   Progress& progress) {
   const Capture capture = WithLinearScales(stated, record.linear_scales);
-  CheckShaderSupports(capture);
+  CheckShaderSupports(capture, record.material);
   const auto [width, height] = options.size.value_or(std::pair{1400, 900});
   Window window("crownfit view " + options.material_file.filename().string(), width, height);
   progress.Show("reading", 0.0);

@@ -151,9 +151,21 @@ TEST(LayeredDiffusion, AnyLayersGiveFiniteSharesBetweenNoneAndAll) {
             const double r = table.TotalReflected(place), t = table.TotalTransmitted(place);
             EXPECT_TRUE(r > -1e-3 && t > -1e-3 && r + t < 1.01)
                 << scattering << " " << absorption << " " << outer_scattering << " " << r << " " << t;
-            EXPECT_TRUE(std::isfinite(table.OuterWay(place)));
           }
       }
+}
+
+TEST(LayeredDiffusion, LightThatReturnsHasSpentAShortWayInAThinOuterLayer) {
+  for (double absorption : {0.0, 0.1, 10.0})
+    for (double outer_scattering : {0.0, 0.3, 10.0}) {
+      const DiffuserTable<double> table(Tooth(outer_scattering, absorption, 1.0, absorption), kRadii);
+      for (double outer_mm : {0.0, 0.02, 0.7, 9.0})
+        for (double inner_mm : {0.0, 0.05, 2.0, 30.0}) {
+          const double way = table.OuterWay(table.At(outer_mm, inner_mm));  // mm, there and back alike
+          EXPECT_TRUE(way >= 0.0 && way < 8.0 * std::max(outer_mm, 0.1))
+              << absorption << " " << outer_scattering << " " << outer_mm << " " << inner_mm << " " << way;
+        }
+    }
 }
 
 TEST(LayeredDiffusion, RingsShareOutTheTotalsThroughTheirWindows) {

@@ -7,6 +7,7 @@
 #include <numbers>
 
 #include "geometry/light_samples.h"
+#include "optics/shading_terms.h"
 #include "support/known_scene.h"
 #include "support/shapes.h"
 
@@ -136,12 +137,25 @@ TEST(Radiometry, AreaLightsShineToOneSideOnly) {
 }
 
 TEST(Radiometry, GlossSamplesOfADomeIntegrateIrradianceAndTheLobeAlike) {
-  std::vector<LightSample> samples;
-  const glm::dvec3 normal(0, 0, 1), view = glm::normalize(glm::dvec3(0.4, 0, 1));
-  double irradiance = 0;
-  SampleAllAroundForGloss(DomeLight{glm::dvec3(1.0 / kPi)}, normal, view, 0.15, 64, samples);
-  for (const auto& s : samples) irradiance += s.weight.x * glm::dot(s.direction, normal);
-  EXPECT_NEAR(irradiance, 1.0, 0.01);  // directions below cosine 1e-4 and the strata's size
+  const glm::dvec3 normal(0, 0, 1);
+  for (const double cos_view : {0.93, 0.3, 0.02})
+    for (const double roughness : {0.05, 0.15, 0.6}) {
+      std::vector<LightSample> samples;
+      const glm::dvec3 view(std::sqrt(1.0 - cos_view * cos_view), 0, cos_view);
+      double irradiance = 0, largest = 0;
+      constexpr int kStrata = 64;
+      SampleAllAroundForGloss(DomeLight{glm::dvec3(1.0 / kPi)}, normal, view, roughness, kStrata, samples);
+      for (const auto& s : samples) {
+        const glm::dvec3 half = glm::normalize(s.direction + view);
+        irradiance += s.weight.x * glm::dot(s.direction, normal);
+        largest = std::max(largest, s.weight.x * glm::dot(s.direction, normal) *
+                                        Terms<double>::SurfaceReflection(s.direction.z, cos_view, half.z,
+                                                                         glm::dot(s.direction, half), roughness, 1.5));
+      }
+      EXPECT_NEAR(irradiance, 1.0, 0.02) << cos_view << " " << roughness;  // below cosine 1e-4, the strata's size
+      // No sample weighs more than one of as many of a mirror's.
+      EXPECT_LT(largest, 1.01 / kPi / (kStrata * kStrata)) << cos_view << " " << roughness;
+    }
 }
 
 }  // namespace

@@ -55,6 +55,13 @@ std::array<double, kShaderSlots> SlotValues(const Capture& capture, const Materi
   return values;
 }
 
+static void CheckIsNoMirror(double roughness, const std::filesystem::path& file, const std::string& key) {
+  const ParameterRow& row = RowOf(Quantity::kRoughness);
+  if (roughness < row.low)
+    throw InputError(file, key, "the shader model needs a surface that is not a mirror",
+                     "State at least " + std::to_string(row.low) + ", or use model path to render.");
+}
+
 void CheckShaderSupports(const Capture& capture) {
   for (const PhotographSpec& photo : capture.photographs)
     if (photo.backing && capture.backings[*photo.backing].in_contact)
@@ -67,10 +74,13 @@ void CheckShaderSupports(const Capture& capture) {
       throw InputError(capture.file, "object.layers[" + std::to_string(i) + "].absorption_texture",
                        "the shader model knows a texture on the outer of two layers alone",
                        "Move it there, or use model path to render.");
-  const ParameterRow& row = RowOf(Quantity::kRoughness);
-  if (capture.surface[static_cast<size_t>(Quantity::kRoughness)].value[0] < row.low)
-    throw InputError(capture.file, "object.surface.roughness", "the shader model needs a surface that is not a mirror",
-                     "State at least " + std::to_string(row.low) + ".");
+  CheckIsNoMirror(capture.surface[static_cast<size_t>(Quantity::kRoughness)].value[0], capture.file,
+                  "object.surface.roughness");
+}
+
+void CheckShaderSupports(const Capture& capture, const Material& material) {
+  CheckShaderSupports(capture);
+  CheckIsNoMirror(material.surface[Quantity::kRoughness][0], "", "the material's surface.roughness");
 }
 
 std::vector<double> StatedLightScales(const Capture& capture) {

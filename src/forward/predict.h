@@ -61,6 +61,8 @@ ShaderOptics<T> OpticsFromSlots(const Capture& capture, const std::array<T, kSha
 /// Refuses by file and key what the shader model does not know: tiles in contact, textures below the outer
 /// layer.
 void CheckShaderSupports(const Capture& capture);
+/// The same of a capture that is drawn with a material from elsewhere.
+void CheckShaderSupports(const Capture& capture, const Material& material);
 
 /// The vertices around the places that these pixels (indices into the cast's) show, without doubles.
 std::vector<int> VerticesAround(const Crown& crown, const PhotographCast& cast, std::span<const int> pixels);

@@ -166,13 +166,26 @@ void SampleLight(const LightShape& light, const glm::dvec3& point, const glm::dv
 
 void SampleAllAroundForGloss(const LightShape& light, const glm::dvec3& normal, const glm::dvec3& view,
                              double roughness, int strata, std::vector<LightSample>& out) {
-  const double a2 = roughness * roughness;
+  constexpr double kLeastCosine = 1e-3;  // as the lobe's
+  const double a2 = roughness * roughness, cos_view = std::max(kLeastCosine, glm::dot(view, normal));
+  const auto [u, v] = Tangents(normal);
   const auto gloss_density = [&](const glm::dvec3& l) {
-    const glm::dvec3 h = glm::normalize(l + view);
-    const double c = glm::dot(h, normal), lh = glm::dot(l, h);
-    if (c <= 0 || lh <= 1e-6) return 0.0;
+    const double c = glm::dot(glm::normalize(l + view), normal);
+    if (c <= 0) return 0.0;
     const double b = (1 - c * c) + a2 * c * c;
-    return a2 / (kPi * b * b) * c / (4 * lh);
+    return a2 / (kPi * b * b) / (2.0 * (cos_view + std::sqrt(a2 + (1.0 - a2) * cos_view * cos_view)));
+  };
+  // Of the facets that are seen (Heitz 2018), so that no sample outweighs the lobe, however low the camera stands.
+  const glm::dvec3 stretched =
+      glm::normalize(glm::dvec3(roughness * glm::dot(view, u), roughness * glm::dot(view, v), cos_view));
+  const double level = std::hypot(stretched.x, stretched.y);
+  const glm::dvec3 t1 = level > 0 ? glm::dvec3(-stretched.y, stretched.x, 0.0) / level : glm::dvec3(1, 0, 0);
+  const glm::dvec3 t2 = glm::cross(stretched, t1);
+  const auto facet = [&](const glm::dvec2& p) {
+    const double r = std::sqrt(p.x), x = r * std::cos(2 * kPi * p.y), half = 0.5 * (1.0 + stretched.z);
+    const double y = (1.0 - half) * std::sqrt(1.0 - x * x) + half * r * std::sin(2 * kPi * p.y);
+    const glm::dvec3 n = x * t1 + y * t2 + std::sqrt(std::max(0.0, 1.0 - x * x - y * y)) * stretched;
+    return glm::normalize(roughness * n.x * u + roughness * n.y * v + std::max(0.0, n.z) * normal);
   };
   const auto add = [&](const glm::dvec3& l) {
     const double cosine = glm::dot(l, normal);
@@ -183,8 +196,7 @@ void SampleAllAroundForGloss(const LightShape& light, const glm::dvec3& normal, 
   };
   for (const auto& p : Strata(strata)) add(InFrame(normal, std::sqrt(1.0 - p.x), 2 * kPi * p.y));
   for (const auto& p : Strata(strata)) {
-    const double c = std::sqrt((1.0 - p.x) / (1.0 + (a2 - 1.0) * p.x));  // GGX normals, Walter et al. 2007, eq. 35
-    const glm::dvec3 h = InFrame(normal, c, 2 * kPi * p.y);
+    const glm::dvec3 h = facet(p);
     add(2.0 * glm::dot(view, h) * h - view);
   }
 }

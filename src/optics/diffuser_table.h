@@ -60,7 +60,7 @@ class DiffuserTable {
   T TotalReflected(const Place& p) const { return Sum(p, 2 * rings_); }
   T TotalTransmitted(const Place& p) const { return Sum(p, 2 * rings_ + 1); }
   /// Mean length of way in the outer layer from entry, or to exit, of the light that is reflected, mm.
-  T OuterWay(const Place& p) const { return Sum(p, 2 * rings_ + 2); }
+  T OuterWay(const Place& p) const { return Terms<T>::max(Sum(p, 2 * rings_ + 2), T(0.0)); }
 
   /// All of it: inner nodes of each outer node, columns in the order above.
   const std::vector<T>& values() const { return values_; }
@@ -187,9 +187,11 @@ void DiffuserTable<T>::AddOuterWay(const DiffusingStack<T>& stack, const std::ve
   const double more = 1e-5;
   darker.outer.absorption += more;
   const std::vector<Totals> less = TotalsAt(darker, 0.0);
+  constexpr double kNothing = 1e-9;  // of light that returns: none of a body that is nowhere thick
   for (size_t node = 0; node < totals.size(); ++node)
-    Value(node, 2 * rings_ + 2) =
-        0.5 / more * (1.0 - less[node].reflected / Terms<T>::max(totals[node].reflected, T(1e-9)));
+    Value(node, 2 * rings_ + 2) = PlainValue(totals[node].reflected) > kNothing
+                                      ? 0.5 / more * (1.0 - less[node].reflected / totals[node].reflected)
+                                      : T(OuterThickness(node));
 }
 
 template <class T>

@@ -119,11 +119,13 @@ ColourDifference ComparePictures(const Image& photograph, const Image& predictio
   result.prediction_lab = LabFromLinearRgb(all[1]);
   result.pixels = per_pixel.size();
   result.blocks = per_block.size();
-  for (double d : per_block) {
-    result.mean += d / static_cast<double>(per_block.size());
-    result.share_below_pt += (d <= kPerceptible) / static_cast<double>(per_block.size());
-    result.share_below_at += (d <= kAcceptable) / static_cast<double>(per_block.size());
-  }
+  for (double d : per_block) result.mean += d / static_cast<double>(per_block.size());
+  const auto share_below = [&](double threshold) {
+    const auto below = std::count_if(per_block.begin(), per_block.end(), [&](double d) { return d <= threshold; });
+    return static_cast<double>(below) / static_cast<double>(std::max<size_t>(1, per_block.size()));
+  };
+  result.share_below_pt = share_below(kPerceptible);
+  result.share_below_at = share_below(kAcceptable);
   result.median = Quantile(per_block, 0.5);
   result.p95 = Quantile(per_block, 0.95);
   result.pixel_median = Quantile(per_pixel, 0.5);

@@ -162,8 +162,11 @@ function paint() {
 }
 const axis = (text, more) => ({title: {display: true, text}, ...more});
 const shortTicks = {callback: v => number(v), maxRotation: 0, autoSkip: true, autoSkipPadding: 12, maxTicksLimit: 6};
-/// At 1, 2 and 5 of every decade.
-const decadeTicks = {callback: v => /^[125]e/.test(v.toExponential()) ? number(v) : '', maxRotation: 0, autoSkip: false};
+/// At 1, 2 and 5 of every decade; of many decades at their beginnings, or every second one's.
+const decadeTicks = {maxRotation: 0, autoSkip: false, callback: (v, index, ticks) => {
+  const decades = Math.log10(ticks.at(-1).value / ticks[0].value);
+  return (decades < 2.5 ? /^[125]e/ : decades < 7 ? /^1e/ : /^1e[+-]\d?[02468]$/).test(v.toExponential()) ? number(v) : '';
+}};
 
 function showParameters() {
   const lines = parameterLines(), known = lines.filter(line => line.interval), drawn = known.filter(line => line.interval[1] > 0);
