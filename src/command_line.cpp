@@ -182,12 +182,6 @@ CommandLine Parse(const std::vector<std::string>& arguments, std::ostream& error
       complain("--model " + line.fit.model + ": " + line.command + " of this version has: " + list + ".");
     }
   }
-  if (slab->parsed())
-    for (const auto& [option, users] : {std::pair{"--photons", "path and diffusion"},
-                                        {"--seed", "path and diffusion"},
-                                        {"--collisions", "diffusion"}})
-      if (slab->count(option) > 0 && std::string(users).find(line.fit.model) == std::string::npos)
-        complain(std::string(option) + " is of models " + users + "; model " + line.fit.model + " does without.");
   constexpr int kFewestForDerivatives = 16;
   if (line.derivatives && (line.fit.model == "shader" || line.paths < kFewestForDerivatives))
     complain(

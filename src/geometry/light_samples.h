@@ -36,8 +36,8 @@ void SampleLight(const LightShape& light, const glm::dvec3& point, const glm::dv
                  std::vector<LightSample>& out);
 
 /// Samples of a dome or an environment for a glossy surface seen from `view`: half cosine-distributed, half by the GGX
-/// facets of `roughness` that are seen from there, combined by the balance heuristic (Veach 1995), so that the weights do not depend on the
-/// roughness fitted later.
+/// facets of `roughness` that are seen from there, combined by the balance heuristic (Veach 1995), so that the weights
+/// do not depend on the roughness fitted later.
 void SampleAllAroundForGloss(const LightShape& light, const glm::dvec3& normal, const glm::dvec3& view,
                              double roughness, int strata, std::vector<LightSample>& out);
 
