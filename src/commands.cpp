@@ -13,6 +13,7 @@
 #include "fit_plan.h"
 #include "fit_steps.h"
 #include "fit_together.h"
+#include "forward/predict.h"
 #include "match_view.h"
 #include "mesh_capture.h"
 #include "optics/adding_doubling.h"
@@ -261,6 +262,7 @@ int RunView(const CommandLine& line) {
   const std::string said = ViewCrown(capture, record.material, options, progress);
   std::fputs(said.c_str(), stdout);
   if (!note.empty()) std::printf("Shows %s.\n", note.c_str());
+  if (const std::string left_out = WhatShaderLeavesOut(capture); !left_out.empty()) PrintMessages({left_out});
   if (line.screenshot) std::printf("%s\n", line.screenshot->c_str());
   return 0;
 }

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "fit_steps.h"
+#include "forward/predict.h"
 #include "optics/twelve_taps.h"
 #include "path_derivatives.h"
 #include "walk/path_photograph.h"
@@ -44,9 +45,8 @@ std::vector<std::string> RenderByShader(const CrownInput& input, const Material&
     if (photo.blur) r.picture = Seen(r.picture, *photo.blur, options.threads);
     done(r);
   }
-  if (capture.layers.size() <= 2) return {};
-  return {"model shader sees the first two layers alone; --model path sees all " +
-          std::to_string(capture.layers.size())};
+  const std::string left_out = WhatShaderLeavesOut(capture);
+  return left_out.empty() ? std::vector<std::string>{} : std::vector{left_out};
 }
 
 std::vector<ImageLayer> DerivativeLayers(const DifferentiatedPhotograph& d, const PhotographSpec& photo,

@@ -146,8 +146,9 @@ TEST(Files, OnlyRegularFilesAreReadWhole) {
   WriteTextFile(folder.path / "eleven", "0123456789a");
   EXPECT_NE(ComplaintAbout([&] { read(folder.path / "eleven"); }).find("less"), std::string::npos);
   ASSERT_EQ(mkfifo((folder.path / "pipe").c_str(), 0600), 0);
-  for (const auto& no_file : {folder.path / "pipe", folder.path, std::filesystem::path("/dev/zero")})
+  for (const auto& no_file : {folder.path / "pipe", folder.path / "absent", std::filesystem::path("/dev/zero")})
     EXPECT_NE(ComplaintAbout([&] { read(no_file); }).find("no such file"), std::string::npos) << no_file;
+  EXPECT_NE(ComplaintAbout([&] { read(folder.path); }).find("is a folder"), std::string::npos);
 }
 
 TEST(Files, NothingHalfWrittenStandsUnderTheFinalName) {

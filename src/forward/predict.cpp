@@ -83,6 +83,13 @@ void CheckShaderSupports(const Capture& capture, const Material& material) {
   CheckIsNoMirror(material.surface[Quantity::kRoughness][0], "", "the material's surface.roughness");
 }
 
+std::string WhatShaderLeavesOut(const Capture& capture) {
+  const size_t layers = capture.layers.size();
+  return layers <= 2 ? ""
+                     : "model shader sees the first two of " + std::to_string(layers) +
+                           " layers alone; `render --model path` sees all";
+}
+
 std::vector<double> StatedLightScales(const Capture& capture) {
   std::vector<double> scales;
   for (const Light& light : capture.lights) scales.push_back(light.intensity_scale);

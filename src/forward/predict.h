@@ -64,6 +64,9 @@ void CheckShaderSupports(const Capture& capture);
 /// The same of a capture that is drawn with a material from elsewhere.
 void CheckShaderSupports(const Capture& capture, const Material& material);
 
+/// A note of the layers that it does not see; empty: it sees all.
+std::string WhatShaderLeavesOut(const Capture& capture);
+
 /// The vertices around the places that these pixels (indices into the cast's) show, without doubles.
 std::vector<int> VerticesAround(const Crown& crown, const PhotographCast& cast, std::span<const int> pixels);
 
