@@ -66,7 +66,6 @@ std::vector<CLI::Option*> AddFitOptions(CLI::App* fit, CommandLine& line, FitTex
 
 void TakeFitText(const FitText& text, const std::function<void(const std::string&)>& complain, CommandLine& line) {
   line.fit.use_priors = !text.no_priors;
-  if (text.no_priors && !line.fit.prior.empty()) complain("--prior and --no-priors: say one of them.");
   if (line.fit.is_planned() && (line.fit.model != "auto" || text.walks))
     complain("--target-de00 and --budget-s choose --model and --walks: leave those away, or say --model auto.");
   if (text.walks) line.fit.paths_per_photograph = *text.walks;
