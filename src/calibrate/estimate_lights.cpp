@@ -72,17 +72,15 @@ std::vector<Light> LightsFromBalls(const std::vector<BallPhotograph>& photograph
     light.in_camera_frame = true;
     const auto found = camera ? Triangulate(of_light) : std::nullopt;
     const double distance = found ? glm::length(found->position_mm - place) : 0.0;
-    const double stddev = found ? std::sqrt(std::max({found->covariance_mm2[0][0], found->covariance_mm2[1][1],
-                                                      found->covariance_mm2[2][2]}))
-                                : 1e9;
-    if (found && stddev < 0.3 * distance) {
-      light.covariance_mm2 = found->covariance_mm2;
+    if (found) light.covariance_mm2 = found->covariance_mm2;
+    if (found && light.Stddev_mm() < 0.3 * distance) {
       light.shape = PointLight{found->position_mm, glm::dvec3(distance * distance), distance * std::numbers::pi / 180};
       if (found->rms_sigma > 3)
         notes.push_back("light " + name + ": its balls disagree by " + Text(found->rms_sigma) +
                         " standard deviations; a large lamp, or another reflection taken for it?");
     } else {
       const double n = static_cast<double>(of_light.size());
+      light.covariance_mm2 = glm::dmat3(0.0);
       light.stddev_deg = std::sqrt(variance) / n * 180 / std::numbers::pi;
       light.shape = DirectionalLight{glm::normalize(direction), glm::dvec3(1.0), std::numbers::pi / 180};
     }
