@@ -58,7 +58,7 @@ def main():
                 for key, value in values.items():
                     if any(name.split()[0] == f"{owner}.{key}" for name, *_ in rows):
                         fixes += ["--fix", f"{owner}.{key}=" + ",".join(f"{x:.17g}" for x in as_list(value))]
-            at_truth, _ = fit(arguments[0], capture, Path(folder) / "truth", fixes)
+            at_truth, _ = fit(arguments[0], capture, Path(folder) / "truth", [*options, *fixes])
         print(f"\n{capture.name}: {material['status']} in {seconds:.0f} s\n\n| parameter | truth | fitted | off | 95 % interval | status |\n|---|---|---|---|---|---|")
         for name, goal, value, (low, high), status in rows:
             holds = "holds it" if low <= goal <= high else "**misses it**"
