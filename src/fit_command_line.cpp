@@ -55,8 +55,8 @@ std::vector<CLI::Option*> AddFitOptions(CLI::App* fit, CommandLine& line, FitTex
              "Model diffusion: a fifth of them.")
           ->check(CLI::Range(size_t{1000}, size_t{10000000000})),
       fit->add_option("--profiles", line.fit.profile_points,
-                      "Model shader: likelihood profiles in the report, by so many fits to either side of each weak\n"
-                      "parameter (default 2); 0: parabolas, no time. Default of batch: 0.")
+                      "Likelihood profiles in the report, by so many fits to either side of each weak parameter\n"
+                      "(default 2), or half as many pictures by walks; 0: parabolas, no time. Default of batch: 0.")
           ->check(CLI::Range(0, 50)),
       fit->add_option("--max-pixels", line.fit.max_pixels_per_photograph,
                       "Pixels per photograph that the fit uses (default 6000; long runs of model path twice as many).")

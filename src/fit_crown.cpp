@@ -11,6 +11,7 @@
 #include "foresee_photographs.h"
 #include "material_priors.h"
 #include "optics/twelve_taps.h"
+#include "walk_profiles.h"
 
 namespace crownfit {
 namespace {
@@ -94,9 +95,10 @@ void FitByTheModelThatSuffices(const FitProblem& problem, CrownInput& input, Fit
   }
 }
 
-/// Of every weak entry: by fits with the rest free where the model is cheap, else a parabola.
-std::vector<LikelihoodProfile> ProfilesOf(const FitProblem& problem, const FitState& at, const CrownFit& fit,
-                                          Progress& progress) {
+/// Of every weak entry: by fits with the rest free where the model is cheap, by slopes at half as
+/// many places where pictures are walked; else a parabola. `at` and `input` are left elsewhere.
+std::vector<LikelihoodProfile> ProfilesOf(const FitProblem& problem, CrownInput& input, FitState& at,
+                                          const CrownFit& fit, Progress& progress) {
   const auto& [capture, free, errors, options, others] = problem;
   const Eigen::MatrixXd& covariance = fit.uncertainty.covariance;
   std::vector<int> weak;
@@ -104,10 +106,12 @@ std::vector<LikelihoodProfile> ProfilesOf(const FitProblem& problem, const FitSt
     if (IsWeak(free.entries[k], at.x[k], std::sqrt(covariance(k, k)))) weak.push_back(k);
   std::vector<LikelihoodProfile> profiles;
   if (weak.empty()) return profiles;
-  if (fit.model != "shader" || !at.converged || options.profile_points == 0 || !others.names.empty()) {
+  if (!at.converged || options.profile_points == 0 || !others.names.empty()) {
     for (const int k : weak) profiles.push_back(QuadraticProfile(free, at.x, covariance, k));
     return profiles;
   }
+  if (fit.is_by_walks())
+    return ProfilesByWalks(problem, input, at, weak, fit.uncertainty, (options.profile_points + 1) / 2, progress);
   const ImageResiduals residuals(capture, at.cast, free, at.pixels, at.calibration, {3.0, options.threads});
   const Profiler profiler(residuals, free, at.x, fit.uncertainty.inflation, options.use_priors);
   for (const int k : weak) {
@@ -162,7 +166,6 @@ CrownFit FitCrown(const Capture& stated, const FitOptions& options, Progress& pr
   fit.casts = at.casts;
   fit.entries = free.entries;
   fit.best = at.x;
-  fit.profiles = ProfilesOf(problem, at, fit, progress);
   fit.iterations_by_shader = at.iterations_by_shader;
   fit.steps = at.steps;
   fit.walked_paths = at.walked_paths;
@@ -187,6 +190,7 @@ CrownFit FitCrown(const Capture& stated, const FitOptions& options, Progress& pr
       more.IsWorthTaking())
     fit.advice = AdviceIn(free, more);
   for (auto& caveat : ModelCaveats(fit)) fit.caveats.push_back(std::move(caveat));
+  fit.profiles = ProfilesOf(problem, input, at, fit, progress);
   Judge(fit);
   return fit;
 }

@@ -183,6 +183,11 @@ void WalkGatherer::Differentiate(const Material& material, const Shared& shared,
                                    std::move(found[k].slopes), std::move(found[k].photo.pixels)});
 }
 
+void WalkGatherer::StartAnew() {
+  run_ = 0;
+  for (std::list<SlopesFound>& found : slopes_) found.clear();
+}
+
 /// Of the last runs' slopes those from about here are kept.
 void WalkGatherer::ForgetSlopesFarAway() {
   constexpr double kNear = 0.3;

@@ -63,6 +63,8 @@ class WalkGatherer {
   /// How pictures are predicted from now on: by walks to their end (at first), or handed over to diffusion.
   enum class Walks { kToTheirEnd, kHandedOver };
   void GoBy(Walks how) { walks_ = how; }
+  /// Forgets what derivatives it has; the next walks take the same random numbers as the first ones.
+  void StartAnew();
   /// What diffuse light's fields resolve from now on: at first no more than leads to where the optimum is.
   void ResolveFields() { bodies_.ResolvePathsFrom(0.0); }
   /// From now on at most so many pixels a photograph are compared, which lie on the object where the calibration

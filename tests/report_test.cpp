@@ -154,6 +154,17 @@ TEST(PlainWords, AskForPhotographsThatTheCaptureLacksAndForNoOthers) {
   EXPECT_TRUE(asked().empty()) << "nothing is left open";
 }
 
+TEST(Profiles, OfSlopesAreTheIntegralAndOfAQuarticExact) {
+  const auto chi2 = [](double x) { return x * x * (2.0 - 0.6 * x + 0.1 * x * x); };
+  std::vector<SlopeAt> slopes;
+  for (const double x : {-1.5, 0.0, 2.0})
+    slopes.push_back({x, 4.0 * x - 1.8 * x * x + 0.4 * x * x * x, 4.0 - 3.6 * x + 1.2 * x * x});
+  const LikelihoodProfile profile = ProfileOfSlopes(slopes);
+  ASSERT_EQ(profile.at.size(), 21u);
+  EXPECT_NEAR(profile.at.back(), 2.0, 1e-12);
+  for (size_t i = 0; i < profile.at.size(); ++i) EXPECT_NEAR(profile.delta_chi2[i], chi2(profile.at[i]), 1e-12);
+}
+
 TEST(Profiles, AWeakParameterIsOneWhoseIntervalIsWiderThanAFactorOfOneAndAHalf) {
   FreeEntry entry;
   entry.scale = Scale::kLog;

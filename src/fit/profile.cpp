@@ -8,7 +8,12 @@
 namespace crownfit {
 namespace {
 
-constexpr double kReach = 2.5;  // standard deviations: somewhat beyond the 95 % interval
+constexpr int kDrawn = 10;  // places to either side of what is no fit each
+
+void StartAtLeast(LikelihoodProfile& profile) {
+  const double least = *std::min_element(profile.delta_chi2.begin(), profile.delta_chi2.end());
+  for (double& chi2 : profile.delta_chi2) chi2 -= least;
+}
 
 }  // namespace
 
@@ -20,14 +25,33 @@ bool IsWeak(const FreeEntry& entry, double best, double stddev) {
 
 LikelihoodProfile QuadraticProfile(const FreeParameters& free, const Eigen::VectorXd& x,
                                    const Eigen::MatrixXd& covariance, int entry) {
-  constexpr int kPoints = 10;  // to either side
-  LikelihoodProfile profile{entry, false, {}, {}};
-  for (int i = -kPoints; i <= kPoints; ++i) {
-    const double off = kReach * i / kPoints, value = x[entry] + off * std::sqrt(covariance(entry, entry));
+  LikelihoodProfile profile{entry, LikelihoodProfile::By::kParabola, {}, {}};
+  for (int i = -kDrawn; i <= kDrawn; ++i) {
+    const double off = kProfileReach * i / kDrawn, value = x[entry] + off * std::sqrt(covariance(entry, entry));
     if (value < free.entries[entry].low || value > free.entries[entry].high) continue;
     profile.at.push_back(value);
     profile.delta_chi2.push_back(off * off);
   }
+  return profile;
+}
+
+LikelihoodProfile ProfileOfSlopes(const std::vector<SlopeAt>& slopes) {
+  LikelihoodProfile profile{0, LikelihoodProfile::By::kSlopes, {slopes.front().off}, {0.0}};
+  for (size_t i = 1; i < slopes.size(); ++i) {
+    const auto& [from, slope, curvature] = slopes[i - 1];
+    const auto& [to, slope_to, curvature_to] = slopes[i];
+    const double width = to - from, begun = profile.delta_chi2.back();
+    const int places = 2 * kDrawn / static_cast<int>(slopes.size() - 1);
+    for (int k = 1; k <= places; ++k) {
+      const double t = static_cast<double>(k) / places, t2 = t * t, t3 = t2 * t, t4 = t2 * t2;
+      const double of_slopes = slope * (t - t3 + 0.5 * t4) + slope_to * (t3 - 0.5 * t4),
+                   of_curvatures =
+                       curvature * (0.5 * t2 - 2.0 / 3.0 * t3 + 0.25 * t4) + curvature_to * (0.25 * t4 - t3 / 3.0);
+      profile.at.push_back(from + t * width);
+      profile.delta_chi2.push_back(begun + width * (of_slopes + width * of_curvatures));
+    }
+  }
+  StartAtLeast(profile);
   return profile;
 }
 
@@ -78,8 +102,8 @@ LikelihoodProfile Profiler::Of(int entry, double stddev, int points_a_side) cons
   Eigen::VectorXd along = SolveSymmetric(normal_, Eigen::VectorXd::Unit(free_.count(), entry));
   if (!along.allFinite() || !(along[entry] > 0))  // a direction that nothing is known of
     along = stddev * stddev * Eigen::VectorXd::Unit(free_.count(), entry);
-  const double reach = kReach * std::min(std::sqrt(inflation_ * along[entry]), stddev);
-  LikelihoodProfile profile{entry, true, {}, {}};
+  const double reach = kProfileReach * std::min(std::sqrt(inflation_ * along[entry]), stddev);
+  LikelihoodProfile profile{entry, LikelihoodProfile::By::kFits, {}, {}};
   for (int i = -points_a_side; i <= points_a_side; ++i) {
     const double off = reach * i / points_a_side, value = x_[entry] + off;
     if (value < free_.entries[entry].low || value > free_.entries[entry].high) continue;
@@ -89,8 +113,7 @@ LikelihoodProfile Profiler::Of(int entry, double stddev, int points_a_side) cons
     profile.at.push_back(value);
     profile.delta_chi2.push_back(SmallestChi2(start, entry) / inflation_);
   }
-  const double least = *std::min_element(profile.delta_chi2.begin(), profile.delta_chi2.end());
-  for (double& chi2 : profile.delta_chi2) chi2 -= least;
+  StartAtLeast(profile);
   return profile;
 }
 

@@ -8,11 +8,23 @@
 namespace crownfit {
 
 struct LikelihoodProfile {
-  int entry = 0;                   ///< of the free parameters
-  bool is_solved = false;          ///< the others were fitted again at every point; else a parabola
+  enum class By { kParabola, kFits, kSlopes };  ///< the others were fitted again at every point; or its slope is known
+  int entry = 0;                                ///< of the free parameters
+  By by = By::kParabola;
   std::vector<double> at;          ///< ascending, in the entry's own scale
   std::vector<double> delta_chi2;  ///< above the smallest; priors included, over the variance inflation
 };
+
+/// Standard deviations to either side, somewhat beyond the 95 % interval.
+inline constexpr double kProfileReach = 2.5;
+
+/// Of chi2, by an entry held so far off the solution: its slope and its curvature there.
+struct SlopeAt {
+  double off, slope, curvature;
+};
+/// Chi2 at ten places to either side, between those where its slope is known: the integral of the cubic through slopes
+/// and curvatures (Hermite). `slopes`: ascending, two or more.
+LikelihoodProfile ProfileOfSlopes(const std::vector<SlopeAt>& slopes);
 
 /// Whether an entry's 95 % interval is wider than a factor 1.5.
 bool IsWeak(const FreeEntry& entry, double best, double stddev);

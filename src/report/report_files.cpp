@@ -30,15 +30,25 @@ JsonValue EntriesJson(const CrownFit& fit) {
   return entries;
 }
 
+const char* Word(LikelihoodProfile::By by) {
+  switch (by) {
+    case LikelihoodProfile::By::kParabola:
+      return "parabola";
+    case LikelihoodProfile::By::kFits:
+      return "fits";
+    case LikelihoodProfile::By::kSlopes:
+      return "slopes";
+  }
+  return "";
+}
+
 JsonValue ProfilesJson(const CrownFit& fit) {
   JsonValue::Array profiles;
   for (const LikelihoodProfile& p : fit.profiles) {
     std::vector<double> at;
     for (const double v : p.at) at.push_back(InItsUnit(fit.entries[p.entry], v));
-    profiles.push_back(JsonValue::Object{{"entry", fit.entries[p.entry].name},
-                                         {"by", p.is_solved ? "fits" : "parabola"},
-                                         {"value", at},
-                                         {"delta_chi2", p.delta_chi2}});
+    profiles.push_back(JsonValue::Object{
+        {"entry", fit.entries[p.entry].name}, {"by", Word(p.by)}, {"value", at}, {"delta_chi2", p.delta_chi2}});
   }
   return profiles;
 }

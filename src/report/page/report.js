@@ -217,9 +217,12 @@ function showCorrelation() {
 
 function showProfiles() {
   if (!report.profiles.length) return;
-  const by = report.profiles[0].by, stated = parameterLines();
+  const by = (report.profiles.find(profile => profile.by !== 'parabola') ?? report.profiles[0]).by, stated = parameterLines();
   const part = section('profiles', 'Likelihood profiles of what is weakly known',
-      make('p', {className: 'soft'}, (by === 'fits'
+      make('p', {className: 'soft'}, (by === 'slopes'
+          ? 'How much χ² grows when one number is held and everything else follows: the sum of its slopes at a few places, by pictures whose walks are handed over to diffuse light. ' +
+            'What model and walks have in common, and other optima, is in the 95 % intervals below and not in the curves. Where several are weak, the four weakest; of the others, and of a roughness, a parabola from the covariance.'
+          : by === 'fits'
           ? 'How much χ² grows when one number is held and everything else is fitted again (the geometry as cast at the solution; χ² over the variance ' +
             'inflation). The 95 % intervals below are wider than where the curves cross 3.84 by the errors of the model that its pixels share.'
           : 'Parabolas from the fit\'s covariance, priors included; no fits were made for them.') +
