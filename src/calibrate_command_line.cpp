@@ -26,7 +26,8 @@ void AddBoard(CLI::App* task, CommandLine& line) {
   task->add_option("--square-mm", board.square_mm, "A square's size, measured on the print. apriltag: a tag's.");
   task->add_option("--marker-mm", board.marker_mm, "charuco: a marker's size (default: 3/4 of a square).");
   task->add_option("--gap-mm", board.gap_mm, "apriltag: between tags (default: 3/10 of a tag).");
-  task->add_option("--dictionary", board.dictionary, "The markers', OpenCV's name (default 4X4_250; APRILTAG_36h11).");
+  task->add_option("--dictionary", board.dictionary,
+                   "The markers', OpenCV's name (default 4X4_250; APRILTAG_36h11; jig: 4X4_50).");
 }
 
 }  // namespace
@@ -182,7 +183,8 @@ void AddCalibrate(CLI::App& app, CommandLine& line) {
       ->required();
   target->add_option("-o,--output", line.output, "The SVG to write; a jig's markers go beside it, .json.")->required();
   AddBoard(target, line);
-  target->add_option("--inside-mm", line.calibrate.inside_mm, "jig: width of the place for the crown (default 16).");
+  target->add_option("--inside-mm", line.calibrate.inside_mm, "jig: width of the place for the crown (default 16).")
+      ->check(CLI::PositiveNumber);
 }
 
 void AddCapture(CLI::App& app, CommandLine& line) {

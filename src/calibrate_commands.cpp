@@ -172,6 +172,7 @@ int WriteTarget(const CommandLine& line) {
     WriteTextFile(line.output, SvgText(PrintedBoard(BoardOf(line))));
   } else {
     JigLayout layout{.inside_mm = line.calibrate.inside_mm};
+    if (!line.calibrate.board.dictionary.empty()) layout.dictionary = line.calibrate.board.dictionary;
     if (line.calibrate.board.marker_mm > 0) layout.marker_mm = line.calibrate.board.marker_mm;
     WriteTextFile(line.output, SvgText(PrintedJig(layout)));
     WriteTextFile(std::filesystem::path(line.output).replace_extension(".json"), ToJsonText(JigJson(JigOf(layout))));

@@ -56,6 +56,7 @@ int CalibrateLights(const CommandLine& line) {
     for (const std::string& text : asked.lights) {
       const auto [name, file] = NamedFile(text, "BALLS");
       balls.push_back(read(file));
+      if (camera) RequireSizeOf(*camera, balls.back().image, file, asked.camera);
       BallPhotograph photo{name, &balls.back().image, {}};
       for (size_t b = 0; b + 2 < asked.balls.size(); b += 3)
         photo.balls.push_back({{asked.balls[b], asked.balls[b + 1]}, asked.balls[b + 2], 0});

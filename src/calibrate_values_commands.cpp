@@ -46,16 +46,19 @@ void RequireOneSize(const Image& image, const Image& first, const std::filesyste
     return std::to_string(i.width) + " x " + std::to_string(i.height) + " pixels of " + std::to_string(i.channels);
   };
   throw InputError(file, "",
-                   "has " + size(image) + " channels, but " + first_file.filename().string() + " has " + size(first));
+                   "has " + size(image) + " channels, but " + first_file.filename().string() + " has " + size(first),
+                   "Give photographs of one camera at one setting, none cropped or scaled.");
 }
 
 void RequireSizeOf(const Camera& camera, const Image& image, const std::filesystem::path& file,
                    const std::filesystem::path& camera_file) {
   if (image.width == camera.width && image.height == camera.height) return;
-  throw InputError(file, "",
-                   "is " + std::to_string(image.width) + " x " + std::to_string(image.height) + " pixels, but " +
-                       camera_file.filename().string() + " is for " + std::to_string(camera.width) + " x " +
-                       std::to_string(camera.height));
+  throw InputError(
+      file, "",
+      "is " + std::to_string(image.width) + " x " + std::to_string(image.height) + " pixels, but " +
+          camera_file.filename().string() + " is for " + std::to_string(camera.width) + " x " +
+          std::to_string(camera.height),
+      "Give the photograph as the camera took it, neither cropped nor scaled, or a camera file of its size.");
 }
 
 std::filesystem::path Required(const std::filesystem::path& file, const char* option) {
@@ -75,9 +78,9 @@ std::vector<ImageFile> ReadLinear(const std::vector<std::filesystem::path>& file
   for (const auto& file : files) {
     photos.push_back(ReadImageFile(file));
     if (photos.back().is_srgb_encoded && !taken_as_linear)
-      throw InputError(file, "",
-                       "is encoded for display, and noise after a camera's tone curve says nothing of its sensor",
-                       "Give RAW files, or say --linear when the values are proportional to the light.");
+      throw InputError(
+          file, "", "is encoded for display: after a camera's tone curve its values are not proportional to the light",
+          "Give RAW files, or say --linear when the values are proportional to the light.");
     RequireOneSize(photos.back().image, photos[0].image, file, files[0]);
   }
   return photos;

@@ -280,8 +280,8 @@ TradeOff MeasureTradeOff(const std::filesystem::path& program, const std::filesy
     const auto of_fit = fits / FolderName(row.model, row.name);
     const CrownRecord record = RecordOf(of_fit, capture.folder, row.arguments, HUGE_VAL);
     row.status = record.status;
-    row.de00_median = record.de00_median;
-    row.de00_p95 = record.de00_p95;
+    row.de00_median = record.de00_median.value_or(0.0);
+    row.de00_p95 = record.de00_p95.value_or(0.0);
     if (goal && (has_truth || &row != &result.fits.back()))
       CompareValues(ReadMaterialRecord(of_fit / "material.json", capture), *goal, row);
   }

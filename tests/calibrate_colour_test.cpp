@@ -123,6 +123,9 @@ TEST(CalibrateColour, AKnownCameraIsRecoveredFromAnyAngle) {
     for (int c = 0; c < 3; ++c)
       for (int r = 0; r < 3; ++r) EXPECT_NEAR(identity[c][r], c == r, 0.02) << turn;
     EXPECT_NEAR(estimate->tone_slope, 1.0, 0.02);
+    const glm::dvec3 white = scene.level * (kSensorFromRgb * glm::dvec3(1.0));
+    for (int c = 0; c < 3; ++c)
+      EXPECT_NEAR(estimate->white[c] / white[c], 1.0, 0.01) << "a perfect white; the chart's own is yellowish";
   }
 }
 

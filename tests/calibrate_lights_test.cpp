@@ -92,6 +92,23 @@ TEST(CalibrateLights, TwoBallsShowThePlaceOfANearLamp) {
   EXPECT_LT(glm::length(error), 25.0);
 }
 
+TEST(CalibrateLights, BallsThatShowDifferentLampsAreNotAveragedSilently) {
+  const std::vector<glm::dvec3> balls{{-18, 4, 250}, {20, -6, 260}};
+  const Image one = BallPhotograph(balls, 6.0, {-200, -150, 20}, 12.0);
+  Image both = BallPhotograph(balls, 6.0, {150, -50, -100}, 12.0);
+  for (int y = 0; y < both.height; ++y)
+    for (int x = 0; x < both.width / 2; ++x) both.at(x, y, 0) = one.at(x, y, 0);
+  const auto direction = [&](const Image& image, std::vector<std::string>& notes) {
+    ImageFile photo;
+    photo.image = image;
+    return LightsFromBalls({{"lamp", &image, FindBalls(photo, 2)}}, nullptr, 6.0, notes).at(0);
+  };
+  std::vector<std::string> quiet, loud;
+  EXPECT_LT(direction(one, quiet).stddev_deg, 3.0);
+  EXPECT_GT(direction(both, loud).stddev_deg, 5.0) << "40 degrees between the two";
+  EXPECT_EQ(loud.size(), 1u);
+}
+
 TEST(CalibrateLights, ParallelRaysGiveNoPlace) {
   const glm::dvec3 direction = glm::normalize(glm::dvec3(-1, -1, -1));
   EXPECT_FALSE(Triangulate({{{0, 0, 250}, direction, 0.005}, {{0, 0, 250}, direction, 0.005}}));
@@ -192,6 +209,28 @@ TEST(CalibrateLights, ARingFlashIsRefinedOnCardsAtSeveralTilts) {
   EXPECT_LT(glm::length(found.centre_mm - truth.centre_mm), std::max(1.0, 3 * fit->light.Stddev_mm()));
   EXPECT_LT(fit->light.Stddev_mm(), 3.0);
   for (int c = 0; c < 3; ++c) EXPECT_NEAR(found.radiance[c] / truth.radiance[c], 1.0, 0.03);
+}
+
+TEST(CalibrateLights, APlaceIsKnownNoBetterThanAnUnevenCardTells) {
+  const PointLight truth{{-120, -90, 60}, glm::dvec3(30000), 2.0};
+  for (const double fall_off : {0.0, 0.05, -0.05}) {
+    const RigidTransform pose = LookingAt({0, 0, 0}, 250, 20, 30, 0);
+    Image image = CardPicture(truth, pose, 3);
+    for (int y = 0; y < image.height; ++y)
+      for (int x = 0; x < image.width; ++x)
+        for (int c = 0; c < 3; ++c)
+          image.at(x, y, c) *=
+              static_cast<float>(1.0 - fall_off * (std::pow(x / 320.0 - 1.0, 2) + std::pow(y / 240.0 - 1.0, 2)));
+    const CardPhotograph card = Card(image, pose);
+    Light start;
+    start.name = "lamp";
+    start.shape = PointLight{truth.position_mm + glm::dvec3(4, -3, 2), glm::dvec3(1000.0), 2.0};
+    start.covariance_mm2 = glm::dmat3(25.0);
+    const auto fit = FitCards(start, {&card}, true);
+    ASSERT_TRUE(fit);
+    const glm::dvec3 off = std::get<PointLight>(fit->light.shape).position_mm - truth.position_mm;
+    EXPECT_LT(glm::dot(off, glm::inverse(fit->light.covariance_mm2) * off), 14.2) << fall_off << ": 99.7 %";
+  }
 }
 
 TEST(CalibrateLights, ALampThatIsNotWhereItIsSaidToBeIsRefused) {

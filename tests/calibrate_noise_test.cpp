@@ -88,6 +88,34 @@ bool AnyContains(const std::vector<std::string>& texts, const std::string& part)
   return std::any_of(texts.begin(), texts.end(), [&](const auto& t) { return t.find(part) != std::string::npos; });
 }
 
+TEST(CalibrateNoise, ABlackLevelThatNoDarkFrameShowsIsTold) {
+  const auto shifted = [](uint64_t seed) {
+    Image image = Noisy(Scene(0.8), kGain, 1e-3, seed);
+    for (float& v : image.values) v += 0.06f;
+    return image;
+  };
+  const Image a = shifted(1), b = shifted(2);
+  const auto noise = EstimateChannelNoise({{&a, &b}}, {}, 0);
+  ASSERT_TRUE(noise);
+  EXPECT_NEAR(noise->hidden_black, 0.06, 0.01);
+  EXPECT_TRUE(AnyContains(NoiseProduct({{&a, &b}}, {}).notes, "--dark"));
+  const Image c = Noisy(Scene(0.8), kGain, 1e-3, 3), d = Noisy(Scene(0.8), kGain, 1e-3, 4);
+  EXPECT_EQ(EstimateChannelNoise({{&c, &d}}, {}, 0)->hidden_black, 0.0);
+}
+
+TEST(CalibrateNoise, DarkFramesWhoseNoiseTheStepsHideSayNothingOfIt) {
+  const auto in_steps = [](Image image) {
+    for (float& v : image.values) v = std::round(v * 255) / 255;
+    return image;
+  };
+  const Image a = in_steps(Noisy(Scene(0.8), 2e-4, 4e-4, 1)), b = in_steps(Noisy(Scene(0.8), 2e-4, 4e-4, 2)),
+              dark = in_steps(Image(256, 160, 1));
+  const auto noise = EstimateChannelNoise({{&a, &b}}, {&dark, &dark}, 0);
+  ASSERT_TRUE(noise);
+  EXPECT_GT(noise->read_noise_stddev, 2e-5) << "none is stated as exact";
+  EXPECT_NEAR(noise->black_stddev, 1.0 / 255 / std::sqrt(12.0), 1e-6);
+}
+
 TEST(CalibrateNoise, AMovedCameraIsRefused) {
   const Image a = Photographed(Blurred(Scene(0.8), 1.0), 1), b = Photographed(Blurred(Scene(0.8, 1), 1.0), 2);
   const Product product = NoiseProduct({{&a, &b}}, {});

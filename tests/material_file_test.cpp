@@ -146,6 +146,18 @@ TEST(MaterialFile, OfOtherBandsIsRefused) {
   EXPECT_EQ(ReadMaterialRecord(file).wavelengths_nm, (std::array{450.0, 540.0, 600.0})) << "by itself it has its own";
 }
 
+TEST(MaterialFile, WhatHasOneValueForAllChannelsIsNotGivenThree) {
+  const TemporaryFolder folder;
+  const auto read = [&](const char* index) {
+    WriteTextFile(folder.path / "material.json",
+                  std::string(R"({"format": "crownfit-material/1", "layers": [{"name": "enamel", "ior": )") + index +
+                      R"(}, {"name": "dentine"}]})");
+    return ReadMaterialRecord(folder.path / "material.json", TwoLayers()).material.layers[0][Quantity::kIor][2];
+  };
+  EXPECT_EQ(read("[1.6, 1.6, 1.6]"), 1.6);
+  EXPECT_THROW(read("[1.6, 1.6, 1.7]"), InputError);
+}
+
 TEST(MaterialFile, SaysWhichLayerIsMissing) {
   const TemporaryFolder folder;
   WriteTextFile(folder.path / "material.json", R"({"format": "crownfit-material/1", "layers": [{"name": "enamel"}]})");

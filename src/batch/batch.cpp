@@ -144,9 +144,11 @@ class Fitting {
         folder_.Keep(Made(i), crown.row.id);
         crown.state = CrownState::kFitted;
         ++fitted_;
-        char text[80];
-        std::snprintf(text, sizeof text, " (CIEDE2000 %.2f, %.1f s)", crown.record->de00_median, end.wall_s);
-        Tell(crown, StatusOf(crown) + text);
+        char text[80] = "";
+        if (const auto& error = crown.record->de00_median) std::snprintf(text, sizeof text, "CIEDE2000 %.2f, ", *error);
+        char seconds[40];
+        std::snprintf(seconds, sizeof seconds, "%.1f s)", end.wall_s);
+        Tell(crown, StatusOf(crown) + " (" + text + seconds);
         return;
       } catch (const InputError& e) {
         folder_.CheckRoom(crown.row.id + ": " + e.what());

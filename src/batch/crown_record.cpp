@@ -90,8 +90,8 @@ CrownRecord RecordOf(const std::filesystem::path& result, const std::filesystem:
   record.status = Text(At(material, "status"));
   record.reasons = Texts(At(material, "reasons"));
   const JsonValue& error = At(material, "image_error");
-  record.de00_median = Number(At(At(error, "fit"), "de00_median")).value_or(0);
-  record.de00_p95 = Number(At(At(error, "fit"), "de00_p95")).value_or(0);
+  record.de00_median = Number(At(At(error, "fit"), "de00_median"));
+  record.de00_p95 = Number(At(At(error, "fit"), "de00_p95"));
   record.holdout_de00_median = Number(At(At(error, "holdout"), "de00_median"));
   std::vector<std::string> channels;
   for (const JsonValue& channel : List(At(material, "channels"))) channels.push_back(Text(At(channel, "name")));
@@ -133,8 +133,8 @@ std::string RecordText(const CrownRecord& record) {
                                       {"files", files},
                                       {"status", record.status},
                                       {"reasons", record.reasons},
-                                      {"de00_median", record.de00_median},
-                                      {"de00_p95", record.de00_p95},
+                                      {"de00_median", Maybe(record.de00_median)},
+                                      {"de00_p95", Maybe(record.de00_p95)},
                                       {"holdout_de00_median", Maybe(record.holdout_de00_median)},
                                       {"wall_s", record.wall_s},
                                       {"peak_memory_MiB", record.peak_MiB},
@@ -156,8 +156,8 @@ std::optional<CrownRecord> ReadRecord(const std::filesystem::path& file) {
       record.files.push_back({Text(At(f, "name")), Text(At(f, "sha256")), Text(At(f, "stamp"))});
     record.status = Text(At(root, "status"));
     record.reasons = Texts(At(root, "reasons"));
-    record.de00_median = Number(At(root, "de00_median")).value_or(0);
-    record.de00_p95 = Number(At(root, "de00_p95")).value_or(0);
+    record.de00_median = Number(At(root, "de00_median"));
+    record.de00_p95 = Number(At(root, "de00_p95"));
     record.holdout_de00_median = Number(At(root, "holdout_de00_median"));
     record.wall_s = Number(At(root, "wall_s")).value_or(0);
     record.peak_MiB = Number(At(root, "peak_memory_MiB")).value_or(0);

@@ -29,8 +29,7 @@ struct CrownRecord {
   std::vector<RecordedFile> files;
   std::string status;  ///< of material.json
   std::vector<std::string> reasons;
-  double de00_median = 0, de00_p95 = 0;
-  std::optional<double> holdout_de00_median;
+  std::optional<double> de00_median, de00_p95, holdout_de00_median;  ///< none without photographs
   double wall_s = 0, peak_MiB = 0;
   std::string picture;  ///< relative to the crown's folder; empty when there is none
   std::vector<RecordedParameter> parameters;

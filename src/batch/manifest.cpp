@@ -26,6 +26,8 @@ class CsvReader {
   explicit CsvReader(const std::filesystem::path& file) : file_(file) {
     text_ = ReadWholeFile(file, std::ldexp(InputLimits().json_MiB, 20),
                           "Split the manifest, or raise CROWNFIT_MAX_JSON_MIB.");
+    if (text_.find('\0') != std::string::npos)
+      throw InputError(file, "", "is no text of one byte a letter: UTF-16, perhaps", "Save it as CSV in UTF-8.");
     if (text_.starts_with("\xEF\xBB\xBF")) at_ = 3;
     const std::string header = text_.substr(at_, text_.find('\n', at_) - at_);
     if (header.find(',') == std::string::npos && header.find(';') != std::string::npos) separator_ = ';';

@@ -27,6 +27,8 @@ std::string Hundredths(double v) {
   return text;
 }
 
+std::string Hundredths(const std::optional<double>& v) { return v ? Hundredths(*v) : ""; }
+
 std::string Cell(const std::string& text) {
   if (text.find_first_of(",\"\n\r") == std::string::npos) return text;
   std::string quoted = "\"";
@@ -179,7 +181,7 @@ std::vector<std::vector<std::string>> FlagsOf(std::span<const CrownOutcome> crow
       continue;
     }
     if (!crown.usable()) of_crown.push_back("not usable");
-    if (crown.record->de00_median > kAcceptable) of_crown.push_back("image error");
+    if (crown.record->de00_median.value_or(0.0) > kAcceptable) of_crown.push_back("image error");
     for (const RecordedParameter& p : crown.record->parameters) {
       if (p.status == "at_bound") of_crown.push_back("at bound: " + p.name);
       for (const GroupStatistics& s : statistics) {

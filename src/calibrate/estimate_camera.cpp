@@ -53,6 +53,7 @@ struct Solution {
   std::vector<Eigen::VectorXd> residuals;
   double sum_of_squares = 0;
   Eigen::Index corners = 0;
+  std::array<double, kIntrinsics> by_dropping{};  ///< what leaving terms of distortion out moved
 };
 
 void AddDerivatives(const std::vector<Corners>& views, Solution& solution) {
@@ -131,14 +132,26 @@ std::array<double, kIntrinsics> StandardDeviations(const Solution& solution) {
     robust += moved * moved.transpose();
   }
   std::array<double, kIntrinsics> stddev{};
-  for (Eigen::Index c = 0; c < p; ++c) stddev[estimated[c]] = std::sqrt(std::max(robust(c, c), classical(c, c)));
+  for (Eigen::Index c = 0; c < p; ++c) {
+    const int k = estimated[c];
+    stddev[k] = std::hypot(std::sqrt(std::max(robust(c, c), classical(c, c))), solution.by_dropping[k]);
+  }
   return stddev;
 }
 
-/// `distortion`, or as much of it as differs from 0 by two standard deviations: from the full model down.
+std::array<double, kIntrinsics> ValuesOf(const Solution& s) {
+  std::array<double, kIntrinsics> values{s.matrix.at<double>(0, 0), s.matrix.at<double>(1, 1),
+                                         s.matrix.at<double>(0, 2), s.matrix.at<double>(1, 2)};
+  for (int k = 4; k < kIntrinsics; ++k) values[k] = s.coefficients.at<double>(k - 4);
+  return values;
+}
+
+/// `distortion`, or as much of it as differs from 0 by two standard deviations: from the full model down. That what is
+/// left out is 0 is not known: what it moved the others by counts as their error.
 Solution SolveFor(const std::vector<Corners>& views, cv::Size size, std::optional<Distortion> distortion) {
   if (distortion) return Solve(views, size, *distortion);
   Solution solution = Solve(views, size, Distortion::kFull);
+  const std::array<double, kIntrinsics> full = ValuesOf(solution);
   const std::vector<std::pair<std::vector<int>, Distortion>> steps{{{4}, Distortion::kRadial2Tangential},
                                                                    {{2, 3}, Distortion::kRadial2},
                                                                    {{1}, Distortion::kRadial1},
@@ -150,6 +163,8 @@ Solution SolveFor(const std::vector<Corners>& views, cv::Size size, std::optiona
     if (differ) break;
     solution = Solve(views, size, without);
   }
+  const std::array<double, kIntrinsics> values = ValuesOf(solution);
+  for (int k = 0; k < kIntrinsics; ++k) solution.by_dropping[k] = values[k] - full[k];
   return solution;
 }
 

@@ -234,16 +234,10 @@ std::optional<ColourEstimate> EstimateColour(const Chart& chart, std::vector<Pat
     estimate.mean += estimate.de00[p] / static_cast<double>(estimate.used.size());
     estimate.worst = std::max(estimate.worst, estimate.de00[p]);
   }
+  estimate.white = BandColour{estimate.transform}.Reflectance(glm::dvec3(1.0));
   std::vector<glm::dvec2> tones;
-  double lightest = 0;
-  for (size_t p : Greys(chart, estimate.used)) {
-    const double wanted = Luminance(chart.patches[p].linear_rgb);
-    tones.emplace_back(std::log(wanted), std::log(std::max(1e-6, readings[p].mean.y)));
-    if (wanted > lightest) {
-      lightest = wanted;
-      estimate.white = readings[p].mean / wanted;
-    }
-  }
+  for (size_t p : Greys(chart, estimate.used))
+    tones.emplace_back(std::log(Luminance(chart.patches[p].linear_rgb)), std::log(std::max(1e-6, readings[p].mean.y)));
   if (tones.size() >= 3) estimate.tone_slope = Slope(tones);
   AddFallOff(chart, readings, estimate);
   return estimate;

@@ -12,7 +12,8 @@ namespace crownfit {
 
 struct ColourEstimate {
   ColourTransform transform;
-  glm::dvec3 white{0.0};     ///< what the camera gives for a perfect white under the chart's light
+  glm::dvec3 white{
+      0.0};  ///< what the transform makes (1, 1, 1) of: a perfect white under the chart's light; no patch is one
   std::vector<double> de00;  ///< of every patch, used or not
   std::vector<size_t> used;
   double mean = 0, worst = 0;       ///< over the used patches

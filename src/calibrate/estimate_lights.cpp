@@ -8,6 +8,7 @@
 #include <glm/gtc/type_ptr.hpp>
 #include <map>
 #include <numbers>
+#include <set>
 
 #include "base/linear_algebra.h"
 #include "calibrate/draw.h"
@@ -70,6 +71,7 @@ std::vector<Light> LightsFromBalls(const std::vector<BallPhotograph>& photograph
     Light light;
     light.name = name;
     light.in_camera_frame = true;
+    light.scale_is_free = true;  // balls say nothing of it
     const auto found = camera ? Triangulate(of_light) : std::nullopt;
     const double distance = found ? glm::length(found->position_mm - place) : 0.0;
     if (found) light.covariance_mm2 = found->covariance_mm2;
@@ -79,10 +81,25 @@ std::vector<Light> LightsFromBalls(const std::vector<BallPhotograph>& photograph
         notes.push_back("light " + name + ": its balls disagree by " + Text(found->rms_sigma) +
                         " standard deviations; a large lamp, or another reflection taken for it?");
     } else {
+      constexpr double kDegree = std::numbers::pi / 180, kDisagree = 3.0;
       const double n = static_cast<double>(of_light.size());
+      const glm::dvec3 mean = glm::normalize(direction);
+      double apart = 0;  // in standard deviations, squared
+      for (const LampRay& ray : of_light)
+        apart += std::pow(std::acos(std::min(1.0, glm::dot(ray.direction, mean))) / ray.stddev_rad, 2.0);
+      const double disagree = std::sqrt(apart / std::max(1.0, 2.0 * (n - 1.0)));
       light.covariance_mm2 = glm::dmat3(0.0);
-      light.stddev_deg = std::sqrt(variance) / n * 180 / std::numbers::pi;
-      light.shape = DirectionalLight{glm::normalize(direction), glm::dvec3(1.0), std::numbers::pi / 180};
+      light.stddev_deg = std::max(1.0, disagree) * std::sqrt(variance) / n / kDegree;
+      light.shape = DirectionalLight{mean, glm::dvec3(1.0), kDegree};
+      if (n < 2)
+        notes.push_back("light " + name +
+                        ": one ball tells a direction and no distance; if the lamp is nearer than some metres, "
+                        "photograph two or more, far apart, with --camera.");
+      else if (disagree > kDisagree)
+        notes.push_back(
+            "light " + name + ": its balls point in directions that differ by " + Text(disagree) +
+            " standard deviations. Another lamp's reflection taken for it, or a near lamp, whose place balls "
+            "further apart would tell (with --camera)? The direction is their mean.");
     }
     lights.push_back(light);
   }
@@ -152,6 +169,14 @@ struct ShapeResiduals {
                        glm::max(glm::dvec3(1e-12), r.reflectance * IrradianceAt(shape, r.position_mm, r.normal)));
     return ratios;
   }
+  /// Of what is left, relative.
+  double Rms(const double* shift) const {
+    std::vector<double> left(3 * readings.size());
+    (*this)(shift, left.data());
+    double sum = 0;
+    for (const double r : left) sum += r * r;
+    return noise * std::sqrt(sum / static_cast<double>(left.size()));
+  }
   bool operator()(const double* shift, double* residuals) const {
     const auto ratios = Ratios({shift[0], shift[1], shift[2]});
     glm::dvec3 mean(0.0);
@@ -179,9 +204,16 @@ std::optional<CardFit> FitCards(const Light& start, const std::vector<const Card
   CardFit fit;
   fit.light = start;
   glm::dvec3 shift(0.0);
-  const ShapeResiduals residuals{readings, start, 0.01};
+  // What is left is shared by neighbouring readings and by channels (a card's texture, a lamp's pattern, a lens's
+  // fall-off): a card counts as four.
+  constexpr double kOfACard = 4.0, kLeast = 0.002;
+  std::set<size_t> read;
+  for (const CardReading& r : readings) read.insert(r.photograph);
+  const auto used = static_cast<double>(read.size());
   const bool has_place = !std::holds_alternative<DirectionalLight>(start.shape) && !IsAllAround(start.shape);
-  if (refine && has_place) {
+  for (double left = 0.01; refine && has_place;) {
+    const double more = std::sqrt(3.0 * static_cast<double>(readings.size()) / (kOfACard * used));
+    const ShapeResiduals residuals{readings, start, more * left};
     ceres::Problem problem;
     problem.AddResidualBlock(
         new ceres::NumericDiffCostFunction<ShapeResiduals, ceres::CENTRAL, ceres::DYNAMIC, 3>(
@@ -193,6 +225,11 @@ std::optional<CardFit> FitCards(const Light& start, const std::vector<const Card
     options.max_num_iterations = 50;
     ceres::Solver::Summary summary;
     ceres::Solve(options, &problem, &summary);
+    const double found = std::max(kLeast, residuals.Rms(&shift.x));
+    if (std::abs(found - left) > 0.1 * left) {
+      left = found;
+      continue;
+    }
     ceres::Covariance covariance({});
     const std::vector<std::pair<const double*, const double*>> blocks{{&shift.x, &shift.x}};
     double block[9];
@@ -200,19 +237,20 @@ std::optional<CardFit> FitCards(const Light& start, const std::vector<const Card
       fit.light.covariance_mm2 = glm::make_mat3(block);
     fit.light.shape = Transformed(start.shape, {glm::dmat3(1.0), shift});
     fit.moved_mm = glm::length(shift);
+    break;
   }
-  const auto ratios = residuals.Ratios(shift);
+  const auto ratios = ShapeResiduals{readings, start, 1.0}.Ratios(shift);
   // One intensity for all: the mean of the cards' means, so that a card near the lamp does not outweigh the others.
   glm::dvec3 mean(0.0);
   std::vector<glm::dvec3> of_card(cards.size(), glm::dvec3(0.0));
   std::vector<double> counts(cards.size(), 0.0);
   for (size_t i = 0; i < ratios.size(); ++i)
     of_card[readings[i].photograph] += glm::log(ratios[i]), ++counts[readings[i].photograph];
-  double used = 0;
   for (size_t k = 0; k < cards.size(); ++k)
-    if (counts[k] > 0) mean += of_card[k] / counts[k], ++used;
+    if (counts[k] > 0) mean += of_card[k] / counts[k];
   mean /= used;
   fit.light.shape = Scaled(fit.light.shape, glm::exp(mean));
+  fit.light.scale_is_free = false;
   fit.samples.resize(cards.size());
   glm::dvec3 squares(0.0);
   for (size_t i = 0; i < ratios.size(); ++i) {
@@ -221,8 +259,7 @@ std::optional<CardFit> FitCards(const Light& start, const std::vector<const Card
     fit.samples[readings[i].photograph].push_back({readings[i].pixel, left.y});
   }
   fit.rms = std::sqrt((squares.x + squares.y + squares.z) / 3.0);
-  // What is left is shared by neighbouring readings (a card's texture, a lamp's pattern): a card counts as four.
-  fit.stddev = glm::sqrt(squares / (4.0 * used));
+  fit.stddev = glm::sqrt(squares / (kOfACard * used));
   return fit;
 }
 
@@ -285,9 +322,11 @@ Product LightsProduct(const std::vector<Light>& geometry, const std::vector<Card
                                  Text(start.stddev_deg, "degrees") +
                                  " only: photograph the ball larger (100 px or more)");
     if (of_light.empty()) {
-      product.notes.push_back("light " + start.name +
-                              ": no card was photographed under it; its intensity is not known "
-                              "(1 at the ball).");
+      product.notes.push_back("light " + start.name + ": no card was photographed under it" +
+                              (start.scale_is_free
+                                   ? "; its intensity is not known (1 at the ball), and stays free in every fit. "
+                                     "Absorption is told far better by a known one."
+                                   : "; its intensity is as the rig states it."));
     } else if (const auto fit = FitCards(start, of_light, refine)) {
       light = fit->light;
       // A good card's reflectance is known to a hundredth.

@@ -50,7 +50,8 @@ struct CardFit {
 };
 
 /// Fits the intensity of `start` (in the camera frame) to all cards under it; with `refine`, its place as well, whose
-/// standard deviation (5 mm along each axis where not stated) holds it. Nothing when no pixel could be read.
+/// standard deviation (5 mm along each axis where not stated) holds it, and which is then known as the cards' own
+/// residuals allow. Nothing when no pixel could be read.
 std::optional<CardFit> FitCards(const Light& start, const std::vector<const CardPhotograph*>& cards, bool refine);
 
 /// light_rig.json with its figures, gates and picture.

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <glm/glm.hpp>
+#include <tuple>
 
 namespace crownfit {
 namespace {
@@ -104,8 +105,10 @@ void AddLevels(const Image& a, const Image& b, int c, double black, double full,
   if (sum_b <= 0) return;
   const double ratio = sum_a / sum_b;
   const double step = StepOf(a, c);
-  std::vector<std::vector<std::pair<float, float>>> found(kBins);  // structure, difference
-  std::vector<double> sums(kBins, 0.0);
+  struct Place {
+    float structure, difference, mean;
+  };
+  std::vector<std::vector<Place>> found(kBins);
   Shift shift;
   for (int y = 2; y < a.height - 2; ++y)
     for (int x = 2; x < a.width - 2; ++x) {
@@ -115,19 +118,23 @@ void AddLevels(const Image& a, const Image& b, int c, double black, double full,
       const int bin = BinOf(mean, full);
       if (bin < 0 || IsNearSaturation(a, x, y, c, black + 0.97 * full)) continue;
       const double structure = (Structure(a, x, y, c) + ratio * Structure(b, x, y, c)) / (2.0 * mean);
-      found[bin].emplace_back(static_cast<float>(structure), static_cast<float>(va - ratio * vb));
-      sums[bin] += mean;
+      found[bin].push_back(
+          {static_cast<float>(structure), static_cast<float>(va - ratio * vb), static_cast<float>(mean)});
       shift.Add(0.5 * (Gradient(a, x, y, c) + ratio * Gradient(b, x, y, c)), va - ratio * vb);
     }
   shift_px = std::max(shift_px, shift.Pixels());
   for (int i = 0; i < kBins; ++i) {
     if (found[i].size() < 400) continue;
-    std::sort(found[i].begin(), found[i].end());
+    std::sort(found[i].begin(), found[i].end(), [](const Place& p, const Place& q) {
+      return std::tie(p.structure, p.difference) < std::tie(q.structure, q.difference);
+    });
     std::vector<float> differences;
-    for (size_t k = 0; k < found[i].size() / 2; ++k) differences.push_back(found[i][k].second);
+    double sum = 0;
+    for (size_t k = 0; k < found[i].size() / 2; ++k)
+      differences.push_back(found[i][k].difference), sum += static_cast<double>(found[i][k].mean);
     const Moments m = MomentsOf(differences);
     if (m.count < 100 || m.variance < step * step / 6.0) continue;  // hidden by the steps
-    const double value = sums[i] / static_cast<double>(found[i].size());
+    const double value = sum / static_cast<double>(differences.size());
     levels.push_back({value, m.variance, std::sqrt(2.0 / static_cast<double>(m.count)), value * (1.0 + ratio),
                       1.0 + ratio * ratio, 20.0 * ratio * step < value ? m.mean / value : 0.0});
   }
@@ -164,9 +171,11 @@ std::optional<ChannelNoise> EstimateChannelNoise(const std::vector<std::pair<con
       }
     const Moments m = MomentsOf(values);
     noise.black = m.mean;
-    noise.black_stddev = std::sqrt(m.variance / static_cast<double>(m.count));
+    const double step = StepOf(*pairs.at(0).first, channel);
+    const bool is_hidden = m.variance < step * step / 12.0;  // by the steps, within one of which the black level lies
+    noise.black_stddev = is_hidden ? step / std::sqrt(12.0) : std::sqrt(m.variance / static_cast<double>(m.count));
     // Values cut off at 0 have lost half of their noise.
-    if (darks.size() > 1 && static_cast<double>(at_zero) < 0.02 * static_cast<double>(values.size())) {
+    if (!is_hidden && darks.size() > 1 && static_cast<double>(at_zero) < 0.02 * static_cast<double>(values.size())) {
       std::vector<float> differences;
       for (size_t i = channel; i < darks[0]->values.size(); i += darks[0]->channels)
         differences.push_back(darks[1]->values[i] - darks[0]->values[i]);
@@ -212,6 +221,7 @@ std::optional<ChannelNoise> EstimateChannelNoise(const std::vector<std::pair<con
     gain = solution.x;
     read2 = solution.y;
   }
+  constexpr double kNegative = 5.0;  // standard deviations
   double chi2 = 0;
   for (const Level& level : levels) {
     const double expected = gain * level.per_gain + read2 * level.per_read;
@@ -227,6 +237,8 @@ std::optional<ChannelNoise> EstimateChannelNoise(const std::vector<std::pair<con
   noise.gain = std::max(gain, 0.0);
   noise.gain_stddev = inflate * std::sqrt(covariance[0][0]);
   noise.read_noise = std::sqrt(std::max(read2, 0.0));
+  const double read2_stddev = inflate * std::sqrt(covariance[1][1]);
+  if (darks.empty() && gain > 0 && read2 < -kNegative * read2_stddev) noise.hidden_black = -read2 / gain;
   noise.read_noise_stddev =
       inflate * std::sqrt(covariance[1][1]) / (2.0 * std::max(noise.read_noise, std::pow(covariance[1][1], 0.25)));
   return noise;

@@ -19,6 +19,7 @@ struct ChannelNoise {
   std::optional<double> saturation;  ///< where the response leaves its line by 1 %, or where values pile up
   double chi2 = 0;                   ///< per degree of freedom, of the variances against the line
   double nonlinearity = 0;           ///< largest relative departure below saturation; known from unequal exposures only
+  double hidden_black = 0;           ///< that the variances ask for where no dark frames were given: about so much
   double shift_px = 0;               ///< largest between two photographs of a pair
   std::vector<glm::dvec3> points;    ///< value, variance of a value there, its standard deviation
 };

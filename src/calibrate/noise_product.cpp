@@ -105,7 +105,16 @@ Product NoiseProduct(const std::vector<std::pair<const Image*, const Image*>>& p
       product.refusals.push_back("channel " + std::string(names[c]) + ": the values leave proportion to the light by " +
                                  Text(100 * n.nonlinearity, "%") +
                                  ". Photograph in RAW, or undo the camera's tone curve.");
-    if (n.read_noise == 0)
+    constexpr double kPoor = 30.0;
+    if (n.chi2 > kPoor)
+      product.notes.push_back("channel " + std::string(names[c]) +
+                              ": the variance does not go with the value as light's does (reduced chi2 " +
+                              Text(n.chi2) + "). Smoothed or compressed files, or flicker? Deviations allow for it.");
+    if (n.hidden_black > 0)
+      product.notes.push_back("channel " + std::string(names[c]) + ": values are as if about " + Text(n.hidden_black) +
+                              " of full scale were a black level, which is not taken off. Photograph with the lens "
+                              "covered and give the files as --dark.");
+    else if (n.read_noise == 0)
       product.notes.push_back("channel " + std::string(names[c]) + ": the read noise is too small to be seen.");
   }
   if (!any_saturates) product.notes.push_back("nothing was saturated: the file's full scale counts as saturation.");

@@ -67,7 +67,7 @@ PrintedTarget PrintedBoard(const Board& board) {
 
 Jig JigOf(const JigLayout& layout) {
   // Markers stand in a square ring, a marker's gap of white around each.
-  Jig jig{"4X4_50", {}, {}};
+  Jig jig{layout.dictionary, {}, {}};
   const double m = layout.marker_mm, gap = 0.25 * m, radius = 0.5 * layout.inside_mm + gap + 0.5 * m;
   const int along = std::max(2, static_cast<int>(2.0 * radius / (m + gap)));
   const auto add = [&](const glm::dvec2& centre) {

@@ -47,6 +47,7 @@ PrintedTarget PrintedBoard(const Board& board);
 /// slanted edge, and places for grey patches.
 struct JigLayout {
   double inside_mm = 16, marker_mm = 5;
+  std::string dictionary = "4X4_50";
 };
 Jig JigOf(const JigLayout& layout);
 PrintedTarget PrintedJig(const JigLayout& layout);

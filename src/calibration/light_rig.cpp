@@ -159,7 +159,9 @@ JsonValue::Array LightsJson(const std::vector<Light>& lights) {
     JsonValue::Object o{{"name", light.name}};
     std::visit(Write{o}, light.shape);
     o.emplace_back("frame", light.in_camera_frame ? "camera" : "object");
-    if (light.intensity_stddev > 0)
+    if (light.scale_is_free)
+      o.emplace_back("intensity_scale", JsonValue::Object{{"initial", light.intensity_scale}});
+    else if (light.intensity_stddev > 0)
       o.emplace_back("intensity_scale",
                      JsonValue::Object{{"fixed", light.intensity_scale}, {"stddev", light.intensity_stddev}});
     const glm::dmat3& covariance = light.covariance_mm2;

@@ -29,7 +29,10 @@ std::array<double, kChannels> ReadValues(const JsonNode& node, const ParameterRo
 }  // namespace
 
 std::array<double, kChannels> ReadPhysicalValues(const JsonNode& node, const ParameterRow& row) {
-  return ReadValues(node, row, PhysicalRange(row));
+  const std::array<double, kChannels> values = ReadValues(node, row, PhysicalRange(row));
+  if (!row.per_channel && (values[1] != values[0] || values[2] != values[0]))
+    node.Fail("this parameter has one value, not one per channel");
+  return values;
 }
 
 ParameterSpec DefaultSpec(const ParameterRow& row) {
