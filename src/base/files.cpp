@@ -16,6 +16,7 @@ namespace crownfit {
 void WriteBesideAndRename(const std::filesystem::path& file,
                           const std::function<void(const std::filesystem::path&)>& write) {
   std::error_code error;
+  if (std::filesystem::is_directory(file, error)) throw InputError(file, "", "is a folder", "Name a file in it.");
   if (file.has_parent_path()) std::filesystem::create_directories(file.parent_path(), error);
   // The extension is kept because image writers choose the format by it.
   auto beside = file;

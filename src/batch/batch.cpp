@@ -61,8 +61,9 @@ std::vector<CrownOutcome> Survey(std::vector<ManifestRow> rows, const fs::path& 
       crown.reason = row.fault;
       continue;
     }
-    auto record = ReadRecord(root / "crowns" / row.id / kRecordName);
-    if (!record) continue;
+    const fs::path made = root / "crowns" / row.id;
+    auto record = ReadRecord(made / kRecordName);
+    if (!record || !fs::is_regular_file(made / "material.json")) continue;
     const Freshness freshness = Compare(*record, FolderOf(row), row.arguments);
     if (freshness == Freshness::kStale) continue;
     if (freshness == Freshness::kRestamped)

@@ -80,6 +80,8 @@ def a_second_run_fits_nothing_and_a_changed_capture_is_fitted_again(folder):
     before = contents()
     assert "0 fitted now" in lab.run().stdout
     assert before == contents()
+    (lab.out / "crowns/c/material.json").unlink()
+    assert "1 fitted now" in lab.run().stdout and (lab.out / "crowns/c/material.json").exists()
     os.utime(folder / "a/capture.json")  # the same content
     assert "0 fitted now" in lab.run().stdout
     (folder / "b/capture.json").write_text("{ }")
