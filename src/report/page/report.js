@@ -220,7 +220,7 @@ function showProfiles() {
   const by = (report.profiles.find(profile => profile.by !== 'parabola') ?? report.profiles[0]).by, stated = parameterLines();
   const part = section('profiles', 'Likelihood profiles of what is weakly known',
       make('p', {className: 'soft'}, (by === 'slopes'
-          ? 'How much χ² grows when one number is held and everything else follows: the sum of its slopes at a few places, by pictures whose walks are handed over to diffuse light. ' +
+          ? 'How much χ² grows when one number is held and everything else follows: the sum of its slopes at a few places, by pictures whose walks are handed over to diffuse light; their noise counts, so that a curve may be flatter than its interval. ' +
             'What model and walks have in common, and other optima, is in the 95 % intervals below and not in the curves. Where several are weak, the four weakest; of the others, and of a roughness, a parabola from the covariance.'
           : by === 'fits'
           ? 'How much χ² grows when one number is held and everything else is fitted again (the geometry as cast at the solution; χ² over the variance ' +
