@@ -172,6 +172,7 @@ int MergeSeries(const CommandLine& line) {
                               "saturation, so their times could not be checked.");
   }
   product.figures.push_back({"nonlinearity", 100 * merged.worst_ratio, "%"});
+  product.figures.push_back({"shift", merged.shift_px, "px"});
   product.figures.push_back({"saturated_in_all", 100 * merged.share_saturated, "% of pixels"});
   if (merged.worst_ratio > 0.1)
     product.refusals.push_back(
@@ -182,6 +183,13 @@ int MergeSeries(const CommandLine& line) {
     product.refusals.push_back("no two exposures can be compared: are the times right, is the picture too dark?");
   else if (merged.worst_ratio > 0.03)
     product.notes.push_back("exposures depart by " + Text(100 * merged.worst_ratio, "%") + " from their times.");
+  constexpr double kMoved = 1.0, kSeen = 0.2;  // px
+  if (merged.shift_px > kMoved)
+    product.refusals.push_back("two exposures are shifted by about " + Text(merged.shift_px, "px") +
+                               ": the camera or the scene moved. Use a tripod and a remote release.");
+  else if (merged.shift_px > kSeen)
+    product.notes.push_back("two exposures are shifted by " + Text(merged.shift_px, "px") +
+                            ": edges are blurred by it.");
   if (merged.share_saturated > 0)
     product.notes.push_back("what is saturated in every exposure has its lowest value: state \"saturation\": " +
                             Text(0.99 * merged.saturation) + " for this picture in the capture.");

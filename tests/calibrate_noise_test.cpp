@@ -157,6 +157,19 @@ TEST(ExposureSeries, MergedValuesAreUnbiasedAndTheirVarianceIsRight) {
   EXPECT_LT(merged.worst_ratio, 0.01);
 }
 
+TEST(ExposureSeries, AMovedCameraShows) {
+  const auto shift = [](int px) {
+    ExposureSeries series;
+    series.times = {1, 4};
+    series.photographs = {Photographed(Blurred(Scene(0.15), 2.0), 3), Photographed(Blurred(Scene(0.6, px), 2.0), 4)};
+    series.noise.black = {kBlack, kBlack, kBlack};
+    return MergeExposures(series).shift_px;
+  };
+  EXPECT_LT(shift(0), 0.1);
+  EXPECT_NEAR(shift(1), 1.0, 0.2);
+  EXPECT_GT(shift(3), 1.0);
+}
+
 TEST(ExposureSeries, AWrongTimeShows) {
   ExposureSeries series;
   series.times = {1, 4, 20};

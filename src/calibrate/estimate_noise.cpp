@@ -5,6 +5,8 @@
 #include <glm/glm.hpp>
 #include <tuple>
 
+#include "calibrate/picture_shift.h"
+
 namespace crownfit {
 namespace {
 
@@ -45,27 +47,6 @@ int BinOf(double value, double full) {
   if (value < kLowest * full || value >= full) return -1;
   return static_cast<int>(kBins * std::log(value / (kLowest * full)) / -std::log(kLowest));
 }
-
-/// Gradient per pixel, from the same neighbours.
-glm::dvec2 Gradient(const Image& image, int x, int y, int c) {
-  return 0.25 *
-         glm::dvec2(image.at(x + 2, y, c) - image.at(x - 2, y, c), image.at(x, y + 2, c) - image.at(x, y - 2, c));
-}
-
-/// How far `a` is shifted against `ratio` x b, in pixels, by least squares over the differences (Lucas and Kanade
-/// 1981).
-struct Shift {
-  glm::dmat2 normal{0.0};
-  glm::dvec2 right{0.0};
-  void Add(const glm::dvec2& gradient, double difference) {
-    normal += glm::outerProduct(gradient, gradient);
-    right += difference * gradient;
-  }
-  double Pixels() const {
-    const double determinant = glm::determinant(normal);
-    return determinant > 1e-12 * normal[0][0] * normal[1][1] ? glm::length(glm::inverse(normal) * right) : 0.0;
-  }
-};
 
 /// Whether a place or one near it is close to saturation: light spills over, and resized pictures have mixed it in.
 bool IsNearSaturation(const Image& image, int x, int y, int c, double limit) {
@@ -109,7 +90,7 @@ void AddLevels(const Image& a, const Image& b, int c, double black, double full,
     float structure, difference, mean;
   };
   std::vector<std::vector<Place>> found(kBins);
-  Shift shift;
+  PictureShift shift;
   for (int y = 2; y < a.height - 2; ++y)
     for (int x = 2; x < a.width - 2; ++x) {
       const double va = a.at(x, y, c) - black, vb = b.at(x, y, c) - black;
@@ -120,7 +101,7 @@ void AddLevels(const Image& a, const Image& b, int c, double black, double full,
       const double structure = (Structure(a, x, y, c) + ratio * Structure(b, x, y, c)) / (2.0 * mean);
       found[bin].push_back(
           {static_cast<float>(structure), static_cast<float>(va - ratio * vb), static_cast<float>(mean)});
-      shift.Add(0.5 * (Gradient(a, x, y, c) + ratio * Gradient(b, x, y, c)), va - ratio * vb);
+      shift.Add(0.5 * (GradientAt(a, x, y, c) + ratio * GradientAt(b, x, y, c)), va - ratio * vb);
     }
   shift_px = std::max(shift_px, shift.Pixels());
   for (int i = 0; i < kBins; ++i) {

@@ -5,8 +5,32 @@
 #include <opencv2/photo.hpp>
 
 #include "base/error.h"
+#include "calibrate/picture_shift.h"
 
 namespace crownfit {
+
+namespace {
+
+/// Between two exposures, where both show something and neither is saturated, so far that neighbours are not either.
+double ShiftOf(const Image& shorter, const Image& longer, double of_times, const SensorNoise& noise) {
+  double most = 0;
+  for (int c = 0; c < shorter.channels; ++c) {
+    const size_t known = std::min(c, 2);
+    const double black = noise.black[known], full = noise.saturation[known].value_or(0.98) - black;
+    PictureShift shift;
+    for (int y = 2; y < shorter.height - 2; ++y)
+      for (int x = 2; x < shorter.width - 2; ++x) {
+        const double a = of_times * (shorter.at(x, y, c) - black), b = longer.at(x, y, c) - black;
+        if (std::max(a, b) > 0.6 * full || std::min(a, b) < 0.05 * full) continue;
+        const glm::dvec2 gradient = GradientAt(longer, x, y, c);
+        if (glm::length(gradient) < 0.1 * full) shift.Add(gradient, b - a);
+      }
+    most = std::max(most, shift.Pixels());
+  }
+  return most;
+}
+
+}  // namespace
 
 MergedExposures MergeExposures(const ExposureSeries& series) {
   const size_t count = series.photographs.size();
@@ -65,6 +89,8 @@ MergedExposures MergeExposures(const ExposureSeries& series) {
     const double ratio = longer / std::max(shorter, 1e-12) / of_times;
     merged.time_ratios.back() = ratio;
     merged.worst_ratio = std::max(merged.worst_ratio, std::abs(ratio - 1.0));
+    merged.shift_px = std::max(
+        merged.shift_px, ShiftOf(series.photographs[k], series.photographs[k + 1], ratio * of_times, series.noise));
   }
   return merged;
 }

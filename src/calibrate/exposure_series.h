@@ -26,6 +26,7 @@ struct MergedExposures {
   /// neighbouring pair, nothing where neither is so, and the largest departure from 1.
   std::vector<std::optional<double>> time_ratios;
   double worst_ratio = 0;
+  double shift_px = 0;    ///< the largest between two neighbouring exposures
   double saturation = 0;  ///< of `linear`: the lowest of its channels'
 };
 
