@@ -33,7 +33,8 @@ Capture TwoLayers() {
 const char* const kFitted = R"({"format": "crownfit-material/1", "layers": [
   {"name": "enamel", "thickness_mm": {"value": 0.8, "stddev": 0.1, "interval95": [0.6, 1.1], "status": "fitted"},
    "absorption_per_mm": {"value": [0.01, 0.02, 0.05], "stddev": [1, 1, 1],
-                         "interval95": [[0.005, 0.02], [0.01, null], [0.04, 0.06]], "status": "not_identified"}},
+                         "interval95": [[0.005, 0.02], [0.01, null], [0.04, 0.06]], "status": "not_identified",
+                         "status_by_channel": ["fitted", "not_identified", "fitted"]}},
   {"name": "dentine", "ior": 1.5}], "linear_scales": {"exposure_scale front": 1.25}})";
 
 TEST(MaterialFile, TellsIntervalsAndStatuses) {
@@ -50,6 +51,8 @@ TEST(MaterialFile, TellsIntervalsAndStatuses) {
   ASSERT_EQ(absorption.interval95.size(), 3u);
   EXPECT_EQ(absorption.interval95[2], (std::array{0.04, 0.06}));
   ASSERT_EQ(absorption.stddev.size(), 3u);
+  EXPECT_EQ(absorption.status_by_channel[1], "not_identified");
+  EXPECT_TRUE(thickness.status_by_channel.empty());
   EXPECT_EQ(thickness.stddev[0], 0.1);
   EXPECT_TRUE(absorption.is_stated);
   EXPECT_FALSE(record.layers[1][static_cast<size_t>(Quantity::kThickness)].is_stated);

@@ -130,6 +130,22 @@ TEST(PlainWords, SayHowSureEachParameterIs) {
   EXPECT_TRUE(Says(verdict.sentences, "No photograph was held out"));
 }
 
+TEST(PlainWords, TellChannelsApartOfWhichOneIsNotIdentified) {
+  CrownFit fit = SomeFit();
+  fit.converged = true;
+  FittedParameter& absorption = fit.uncertainty.parameters[0];
+  absorption.of_channels = {Status::kNotIdentified, Status::kFitted};
+  absorption.status = Status::kNotIdentified;
+  Judge(fit);
+  EXPECT_TRUE(fit.usable) << "one channel is told";
+  EXPECT_NE(fit.verdict.find("identify dentine.absorption_per_mm[G]."), std::string::npos) << fit.verdict;
+  EXPECT_NE(fit.verdict.find("photographs: dentine.absorption_per_mm[R], dentine.reduced"), std::string::npos)
+      << fit.verdict;
+  const PlainVerdict verdict = PlainVerdictOf(fit);
+  EXPECT_TRUE(Says(verdict.sentences, "Known within 10 %: dentine absorption G"));
+  EXPECT_TRUE(Says(verdict.sentences, "could not tell: dentine absorption R and dentine reduced scattering"));
+}
+
 TEST(PlainWords, AnUnusableResultIsSaidFirst) {
   CrownFit fit = SomeFit();
   fit.usable = false;
@@ -150,7 +166,7 @@ TEST(PlainWords, AskForPhotographsThatTheCaptureLacksAndForNoOthers) {
   fit.capture.photographs.push_back(more);
   EXPECT_EQ(asked().size(), 1);
   EXPECT_TRUE(Says(asked(), "None is known"));
-  for (FittedParameter& p : fit.uncertainty.parameters) p.status = Status::kFitted;
+  for (FittedParameter& p : fit.uncertainty.parameters) p.status = Status::kFitted, p.of_channels.clear();
   EXPECT_TRUE(asked().empty()) << "nothing is left open";
 }
 

@@ -59,11 +59,16 @@ void AddParameters(const std::string& owner, const JsonValue& of, const std::vec
     if (status.empty() || status == "fixed") continue;
     const JsonValue &value = At(parameter, "value"), &stddev = At(parameter, "stddev"),
                     &interval = At(parameter, "interval95");
+    const JsonValue* by_channel = Find(parameter, "status_by_channel");
     const size_t count = std::max<size_t>(1, List(value).size());
     for (size_t i = 0; i < count; ++i) {
       const bool many = !List(value).empty();
-      RecordedParameter p{
-          owner + "." + key + (many && i < channels.size() ? "[" + channels[i] + "]" : ""), status, 0, {}, {}, {}};
+      RecordedParameter p{owner + "." + key + (many && i < channels.size() ? "[" + channels[i] + "]" : ""),
+                          by_channel ? Text(List(*by_channel).at(i)) : status,
+                          0,
+                          {},
+                          {},
+                          {}};
       p.value = Number(many ? List(value)[i] : value).value_or(0);
       if (Find(parameter, "stddev")) {
         p.stddev = Number(many ? List(stddev).at(i) : stddev);

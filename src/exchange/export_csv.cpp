@@ -34,7 +34,8 @@ class Table {
       const auto stddev = of(record.stddev);
       Add(layer, row.key, row.per_channel ? c : -1, values[c], row.unit,
           (stddev ? NumberText(*stddev) : "") + "," + (interval ? NumberText((*interval)[0]) : "") + "," +
-              (interval ? NumberText((*interval)[1]) : "") + "," + record.status);
+              (interval ? NumberText((*interval)[1]) : "") + "," +
+              (record.status_by_channel.empty() ? record.status : record.status_by_channel[c]));
     }
   }
   void AddDerived(const std::string& layer, const std::string& key, const glm::dvec3& values, const char* unit) {

@@ -57,6 +57,10 @@ ParameterRecord ReadRecord(const JsonObject& object) {
       record.stddev.push_back(item.IsNumber() ? std::optional(item.Number()) : std::nullopt);
   }
   if (const auto status = object.Find("status")) record.status = status->String();
+  if (const auto node = object.Find("status_by_channel")) {
+    for (const auto& item : node->Items()) record.status_by_channel.push_back(item.String());
+    if (record.status_by_channel.size() != kChannels) node->Fail("expected a status per channel");
+  }
   if (const auto node = object.Find("interval95")) {
     const auto items = node->Items();
     if (std::none_of(items.begin(), items.end(), [](const JsonNode& item) { return item.IsArray(); })) {
@@ -72,7 +76,7 @@ ParameterRecord ReadRecord(const JsonObject& object) {
 /// A bare value, a list with one per channel, or an object that holds either as "value".
 ChannelValues ReadValues(JsonNode node, const ParameterRow& row, ParameterRecord& record) {
   if (node.IsObject()) {
-    const JsonObject object(node, {"value", "stddev", "interval95", "status"});
+    const JsonObject object(node, {"value", "stddev", "interval95", "status", "status_by_channel"});
     record = ReadRecord(object);
     node = object.Require("value");
   }

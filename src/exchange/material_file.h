@@ -20,8 +20,9 @@ Material ReadMaterialFile(const std::filesystem::path& file, const Capture& capt
 
 /// What the file says about a parameter beside its value.
 struct ParameterRecord {
-  bool is_stated = false;  ///< false: the file does not speak of it
-  std::string status;      ///< empty: a bare value
+  bool is_stated = false;                           ///< false: the file does not speak of it
+  std::string status;                               ///< empty: a bare value
+  std::vector<std::string> status_by_channel = {};  ///< empty: as `status`
   std::vector<std::optional<double>>
       stddev;  ///< one, or one per channel, nothing where not known; empty: none is given
   /// One, or one per channel; empty: the file gives none. Nothing where an end is not known.

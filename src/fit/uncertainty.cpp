@@ -93,6 +93,13 @@ const char* Word(Status status) {
   return "";
 }
 
+std::vector<size_t> FittedParameter::ChannelsThatAre(Status s) const {
+  std::vector<size_t> channels;
+  for (size_t c = 0; c < value.size(); ++c)
+    if (Of(c) == s) channels.push_back(c);
+  return channels;
+}
+
 double DataKnowledge::Variance(const Eigen::RowVectorXd& g) const {
   constexpr double kLeans = 1e-4;
   if (unseen.cols() > 0 && (g * unseen).cwiseAbs().maxCoeff() > kLeans * g.norm()) return HUGE_VAL;
@@ -228,7 +235,6 @@ Uncertainty Quantify(const Capture& capture, const FreeParameters& free, const E
       double low, high;
     };
     const bool log = row.scale == Scale::kLog;  // where the fit moves in ln; standard deviations are relative then
-    bool unidentified = false, prior = false, at_bound = false;
     for (size_t c = 0; c < p.value.size(); ++c) {
       const double value = p.value[c], unit = log ? value : 1.0;
       const Eigen::RowVectorXd g = ValueGradient(free, x, layer, row.quantity, static_cast<int>(c)) / unit;
@@ -249,19 +255,20 @@ Uncertainty Quantify(const Capture& capture, const FreeParameters& free, const E
       };
       // A prior narrow enough to hold the value makes it `prior`; one too wide to do so leaves it not identified.
       const bool seen = std::isfinite(data_sd), entry_prior = use_priors && data_sd > 0.5 * prior_sd;
-      unidentified |= !seen || (is_wide(by_data) && (!entry_prior || is_wide(with_prior)));
+      const bool unidentified = !seen || (is_wide(by_data) && (!entry_prior || is_wide(with_prior)));
       const bool held = seen && entry_prior && !is_wide(with_prior);
-      prior |= held;
       const auto [low, high] = held ? with_prior : by_data;
       p.stddev.push_back(seen ? unit * (held ? posterior_sd : data_sd) : spec.high - spec.low);
       p.low95.push_back(seen ? std::max(low, spec.low) : spec.low);
       p.high95.push_back(seen ? std::min(high, spec.high) : spec.high);
-      at_bound |= value <= spec.low + 1e-3 * std::abs(spec.low) || value >= spec.high - 1e-3 * std::abs(spec.high);
+      const bool at_bound =
+          value <= spec.low + 1e-3 * std::abs(spec.low) || value >= spec.high - 1e-3 * std::abs(spec.high);
+      p.of_channels.push_back(at_bound       ? Status::kAtBound
+                              : unidentified ? Status::kNotIdentified
+                              : held         ? Status::kPrior
+                                             : Status::kFitted);
     }
-    p.status = at_bound       ? Status::kAtBound
-               : unidentified ? Status::kNotIdentified
-               : prior        ? Status::kPrior
-                              : Status::kFitted;
+    p.status = *std::max_element(p.of_channels.begin(), p.of_channels.end());
     result.parameters.push_back(p);
   };
   for (size_t l = 0; l < capture.layers.size(); ++l)

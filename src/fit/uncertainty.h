@@ -12,7 +12,7 @@
 
 namespace crownfit {
 
-enum class Status { kFitted, kFixed, kPrior, kNotIdentified, kAtBound };
+enum class Status { kFixed, kFitted, kPrior, kNotIdentified, kAtBound };  // of several values the last one counts
 const char* Word(Status status);
 
 /// One parameter as reported; one entry per channel, or one for all.
@@ -21,7 +21,11 @@ struct FittedParameter {
   size_t layer;
   Quantity quantity;
   std::vector<double> value, stddev, low95, high95;  ///< stddev etc. are empty when fixed
-  Status status = Status::kFixed;
+  Status status = Status::kFixed;                    ///< of all its values together
+  std::vector<Status> of_channels = {};              ///< of each value; empty: as all
+  Status Of(size_t channel) const { return of_channels.empty() ? status : of_channels[channel]; }
+  /// The values of one status.
+  std::vector<size_t> ChannelsThatAre(Status s) const;
 };
 
 struct Uncertainty {

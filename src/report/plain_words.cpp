@@ -91,12 +91,21 @@ std::string ReadingSentence(const CrownFit& fit, bool of_holdouts) {
          "('" + worst + "').";
 }
 
-/// How far the widest 95 % interval of a parameter's channels reaches from its middle, as a factor.
-double Reach(const FittedParameter& p) {
+/// How far the widest 95 % interval of some of a parameter's channels reaches from its middle, as a factor.
+double Reach(const FittedParameter& p, const std::vector<size_t>& channels) {
   double reach = 1.0;
-  for (size_t i = 0; i < p.value.size(); ++i)
+  for (const size_t i : channels)
     reach = std::max(reach, p.low95[i] > 0 ? std::sqrt(p.high95[i] / p.low95[i]) : HUGE_VAL);
   return reach;
+}
+
+/// With the channels where it is not all of them; "" where none is of that status.
+std::string NameOf(const CrownFit& fit, const FittedParameter& p, Status status) {
+  const std::vector<size_t> channels = p.ChannelsThatAre(status);
+  std::string name = channels.empty() ? "" : PlainName(p.name);
+  if (channels.size() == p.value.size()) return name;
+  for (const size_t c : channels) name += (c == channels[0] ? " " : "/") + fit.capture.channel_names[c];
+  return name;
 }
 
 void AddHowSure(const CrownFit& fit, std::vector<std::string>& sentences) {
@@ -111,15 +120,15 @@ void AddHowSure(const CrownFit& fit, std::vector<std::string>& sentences) {
                              {HUGE_VAL, "Known less well than a factor of 2: ", {}}};
   std::vector<std::string> held, unknown, at_bound;
   for (const FittedParameter& p : fit.uncertainty.parameters) {
-    if (p.status == Status::kFixed) continue;
-    if (p.status == Status::kPrior) held.push_back(PlainName(p.name));
-    if (p.status == Status::kNotIdentified) unknown.push_back(PlainName(p.name));
-    if (p.status == Status::kAtBound) at_bound.push_back(PlainName(p.name));
-    if (p.status != Status::kFitted) continue;
-    const double reach = Reach(p);
-    std::find_if(classes.begin(), classes.end(), [&](const Class& c) {
-      return reach <= c.reach;
-    })->names.push_back(PlainName(p.name));
+    const auto add = [&](Status status, std::vector<std::string>& names) {
+      if (const std::string name = NameOf(fit, p, status); !name.empty()) names.push_back(name);
+    };
+    add(Status::kPrior, held);
+    add(Status::kNotIdentified, unknown);
+    add(Status::kAtBound, at_bound);
+    const double reach = Reach(p, p.ChannelsThatAre(Status::kFitted));
+    add(Status::kFitted,
+        std::find_if(classes.begin(), classes.end(), [&](const Class& c) { return reach <= c.reach; })->names);
   }
   for (const Class& c : classes)
     if (!c.names.empty()) sentences.push_back(c.words + Listed(c.names) + " (95 % intervals, within the model).");

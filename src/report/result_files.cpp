@@ -28,6 +28,11 @@ JsonValue ParameterJson(const FittedParameter& p) {
     o.emplace_back("interval95", intervals.size() == 1 ? intervals[0] : JsonValue(intervals));
   }
   o.emplace_back("status", Word(p.status));
+  if (p.ChannelsThatAre(p.status).size() < p.value.size()) {
+    JsonValue::Array words;
+    for (const Status s : p.of_channels) words.emplace_back(Word(s));
+    o.emplace_back("status_by_channel", words);
+  }
   return o;
 }
 
@@ -282,7 +287,7 @@ std::string Summary(const CrownFit& fit) {
       std::snprintf(interval, sizeof interval, "[%.4g, %.4g]", p.low95[i], p.high95[i]);
       add("%-38s %-7s %10.4g  %-24s %s\n", i == 0 ? p.name.c_str() : "",
           p.value.size() == 1 ? "all" : fit.capture.channel_names[i].c_str(), p.value[i], interval,
-          i == 0 ? Word(p.status) : "");
+          i == 0 || p.Of(i) != p.Of(i - 1) ? Word(p.Of(i)) : "");
     }
   }
   for (const TogetherWith& t : fit.together)

@@ -19,10 +19,17 @@ std::string Number(double v) {
   return text;
 }
 
-std::string Names(const Uncertainty& u, Status status) {
+std::string Names(const CrownFit& fit, Status status) {
   std::string names;
-  for (const auto& p : u.parameters)
-    if (p.status == status) names += (names.empty() ? "" : ", ") + p.name;
+  for (const auto& p : fit.uncertainty.parameters) {
+    const std::vector<size_t> channels = p.ChannelsThatAre(status);
+    if (channels.size() == p.value.size()) {
+      names += (names.empty() ? "" : ", ") + p.name;
+    } else {
+      for (const size_t c : channels)
+        names += (names.empty() ? "" : ", ") + p.name + "[" + fit.capture.channel_names[c] + "]";
+    }
+  }
   return names;
 }
 
@@ -166,8 +173,8 @@ void Judge(CrownFit& fit) {
                           "are needed (--walks)");
   const auto any_is = [&](std::initializer_list<Status> which) {
     return std::any_of(u.parameters.begin(), u.parameters.end(), [&](const FittedParameter& p) {
-      return std::count(which.begin(), which.end(), p.status) && p.quantity != Quantity::kRoughness &&
-             p.quantity != Quantity::kWetness;
+      return std::any_of(which.begin(), which.end(), [&](Status s) { return !p.ChannelsThatAre(s).empty(); }) &&
+             p.quantity != Quantity::kRoughness && p.quantity != Quantity::kWetness;
     });
   };
   const bool any = any_is({Status::kFitted});
@@ -181,7 +188,7 @@ void Judge(CrownFit& fit) {
   }
   fit.usable = fit.reasons.empty();
   const bool model_holds = !any && fit.reasons.size() == 1;
-  if (const std::string at_bound = Names(u, Status::kAtBound); !at_bound.empty())
+  if (const std::string at_bound = Names(fit, Status::kAtBound); !at_bound.empty())
     fit.reasons.push_back("at a bound: " + at_bound);
   if (!fit.usable) {
     // The circumstances that explain a refusal belong to its reasons.
@@ -190,7 +197,7 @@ void Judge(CrownFit& fit) {
   }
 
   const auto part = [&](Status status, const std::string& words) {
-    const std::string names = Names(u, status);
+    const std::string names = Names(fit, status);
     return names.empty() ? "" : words + names + ". ";
   };
   fit.verdict = part(Status::kFitted, "The " + SourceOf(fit) + " identify ") +

@@ -135,7 +135,7 @@ function parameterLines() {
     values.forEach((value, i) => lines.push({
       id: `${owner}.${key}` + (values.length > 1 ? `[${channels[i]}]` : ''), unit: unitOf(key), value,
       stddev: [parameter.stddev].flat()[i], interval: values.length > 1 ? parameter.interval95?.[i] : parameter.interval95,
-      status: parameter.status}));
+      status: parameter.status_by_channel?.[i] ?? parameter.status}));
   };
   for (const layer of material.layers) for (const [key, parameter] of Object.entries(layer)) add(layer.name, key, parameter);
   for (const [key, parameter] of Object.entries(material.surface)) add('surface', key, parameter);
