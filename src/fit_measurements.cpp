@@ -77,9 +77,13 @@ CrownFit FitMeasurements(const Capture& stated, const FitOptions& options, Progr
   fit.converged = solved.converged;
   fit.material = MaterialAt(free, solved.x);
   fit.seen_by_shader = fit.material;
+  Eigen::MatrixXd held = Eigen::MatrixXd::Zero(free.count(), free.count());
+  for (int k = 0; options.use_priors && k < free.count(); ++k)
+    held(k, k) = 1.0 / (free.entries[k].prior_stddev * free.entries[k].prior_stddev);
+  if (!beside.others.names.empty()) held += beside.others.precision;
   const DataKnowledge knowledge =
       KnowledgeByShader(kNoCast, free, solved.x, residuals.Evaluate(solved.x, true), kNoPixels,
-                        /*with_model_errors=*/false);
+                        /*with_model_errors=*/false, held.isZero() ? Eigen::MatrixXd() : held);
   fit.knowledge = knowledge;
   fit.uncertainty = Quantify(fit.capture, free, solved.x, knowledge.With(beside.others), options.use_priors);
   fit.profiles = ProfilesOf(residuals, free, fit, beside.others.names.empty());

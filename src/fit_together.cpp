@@ -80,6 +80,23 @@ void CheckNoPhotographTwice(const std::vector<Capture>& captures) {
     }
 }
 
+/// Nor do readings count twice.
+void CheckNoReadingTwice(const std::vector<Capture>& captures) {
+  const auto are_same = [](const std::optional<Reading>& a, const std::optional<Reading>& b) {
+    return a.has_value() == b.has_value() && (!a || (a->value == b->value && a->stddev == b->stddev));
+  };
+  for (size_t i = 0; i < captures.size(); ++i)
+    for (size_t j = 0; j < i; ++j)
+      for (const FlatMeasurement& m : captures[i].measurements)
+        for (const FlatMeasurement& n : captures[j].measurements)
+          if (!m.is_holdout && !n.is_holdout && m.thickness_mm == n.thickness_mm && m.geometry == n.geometry &&
+              are_same(m.reflectance, n.reflectance) && are_same(m.transmittance, n.transmittance) &&
+              are_same(m.lab, n.lab))
+            throw InputError(captures[i].file, "measurements",
+                             "'" + m.name + "' holds the readings of '" + n.name + "' in " + captures[j].file.string(),
+                             "What two captures hold must be measured twice, or it counts twice.");
+}
+
 class Together {
  public:
   Together(const std::vector<Capture>& captures, const FitOptions& options, Progress& progress)
@@ -88,7 +105,10 @@ class Together {
   }
 
   std::vector<CrownFit> Run() {
-    for (size_t i = 0; i < captures_.size(); ++i) fits_.push_back(Fit(i, {}));
+    for (size_t i = 0; i < captures_.size(); ++i) {
+      fits_.push_back(Fit(i, {}));
+      inflation_alone_.push_back(fits_[i].knowledge.inflation);
+    }
     if (options_.model == "auto") {  // the walks that one of them needs all get
       const auto by_path =
           std::find_if(fits_.begin(), fits_.end(), [](const CrownFit& f) { return f.model == "path"; });
@@ -123,12 +143,23 @@ class Together {
 
   EntryKnowledge Known(size_t i) const { return fits_[i].knowledge.Of(fits_[i].entries); }
 
-  EntryKnowledge KnownByOthers(size_t i) const {
-    EntryKnowledge known = NothingOf(crownfit::NamesOf(fits_[i].entries));
-    for (size_t j = 0; j < fits_.size(); ++j)
-      if (j != i) Add(known, Marginal(Known(j), SharedNames(fits_[j].entries)));
+  /// As readings know it without what the others' pull makes them miss: intervals hold that, a comparison must not.
+  EntryKnowledge KnownUnpulled(size_t i) const {
+    EntryKnowledge known = Known(i);
+    if (fits_[i].model != "layered") return known;
+    const double pulled = std::max(1.0, fits_[i].knowledge.inflation / inflation_alone_[i]);
+    known.precision *= pulled;
+    known.weighted_mean *= pulled;
     return known;
   }
+
+  EntryKnowledge ByOthers(size_t i, EntryKnowledge (Together::*of)(size_t) const) const {
+    EntryKnowledge known = NothingOf(crownfit::NamesOf(fits_[i].entries));
+    for (size_t j = 0; j < fits_.size(); ++j)
+      if (j != i) Add(known, Marginal((this->*of)(j), SharedNames(fits_[j].entries)));
+    return known;
+  }
+  EntryKnowledge KnownByOthers(size_t i) const { return ByOthers(i, &Together::Known); }
 
   /// Where all photographs together put a capture's entries.
   Eigen::VectorXd Start(size_t i) const {
@@ -159,17 +190,18 @@ class Together {
   void Compare() {
     for (size_t i = 0; i < fits_.size(); ++i) {
       const std::vector<std::string> names = SharedNames(fits_[i].entries);
-      const Disagreement apart = Compared(Marginal(Known(i), names), Marginal(KnownByOthers(i), names));
+      const Disagreement apart =
+          Compared(Marginal(KnownUnpulled(i), names), Marginal(ByOthers(i, &Together::KnownUnpulled), names));
       if (apart.chi2 < UnlikelyChi2(apart.freedom)) continue;
       const FreeEntry& e = *std::find_if(fits_[i].entries.begin(), fits_[i].entries.end(),
                                          [&](const FreeEntry& entry) { return entry.name == apart.name; });
       const auto value = [&](double v) { return e.scale == Scale::kLog ? std::exp(v) : v; };
       char text[500];
       std::snprintf(text, sizeof text,
-                    "'%s' disagrees with the other captures by %.1f standard deviations, most about %s: %.3g alone, "
+                    "'%s' disagrees with the other captures (chi2 %.0f of %d), most about %s: %.3g alone, "
                     "%.3g by the others. Is it the same material, and its calibration right? The intervals do not "
                     "hold such a difference.",
-                    names_[i].c_str(), std::sqrt(apart.chi2 / apart.freedom), apart.name.c_str(), value(apart.here),
+                    names_[i].c_str(), apart.chi2, apart.freedom, apart.name.c_str(), value(apart.here),
                     value(apart.there));
       contradictions_.push_back(text);
     }
@@ -194,6 +226,7 @@ class Together {
   FitOptions options_;
   Progress& progress_;
   std::vector<CrownFit> fits_;
+  std::vector<double> inflation_alone_;
   std::vector<std::string> contradictions_;
 };
 
@@ -217,6 +250,7 @@ std::vector<CrownFit> FitTogether(const std::vector<Capture>& captures, const Fi
     for (size_t j = 0; j < i; ++j) CheckSameMaterial(captures[j], captures[i]);
   for (size_t i = 0; i < captures.size(); ++i) CheckSharesALayer(captures, i);
   CheckNoPhotographTwice(captures);
+  CheckNoReadingTwice(captures);
   return Together(captures, options, progress).Run();
 }
 

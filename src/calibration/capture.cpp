@@ -258,7 +258,13 @@ void ReadMeasurements(const JsonNode& node, Capture& capture) {
   for (const auto& item : node.Items(kMostMeasurements)) {
     const FlatMeasurement m = ReadFlatMeasurement(item, context);
     for (const auto& other : capture.measurements)
-      if (other.name == m.name) item.Fail("two measurements are called '" + m.name + "'");
+      if (other.name == m.name) {
+        item.Fail("two measurements are called '" + m.name + "'");
+      } else if (!m.sample.empty() && other.sample == m.sample &&
+                 (other.thickness_mm != m.thickness_mm || other.thickness_stddev_mm != m.thickness_stddev_mm)) {
+        item.Fail("'" + m.name + "' and '" + other.name + "' are of one sample and state its thickness differently",
+                  "State thickness_mm and thickness_stddev_mm alike, or name two samples.");
+      }
     capture.measurements.push_back(m);
   }
   if (std::all_of(capture.measurements.begin(), capture.measurements.end(),

@@ -55,10 +55,11 @@ void CheckEnergy(const FlatMeasurement& m, const JsonObject& o) {
 }  // namespace
 
 FlatMeasurement ReadFlatMeasurement(const JsonNode& node, const MeasurementContext& context) {
-  const JsonObject o(node, {"name", "thickness_mm", "thickness_stddev_mm", "geometry", "specular", "backing",
+  const JsonObject o(node, {"name", "sample", "thickness_mm", "thickness_stddev_mm", "geometry", "specular", "backing",
                             "aperture_mm", "slide", "reflectance", "transmittance", "lab", "colour", "use"});
   FlatMeasurement m;
   m.name = o.Require("name").String();
+  if (const auto sample = o.Find("sample")) m.sample = sample->String();
   const JsonNode thickness = o.Require("thickness_mm");
   m.thickness_mm = thickness.IsNumber() ? std::vector<double>{thickness.Number()} : thickness.Numbers();
   if (m.thickness_mm.size() != context.layers)

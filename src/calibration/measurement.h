@@ -35,6 +35,7 @@ struct Slide {
 
 struct FlatMeasurement {
   std::string name;
+  std::string sample;                ///< entries that name the same are of one piece; empty: of none that another is of
   std::vector<double> thickness_mm;  ///< per layer of the capture
   double thickness_stddev_mm = 0;    ///< of each layer by itself
   MeasuredAt geometry = MeasuredAt::k0_D;

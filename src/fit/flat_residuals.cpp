@@ -2,6 +2,9 @@
 
 #include <Eigen/Cholesky>
 #include <algorithm>
+#include <map>
+#include <string>
+#include <utility>
 
 #include "base/parallel.h"
 #include "optics/aperture.h"
@@ -46,6 +49,7 @@ Eigen::VectorXd ValuesRead(const FlatMeasurement& m) {
 
 FlatResiduals::FlatResiduals(const Capture& capture, const FreeParameters& free, int threads)
     : capture_(capture), free_(free), threads_(threads) {
+  std::map<std::pair<std::string, size_t>, int> columns;  // of a sample's layers
   for (const FlatMeasurement& m : capture.measurements) {
     if (m.is_holdout) continue;
     auto group = std::find_if(groups_.begin(), groups_.end(),
@@ -59,11 +63,10 @@ FlatResiduals::FlatResiduals(const Capture& capture, const FreeParameters& free,
       thicker.thickness_mm[l] *= 1.0 + kStep;
       group->thicker.push_back(thicker);
       group->thicker_of.emplace_back(group->members.size() - 1, kStep * m.thickness_mm[l] / m.thickness_stddev_mm);
+      const bool is_known = !m.sample.empty() && columns.contains({m.sample, l});
+      group->column_of.push_back(is_known ? columns.at({m.sample, l}) : shared_++);
+      if (!m.sample.empty()) columns[{m.sample, l}] = group->column_of.back();
     }
-  }
-  for (Group& group : groups_) {
-    group.first_shared = shared_;
-    shared_ += static_cast<int>(group.thicker.size());
   }
 }
 
@@ -87,7 +90,7 @@ void FlatResiduals::Evaluate(const Group& group, const Eigen::VectorXd& x, Evalu
   }
   for (size_t k = 0; k < group.thicker.size(); ++k) {
     const auto [i, stddevs] = group.thicker_of[k];
-    rows(shared.col(group.first_shared + static_cast<int>(k)), i,
+    rows(shared.col(group.column_of[k]), i,
          (Values(group.members[i], bands, group.members.size() + k) - Values(group.members[i], bands, i)) / stddevs);
   }
   for (int p = 0; e.jacobian.size() > 0 && p < free_.count(); ++p) {

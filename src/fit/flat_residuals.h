@@ -27,7 +27,7 @@ class FlatResiduals {
     std::vector<FlatMeasurement> members, thicker;
     std::vector<int> first_row;                         ///< per member
     std::vector<std::pair<size_t, double>> thicker_of;  ///< which member, by how many standard deviations
-    int first_shared;                                   ///< column of the first of `thicker` among the shared errors
+    std::vector<int> column_of;                         ///< of each of `thicker`, among the shared errors
   };
   void Evaluate(const Group& group, const Eigen::VectorXd& x, Evaluation& e, Eigen::MatrixXd& shared) const;
 

@@ -153,15 +153,21 @@ Eigen::MatrixXd ModelScatter(const CastState& state, const Evaluation& e, const 
 }
 
 DataKnowledge KnowledgeByShader(const CastState& state, const FreeParameters& free, const Eigen::VectorXd& x,
-                                const Evaluation& e, const std::vector<FitPixels>& pixels, bool with_model_errors) {
+                                const Evaluation& e, const std::vector<FitPixels>& pixels, bool with_model_errors,
+                                const Eigen::MatrixXd& beside) {
   const int n = free.count();
   DataKnowledge k;
   k.covariance = Eigen::MatrixXd::Zero(n, n);
   k.unseen = Eigen::MatrixXd::Identity(n, n);
   k.by_photographs = x;
   if (!e.finite) return k;  // nothing was learned
-  const double freedom = std::max(1.0, static_cast<double>(e.residuals.size()) - n);
-  k.reduced_chi2 = e.residuals.squaredNorm() / freedom;
+  double fitted = n;
+  if (beside.size() > 0) {
+    const Eigen::MatrixXd normal = e.jacobian.transpose() * e.jacobian;
+    fitted = SolveSymmetric(normal + beside, normal).trace();
+  }
+  k.freedom = std::max(1.0, static_cast<double>(e.residuals.size()) - fitted);
+  k.reduced_chi2 = e.residuals.squaredNorm() / k.freedom;
   k.block_chi2 = BlockChi2(state, e, pixels);
   k.inflation = std::max({1.0, k.reduced_chi2, k.block_chi2});
   if (n == 0) return k;
@@ -191,6 +197,7 @@ Uncertainty Quantify(const Capture& capture, const FreeParameters& free, const E
   const int n = free.count();
   result.reduced_chi2 = data.reduced_chi2;
   result.block_chi2 = data.block_chi2;
+  result.freedom = data.freedom;
   result.inflation = data.inflation;
   result.condition = data.condition;
   result.of_walks.assign(data.of_walks.begin(), data.of_walks.end());
@@ -243,9 +250,11 @@ Uncertainty Quantify(const Capture& capture, const FreeParameters& free, const E
       const double prior_sd = std::sqrt((g.transpose().cwiseAbs2().cwiseProduct(prior_variance)).sum());
       const double off = g.dot(without_prior);
       // Light is linear in the logarithm of what there is much of, and in the value itself where there is little: the
-      // lower end allows for both.
+      // lower end allows for both. So does the upper end of an absorption, of twice the deviation in the value itself.
+      const bool may_be_little = row.quantity == Quantity::kAbsorption;
       const auto interval = [&](double from, double to) -> Interval {
-        return {value + unit * from, log ? value * std::exp(to) : value + to};
+        const double high = log ? value * std::exp(to) : value + to;
+        return {value + unit * from, may_be_little ? std::min(high, value * (1.0 + 2.0 * to)) : high};
       };
       const Interval by_data = interval(std::min(0.0, off) - kZ95 * data_sd, std::max(0.0, off) + kZ95 * data_sd);
       const Interval with_prior = interval(-kZ95 * posterior_sd, kZ95 * posterior_sd);

@@ -30,10 +30,11 @@ struct FittedParameter {
 
 struct Uncertainty {
   std::vector<FittedParameter> parameters;
-  double reduced_chi2 = 0;       ///< of the pixels, residuals squared over degrees of freedom
-  double block_chi2 = 0;         ///< of sums over patches of neighbouring pixels: larger when errors are correlated
-  double inflation = 1;          ///< variances of the data were multiplied by max(1, reduced_chi2, block_chi2)
-  double condition = 0;          ///< of the data-only problem in the fit's own scales
+  double reduced_chi2 = 0;  ///< of the pixels, residuals squared over degrees of freedom
+  double block_chi2 = 0;    ///< of sums over patches of neighbouring pixels: larger when errors are correlated
+  double inflation = 1;     ///< variances of the data were multiplied by max(1, reduced_chi2, block_chi2)
+  double freedom = 0;       ///< of reduced_chi2, where readings alone were fitted; 0: of so many that it needs none
+  double condition = 0;     ///< of the data-only problem in the fit's own scales
   std::vector<double> of_walks;  ///< per free entry: the share of its variance that the fit's own walks make
   std::vector<std::string> weak_directions;  ///< combinations that the photographs do not tell apart
   Eigen::MatrixXd covariance;  ///< of the free entries in their own scales, with the priors or else ranges
@@ -47,6 +48,7 @@ struct DataKnowledge {
   Eigen::VectorXd of_walks;    ///< share of every entry's variance that the fit's own walks make; empty: none walked
   LinearScales scales_stddev;  ///< of exposures, lamps' intensities and stated errors; empty: only walks tell them
   double condition = 0, reduced_chi2 = 0, block_chi2 = 0, inflation = 1;
+  double freedom = 0;  ///< residuals less what was fitted to them; 0: of walks
   /// Of a linear combination; infinite when it leans on an unseen direction.
   double Variance(const Eigen::RowVectorXd& g) const;
   /// The covariance's inverse; 0 along unseen directions.
@@ -57,10 +59,11 @@ struct DataKnowledge {
 };
 
 /// Of model `shader`, whose own errors many pixels share (unless left out: as if it were exact). `e`: evaluation with
-/// derivatives at the solution.
+/// derivatives at the solution. `beside`: the precision of what else held the entries (priors, other captures), which
+/// leaves residuals more freedom; empty: nothing.
 DataKnowledge KnowledgeByShader(const CastState& state, const FreeParameters& free, const Eigen::VectorXd& x,
                                 const Evaluation& e, const std::vector<FitPixels>& pixels,
-                                bool with_model_errors = true);
+                                bool with_model_errors = true, const Eigen::MatrixXd& beside = {});
 
 /// J' C J of the errors that model `shader` has in common over patches and photographs, which are independent of each
 /// other; J, C: whitened.

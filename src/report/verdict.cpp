@@ -2,6 +2,7 @@
 #include <cmath>
 #include <cstdio>
 
+#include "fit/entry_knowledge.h"
 #include "photo/colour.h"
 #include "report/crown_fit.h"
 
@@ -88,6 +89,8 @@ std::vector<std::string> ModelCaveats(const CrownFit& fit) {
     caveats.push_back(
         "Model `layered` takes the samples as flat, smooth and wide. Index, g and whatever else is fixed count as "
         "exact; in thin or clear samples g matters most.");
+    if (fit.uncertainty.freedom <= 1.0)
+      caveats.push_back("There are hardly more readings than numbers fitted: nothing tests whether the model holds.");
     return caveats;
   }
   caveats.push_back(
@@ -163,8 +166,11 @@ void Judge(CrownFit& fit) {
   fit.reasons.clear();
   const Uncertainty& u = fit.uncertainty;
   if (!fit.converged) fit.reasons.push_back("the optimiser did not converge");
-  if (u.reduced_chi2 > kChi2Limit)
-    fit.reasons.push_back("reduced chi2 is " + Number(u.reduced_chi2) + ", above the limit " + Number(kChi2Limit) +
+  // Of few readings a larger one is no rarity.
+  const double limit =
+      u.freedom > 0 ? std::max(kChi2Limit, UnlikelyChi2(static_cast<int>(u.freedom)) / u.freedom) : kChi2Limit;
+  if (u.reduced_chi2 > limit)
+    fit.reasons.push_back("reduced chi2 is " + Number(u.reduced_chi2) + ", above the limit " + Number(limit) +
                           ": the model does not explain these " + SourceOf(fit) + " within their errors");
   if (fit.is_by_walks() && u.block_chi2 > kChi2Limit)
     fit.reasons.push_back("what is left in patches of neighbouring pixels is " + Number(u.block_chi2) +
@@ -179,8 +185,8 @@ void Judge(CrownFit& fit) {
   };
   const bool any = any_is({Status::kFitted});
   if (!any) {
-    const bool file_says_it =
-        !fit.options.prior.empty() && any_is({Status::kPrior}) && !any_is({Status::kNotIdentified, Status::kAtBound});
+    const bool file_says_it = u.reduced_chi2 <= limit && !fit.options.prior.empty() && any_is({Status::kPrior}) &&
+                              !any_is({Status::kNotIdentified, Status::kAtBound});
     fit.reasons.push_back("nothing physical was fitted: no scattering, absorption, thickness or index is identified" +
                           (file_says_it ? "; these " + SourceOf(fit) + " add nothing to " + fit.options.prior.string() +
                                               ", which stands by itself"
