@@ -138,8 +138,11 @@ std::vector<std::string> RenderPhotographs(const Capture& capture, const Materia
                                            const RenderOptions& options, Progress& progress, const Done& done) {
   progress.Show("reading", 0.0);
   const CrownInput input = ReadInput(AtScale(capture, options.scale), options.threads, /*with_images=*/false);
-  return options.model == "shader" ? RenderByShader(input, material, options, progress, done)
-                                   : RenderByPath(input, material, options, progress, done);
+  std::vector<std::string> messages = options.model == "shader"
+                                          ? RenderByShader(input, material, options, progress, done)
+                                          : RenderByPath(input, material, options, progress, done);
+  messages.insert(messages.begin(), input.source.messages.begin(), input.source.messages.end());
+  return messages;
 }
 
 }  // namespace crownfit

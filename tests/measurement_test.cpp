@@ -176,6 +176,49 @@ TEST(MeasurementFit, ThicknessThatIsNotSureWidensIntervals) {
   EXPECT_NEAR(wide, std::hypot(sharp, 0.05), 0.002);
 }
 
+TEST(MeasurementFit, OneSampleInSeveralEntriesHasOneThickness) {
+  const auto stddev = [](const char* sample) {
+    Capture capture = OneLayer(1.54, 0.8);
+    for (int i = 0; i < 6; ++i) {
+      FlatMeasurement m = TotalsOf(1.0, 0.003);
+      m.name += "_" + std::to_string(i);
+      m.sample = sample;
+      m.thickness_stddev_mm = 0.05;
+      capture.measurements.push_back(m);
+    }
+    TakeReadings(capture, Truth(capture, glm::dvec3(2.5), glm::dvec3(0.05)), 0);
+    return Fit(capture).uncertainty.parameters[0].stddev[0];
+  };
+  EXPECT_GT(stddev("disc"), 1.8 * stddev("")) << "else it counts as six, each cut anew";
+}
+
+TEST(MeasurementFit, CapturesOfOneDiscEachTellTogetherWhatOneOfAllDiscsTells) {
+  Capture all = OneLayer(1.54, 0.8);
+  for (const double mm : {0.5, 1.0, 2.0}) all.measurements.push_back(TotalsOf(mm, 0.003));
+  TakeReadings(all, Truth(all, {2.0, 2.3, 2.9}, {0.02, 0.04, 0.12}), 5);
+  std::vector<Capture> each;
+  for (const FlatMeasurement& m : all.measurements) {
+    each.push_back(all);
+    each.back().file = m.name;
+    each.back().measurements = {m};
+  }
+  Progress quiet(ProgressMode::kNone);
+  FitOptions options;
+  options.profile_points = 0;
+  options.use_priors = false;
+  const CrownFit one = FitCrown(all, options, quiet), together = Joined(FitTogether(each, options, quiet));
+  EXPECT_TRUE(one.usable);
+  EXPECT_TRUE(together.usable);
+  for (size_t p = 0; p < one.uncertainty.parameters.size(); ++p) {
+    const FittedParameter &a = one.uncertainty.parameters[p], &b = together.uncertainty.parameters[p];
+    for (size_t c = 0; c < a.stddev.size(); ++c) {
+      EXPECT_NEAR(b.stddev[c] / a.stddev[c], 1.0, 0.2) << a.name;
+      EXPECT_NEAR(b.value[c], a.value[c], 0.3 * a.stddev[c]) << a.name;
+    }
+  }
+  EXPECT_THROW(FitTogether({each[0], each[0]}, options, quiet), InputError) << "readings that count twice";
+}
+
 TEST(MeasurementFit, ColoursThroughAnApertureOverBlackAndWhiteTellBoth) {
   Capture capture = OneLayer(1.54, 0.8);
   const Material truth = Truth(capture, {2, 2.2, 2.6}, {0.02, 0.04, 0.12});

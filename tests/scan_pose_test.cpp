@@ -105,6 +105,10 @@ TEST(ScanPose, ACrownIsFoundByItsOutlineAlone) {
     // What the outline fixes; a turn about an axis in the picture's plane hardly moves it.
     const glm::dvec3 off = aligned.camera_from_object[0].Point(centre) - truth.Point(centre);
     EXPECT_LT(std::hypot(off.x, off.y), 0.05) << trial;
+    const glm::dmat3 turn = glm::transpose(truth.rotation) * aligned.camera_from_object[0].rotation;
+    const double degrees = std::acos(std::clamp(0.5 * (turn[0][0] + turn[1][1] + turn[2][2] - 1.0), -1.0, 1.0)) * 57.3;
+    EXPECT_LT(degrees, 3.0) << trial << ": another turn has an outline much alike";
+    EXPECT_LT(aligned.from_start, 1.0);
   }
 }
 

@@ -68,6 +68,14 @@ AlignedScan AlignScan(const TriangleMesh& mesh, const std::vector<ScanPhotograph
   RegionSearch search(caster, photographs, centre);
   Vector6 best = Vector6::Zero();
   const double turn = options.search_deg * std::numbers::pi / 180;
+  // In standard deviations of the search, whichever of the six is furthest: no place beyond three is taken.
+  constexpr double kFurthest = 3.0;
+  const auto distance = [&](const Vector6& x) {
+    double furthest = 0;
+    for (int k = 0; k < 6; ++k)
+      furthest = std::max(furthest, std::abs(x(k)) / std::max(1e-9, k < 3 ? turn : options.search_mm));
+    return furthest;
+  };
   for (int round = 0; round < 2; ++round) {
     search.Learn(best);
     std::vector<std::pair<double, Vector6>> tried(options.starts);
@@ -91,6 +99,7 @@ AlignedScan AlignScan(const TriangleMesh& mesh, const std::vector<ScanPhotograph
             for (const double sign : {1.0, -1.0}) {
               Vector6 y = x;
               y(k) += sign * step * (k < 3 ? turn : options.search_mm);
+              if (distance(y) > kFurthest) continue;
               const double value = search.Score(y);
               if (value > score) score = value, x = y, better = true;
             }
@@ -120,12 +129,12 @@ AlignedScan AlignScan(const TriangleMesh& mesh, const std::vector<ScanPhotograph
   constexpr int kPlaces = 12;
   for (size_t round = 0; round < std::size(kSpreads); ++round) {
     const Vector6 around = place;
-    for (int i = 0; i < (round ? kPlaces : 1); ++i) {
-      Vector6 x = around;
+    for (int i = 0; i < (round ? kPlaces : 2); ++i) {
+      Vector6 x = round == 0 && i == 1 ? Vector6(Vector6::Zero()) : around;  // or where it was said to be
       for (int k = 0; k < 6; ++k)
         x(k) += kSpreads[round] * (k < 3 ? turn : options.search_mm) * Gaussian(Key(options.seed, 7, round, i), k);
       const auto state = edges.Fit(x, {30, 24, 18, 14, 10, 8, 6}, 8, {});
-      if (state.support > support) support = state.support, place = state.motion;
+      if (state.support > support && distance(state.motion) < kFurthest) support = state.support, place = state.motion;
       tell(0.6 + 0.25 * (static_cast<double>(round) + (i + 1.0) / kPlaces) / std::size(kSpreads));
     }
   }
@@ -149,6 +158,7 @@ AlignedScan AlignScan(const TriangleMesh& mesh, const std::vector<ScanPhotograph
   AlignedScan result;
   result.contrast = search.contrast;
   result.rms_px = state.rms_px;
+  result.from_start = distance(best) / kFurthest;
   result.larger = sized.larger;
   result.larger_stddev = sized.larger_stddev;
   result.matched = state.matched;

@@ -38,6 +38,7 @@ struct AlignedScan {
   /// Of each photograph's pose, as in StatedPose; with what the starts state, where several are aligned together.
   std::vector<std::array<double, 36>> covariance;
   double larger = 0, larger_stddev = 0;  ///< by which share the object looks larger than its mesh
+  double from_start = 0;                 ///< over three times what was to be searched: 1 and more is too far
   std::vector<double> rms_px;            ///< of matched contour points to their edges, robust
   std::vector<double> matched;           ///< share of contour points that found an edge
   std::vector<double> contrast;          ///< how well colours tell inside from outside: 0 not at all, 1 entirely

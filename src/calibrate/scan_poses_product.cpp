@@ -60,6 +60,11 @@ Product ScanPosesProduct(const TriangleMesh& mesh, const std::vector<std::string
           name + ": " + Text(100 * a.matched[i], "%") + " of the outline found an edge, left " +
           Text(a.rms_px[i], "px") +
           " off: the rough pose is too far away, the scan is another object or not in mm, or the camera file is wrong");
+    else if (a.from_start >= 1.0)
+      product.refusals.push_back(name +
+                                 ": the outline fits best further from the rough pose than three times --search-mm and "
+                                 "--search-deg: look at the picture; give a better rough pose, or search further if it "
+                                 "is that rough");
     else if (a.matched[i] < kGoodMatched)
       product.notes.push_back(name + ": only " + Text(100 * a.matched[i], "%") +
                               " of the outline found an edge; look at the picture.");
