@@ -269,12 +269,6 @@ std::shared_ptr<const Crown> BuildCrown(const Capture& capture, const CrownSourc
         depth.push_back(c.straight.total_mm - c.straight.front.total_mm() - c.straight.back.total_mm());
       std::nth_element(depth.begin(), depth.begin() + static_cast<long>(depth.size() / 2), depth.end());
       crown->thickness_mm.push_back(depth[depth.size() / 2]);
-      if (i > 0 && source.meshes[i] && std::all_of(depth.begin(), depth.end(), [](double d) { return !(d > 1e-3); }))
-        throw InputError(capture.file, "object.layers",
-                         "no way through the outer surface meets '" + capture.layers[i].name +
-                             "', whose mesh lies "
-                             "elsewhere or is too small",
-                         "Are both meshes in one frame, in mm?");
     } else {
       const bool is_even = !source.meshes[i + 1] && !source.thickness[i];
       crown->thickness_mm.push_back(
