@@ -123,21 +123,46 @@ AlignedScan AlignScan(const TriangleMesh& mesh, const std::vector<ScanPhotograph
                              search.levels[k].white);
     edges.odds.push_back(BoxMean(OddsImage(edges.levels[k], colours), 1));
   }
-  Vector6 place = best;
-  double support = -1;
+  struct Place {
+    double support;
+    Vector6 motion;
+  };
+  std::vector<Place> places;  // the best ones found so far that are apart, the best first
+  const auto keep = [&](const Place& found) {
+    constexpr double kApart = 0.3;
+    constexpr size_t kKept = 3;
+    if (distance(found.motion) >= kFurthest) return;
+    places.push_back(found);
+    std::stable_sort(places.begin(), places.end(),
+                     [](const Place& a, const Place& b) { return a.support > b.support; });
+    for (size_t k = 1; k < places.size();) {
+      const bool is_known = std::any_of(places.begin(), places.begin() + static_cast<std::ptrdiff_t>(k),
+                                        [&](const Place& p) { return distance(p.motion - places[k].motion) < kApart; });
+      if (is_known || k >= kKept)
+        places.erase(places.begin() + static_cast<std::ptrdiff_t>(k));
+      else
+        ++k;
+    }
+  };
   constexpr double kSpreads[] = {0.0, 0.3, 0.2, 0.12, 0.06};
-  constexpr int kPlaces = 12;
+  constexpr size_t kPlaces = 12;
   for (size_t round = 0; round < std::size(kSpreads); ++round) {
-    const Vector6 around = place;
-    for (int i = 0; i < (round ? kPlaces : 2); ++i) {
-      Vector6 x = round == 0 && i == 1 ? Vector6(Vector6::Zero()) : around;  // or where it was said to be
+    std::vector<Vector6> around;
+    for (const Place& p : places) around.push_back(p.motion);
+    if (round == 0) around = {best, Vector6::Zero()};  // or where it was said to be
+    if (round == 1) around.push_back(Vector6::Zero());
+    const size_t count = round ? kPlaces : around.size();
+    for (size_t i = 0; i < count; ++i) {
+      Vector6 x = around.empty() ? Vector6(Vector6::Zero()) : around[i % around.size()];
       for (int k = 0; k < 6; ++k)
         x(k) += kSpreads[round] * (k < 3 ? turn : options.search_mm) * Gaussian(Key(options.seed, 7, round, i), k);
-      const auto state = edges.Fit(x, {30, 24, 18, 14, 10, 8, 6}, 8, {});
-      if (state.support > support && distance(state.motion) < kFurthest) support = state.support, place = state.motion;
-      tell(0.6 + 0.25 * (static_cast<double>(round) + (i + 1.0) / kPlaces) / std::size(kSpreads));
+      const auto fitted = edges.Fit(x, {30, 24, 18, 14, 10, 8, 6}, 8, {});
+      keep({fitted.support, fitted.motion});
+      tell(0.6 + 0.25 * (static_cast<double>(round) + static_cast<double>(i + 1) / static_cast<double>(count)) /
+                     std::size(kSpreads));
     }
   }
+  const Vector6 place = places.empty() ? best : places[0].motion;
   auto state = edges.Fit(place, {12, 10, 8, 8, 6, 6, 6}, 3, [&](double share) { tell(0.85 + 0.1 * share); });
   // Where colours already place the outline within two pixels, profiles across it place it exactly.
   if (state.sigma < 2.0 && edges.MeasureBlur(state.motion)) {

@@ -155,16 +155,18 @@ void ContourFit::Step(const std::vector<Match>& matches, bool free_size, State& 
   }
   const Matrix7 normal = jacobian.transpose() * weights.asDiagonal() * jacobian;
   const Vector7 gradient = jacobian.transpose() * (weights.asDiagonal() * residual);
-  // An outline's rim is lit from one side and shines through: a side (an octant of normals) has an error in common.
+  // An outline's rim is lit from one side and shines through: a side (an octant of normals) has an error in common,
+  // and so have all of a photograph, as rims are darker or lighter than what is within.
   constexpr int kSides = 8;
   const double side_px = blur_px.empty() ? 0.7 : 0.3;
-  std::vector<Vector7> pulls(kSides * photographs.size(), Vector7::Zero());
+  std::vector<Vector7> pulls((kSides + 1) * photographs.size(), Vector7::Zero());  // of sides; of all
   for (size_t i = 0; i < matches.size(); ++i) {
     const auto row = static_cast<Eigen::Index>(i);
     const double turn = std::atan2(matches[i].normal.y, matches[i].normal.x) / (2 * std::numbers::pi) + 1.0;
     const auto side = static_cast<size_t>(kSides * turn) % kSides;
-    pulls[kSides * matches[i].photograph + side] +=
-        weights(row) * side_px / matches[i].stddev_px * jacobian.row(row).transpose();
+    const Vector7 pull = weights(row) * side_px / matches[i].stddev_px * jacobian.row(row).transpose();
+    pulls[(kSides + 1) * matches[i].photograph + side] += pull;
+    pulls[(kSides + 1) * matches[i].photograph + kSides] += pull;
   }
   Matrix7 scatter = kShared_px * state.sigma * state.sigma * normal;
   for (const Vector7& pull : pulls) scatter += pull * pull.transpose();

@@ -27,7 +27,7 @@ Image Overlay(const RayCaster& caster, const std::vector<int>& parts, const Scan
 
 Product ScanPosesProduct(const TriangleMesh& mesh, const std::vector<std::string>& names,
                          const std::vector<ScanPhotograph>& photographs, const std::vector<AlignedScan>& aligned) {
-  constexpr double kLeastContrast = 0.3, kLeastMatched = 0.25, kGoodMatched = 0.4, kLargestRms_px = 4.0,
+  constexpr double kLeastContrast = 0.3, kLeastMatched = 0.25, kGoodMatched = 0.85, kLargestRms_px = 4.0,
                    kLargestSize = 0.03, kGoodSize = 0.01;
   const RayCaster caster({&mesh});
   const std::vector<int> parts = ConnectedParts(mesh);
