@@ -187,7 +187,7 @@ TEST(MeasurementFit, OneSampleInSeveralEntriesHasOneThickness) {
       capture.measurements.push_back(m);
     }
     TakeReadings(capture, Truth(capture, glm::dvec3(2.5), glm::dvec3(0.05)), 0);
-    return Fit(capture).uncertainty.parameters[0].stddev[0];
+    return std::sqrt(Fit(capture).uncertainty.covariance(0, 0));
   };
   EXPECT_GT(stddev("disc"), 1.8 * stddev("")) << "else it counts as six, each cut anew";
 }
