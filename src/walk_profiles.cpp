@@ -78,9 +78,11 @@ std::vector<LikelihoodProfile> ProfilesByWalks(const FitProblem& problem, CrownI
   constexpr size_t kMost = 4;
   const Eigen::VectorXd solution = at.x;
   const auto stddev = [&](int k) { return std::sqrt(stated.covariance(k, k)); };
+  const std::vector<int> untold = HeldByWalks(problem.capture, problem.free.entries);
   std::vector<int> walked;
-  std::copy_if(entries.begin(), entries.end(), std::back_inserter(walked),
-               [&](int k) { return problem.free.entries[k].quantity != Quantity::kRoughness; });
+  std::copy_if(entries.begin(), entries.end(), std::back_inserter(walked), [&](int k) {
+    return problem.free.entries[k].quantity != Quantity::kRoughness && !std::count(untold.begin(), untold.end(), k);
+  });
   std::stable_sort(walked.begin(), walked.end(), [&](int a, int b) { return stddev(a) > stddev(b); });
   walked.resize(std::min(walked.size(), kMost));
   std::optional<WalkProfiler> profiler;

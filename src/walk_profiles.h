@@ -20,7 +20,7 @@ namespace crownfit {
 /// included.
 ///
 /// Of the four entries that are known least; the others are parabolas. So is a roughness: the others have far to go
-/// with it.
+/// with it; and what walks have no derivative by.
 ///
 /// `at` and `input` are left elsewhere; what is known is not touched.
 std::vector<LikelihoodProfile> ProfilesByWalks(const FitProblem& problem, CrownInput& input, FitState& at,

@@ -211,9 +211,11 @@ std::optional<CardFit> FitCards(const Light& start, const std::vector<const Card
   for (const CardReading& r : readings) read.insert(r.photograph);
   const auto used = static_cast<double>(read.size());
   const bool has_place = !std::holds_alternative<DirectionalLight>(start.shape) && !IsAllAround(start.shape);
-  for (double left = 0.01; refine && has_place;) {
+  double of_reading = 0.01;  // what is left of one, relative
+  for (int round = 0; refine && has_place; ++round) {
+    constexpr int kMostRounds = 10;
     const double more = std::sqrt(3.0 * static_cast<double>(readings.size()) / (kOfACard * used));
-    const ShapeResiduals residuals{readings, start, more * left};
+    const ShapeResiduals residuals{readings, start, more * of_reading};
     ceres::Problem problem;
     problem.AddResidualBlock(
         new ceres::NumericDiffCostFunction<ShapeResiduals, ceres::CENTRAL, ceres::DYNAMIC, 3>(
@@ -226,8 +228,8 @@ std::optional<CardFit> FitCards(const Light& start, const std::vector<const Card
     ceres::Solver::Summary summary;
     ceres::Solve(options, &problem, &summary);
     const double found = std::max(kLeast, residuals.Rms(&shift.x));
-    if (std::abs(found - left) > 0.1 * left) {
-      left = found;
+    if (round < kMostRounds && std::abs(found - of_reading) > 0.1 * of_reading) {
+      of_reading = found;
       continue;
     }
     ceres::Covariance covariance({});
