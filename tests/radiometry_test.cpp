@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <bit>
 #include <cmath>
 #include <functional>
 #include <numbers>
@@ -111,6 +113,52 @@ TEST(Radiometry, EnvironmentIsSampledByItsLightAndTheDensityIsTrue) {
   }
   EXPECT_NEAR(lit_sampled / lit, 1.0, 0.02);
   EXPECT_NEAR(integral_sampled / integral, 1.0, 0.02);
+}
+
+/// Irradiance from above by an environment cut into far lamps, and by a sum over its pixels, per channel.
+std::pair<glm::dvec3, glm::dvec3> CutAndSummed(const EnvironmentMap& map, size_t lamps, const glm::dvec3& normal) {
+  glm::dvec3 cut(0.0), summed(0.0);
+  for (const EnvironmentMap::FarLamp& l : map.FarLamps(lamps))
+    cut += std::max(0.0, glm::dot(l.direction, normal)) * l.irradiance;
+  const int rows = 512;
+  for (int j = 0; j < rows; ++j)
+    for (int i = 0; i < 2 * rows; ++i) {
+      const double polar = kPi * (j + 0.5) / rows, a = kPi * (i + 0.5) / rows, s = std::sin(polar);
+      const glm::dvec3 d(s * std::sin(a), std::cos(polar), s * std::cos(a));
+      summed += std::max(0.0, glm::dot(d, normal)) * s * (kPi / rows) * (kPi / rows) * map.Radiance(d);
+    }
+  return {cut, summed};
+}
+
+TEST(Radiometry, AnEnvironmentsFarLampsKeepTheLightOfSmallLampsOfEveryColour) {
+  // A dim grey room with lamps of one pixel each: what a few samples by brightness would give to one colour or lose.
+  Image picture(128, 64, 3);
+  for (float& v : picture.values) v = 0.02f;
+  const int places[5][2] = {{20, 10}, {35, 20}, {64, 5}, {90, 18}, {110, 25}};
+  for (int k = 0; k < 5; ++k)
+    picture.values[3 * (static_cast<size_t>(places[k][1]) * 128 + places[k][0]) + k % 3] = 100.0f;
+  const EnvironmentMap map(std::move(picture));
+  for (const glm::dvec3 normal :
+       {glm::dvec3(0, 1, 0), glm::normalize(glm::dvec3(0.5, 0.6, -0.4)), glm::dvec3(0, 0, 1)}) {
+    const auto [cut, summed] = CutAndSummed(map, 128, normal);
+    for (int c = 0; c < 3; ++c) EXPECT_NEAR(cut[c] / summed[c], 1.0, 0.02);  // parts that straddle the horizon
+  }
+}
+
+TEST(Radiometry, AnEnvironmentsFarLampsLoseNoLightHoweverFewOrCoarse) {
+  for (const int height : {1, 3, 64, 100}) {
+    const EnvironmentLight light =
+        Panorama(height, [](int x, int y) { return static_cast<float>(1 + (5 * x + 3 * y) % 7); });
+    for (const size_t lamps : {1, 2, 32, 100, 512}) {
+      ASSERT_EQ(light.map->FarLamps(lamps).size(), std::bit_floor(lamps));
+      // The light's first moment, which any cut keeps.
+      glm::dvec3 first(0.0);
+      for (const EnvironmentMap::FarLamp& l : light.map->FarLamps(lamps)) first += l.direction * l.irradiance.x;
+      glm::dvec3 whole(0.0);
+      for (const EnvironmentMap::FarLamp& l : light.map->FarLamps(1)) whole += l.direction * l.irradiance.x;
+      EXPECT_NEAR(glm::distance(first, whole), 0.0, 1e-9);
+    }
+  }
 }
 
 TEST(Radiometry, DiskAndRingOnAxisFollowTheConeFormula) {

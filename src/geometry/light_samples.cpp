@@ -152,6 +152,11 @@ std::optional<LightPoint> LightAlong(const LightShape& light, const glm::dvec3& 
 
 void SampleLight(const LightShape& light, const glm::dvec3& point, const glm::dvec3& normal, int strata,
                  std::vector<LightSample>& out) {
+  if (const auto* map = std::get_if<EnvironmentLight>(&light)) {
+    for (const auto& lamp : map->map->FarLamps(static_cast<size_t>(strata) * strata))
+      out.push_back({glm::transpose(map->map_from_frame) * lamp.direction, kInfinite, map->scale * lamp.irradiance});
+    return;
+  }
   const double count = static_cast<double>(strata) * strata;
   const auto* dome = std::get_if<DomeLight>(&light);
   for (const auto& p : Strata(strata)) {
@@ -167,6 +172,7 @@ void SampleLight(const LightShape& light, const glm::dvec3& point, const glm::dv
 void SampleAllAroundForGloss(const LightShape& light, const glm::dvec3& normal, const glm::dvec3& view,
                              double roughness, int strata, std::vector<LightSample>& out) {
   constexpr double kLeastCosine = 1e-3;  // as the lobe's
+  constexpr double kLeastHeight = 1e-4;
   const double a2 = roughness * roughness, cos_view = std::max(kLeastCosine, glm::dot(view, normal));
   const auto [u, v] = Tangents(normal);
   const auto gloss_density = [&](const glm::dvec3& l) {
@@ -187,9 +193,26 @@ void SampleAllAroundForGloss(const LightShape& light, const glm::dvec3& normal, 
     const glm::dvec3 n = x * t1 + y * t2 + std::sqrt(std::max(0.0, 1.0 - x * x - y * y)) * stretched;
     return glm::normalize(roughness * n.x * u + roughness * n.y * v + std::max(0.0, n.z) * normal);
   };
+  const auto* environment = std::get_if<EnvironmentLight>(&light);
+  std::vector<EnvironmentMap::FarLamp> small;  // which samples would meet by chance: taken as they are
+  if (environment) {
+    constexpr double kSmall = 0.5;  // radius over roughness; the lobe of mirrored light is twice as wide
+    for (const auto& lamp : environment->map->FarLamps(size_t{4} * strata * strata)) {
+      if (lamp.radius_rad > kSmall * roughness) continue;
+      small.push_back(lamp);
+      const glm::dvec3 direction = glm::transpose(environment->map_from_frame) * lamp.direction;
+      if (glm::dot(direction, normal) > kLeastHeight)
+        out.push_back({direction, kInfinite, environment->scale * lamp.irradiance});
+    }
+  }
+  const auto is_taken = [&](const glm::dvec3& l) {
+    if (small.empty()) return false;
+    const glm::dvec2 place = EnvironmentMap::PlaceOf(environment->map_from_frame * l);
+    return std::any_of(small.begin(), small.end(), [&](const auto& lamp) { return lamp.Holds(place); });
+  };
   const auto add = [&](const glm::dvec3& l) {
     const double cosine = glm::dot(l, normal);
-    if (cosine <= 1e-4) return;
+    if (cosine <= kLeastHeight || is_taken(l)) return;
     const double count = static_cast<double>(strata) * strata;
     const auto met = LightAlong(light, glm::dvec3(0.0), l);
     out.push_back({l, kInfinite, met->radiance / (count * (cosine / kPi + gloss_density(l)))});

@@ -30,14 +30,14 @@ std::optional<LightPoint> SampleLightPoint(const LightShape& light, const glm::d
 /// What a ray meets of a lamp; occlusion is the caller's business. Lamps do not block rays.
 std::optional<LightPoint> LightAlong(const LightShape& light, const glm::dvec3& from, const glm::dvec3& direction);
 
-/// `strata` x `strata` samples at their strata's centres: smooth in everything, the same in every run.
-/// cosine-distributed about `normal`.
+/// `strata` x `strata` samples at their strata's centres: smooth in everything, the same in every run. A dome's are
+/// cosine-distributed about `normal`; of an environment's parts, all of its light (EnvironmentMap::FarLamps).
 void SampleLight(const LightShape& light, const glm::dvec3& point, const glm::dvec3& normal, int strata,
                  std::vector<LightSample>& out);
 
 /// Samples of a dome or an environment for a glossy surface seen from `view`: half cosine-distributed, half by the GGX
 /// facets of `roughness` that are seen from there, combined by the balance heuristic (Veach 1995), so that the weights
-/// do not depend on the roughness fitted later.
+/// do not depend on the roughness fitted later. Of an environment, parts smaller than the lobe are whole samples.
 void SampleAllAroundForGloss(const LightShape& light, const glm::dvec3& normal, const glm::dvec3& view,
                              double roughness, int strata, std::vector<LightSample>& out);
 
