@@ -65,12 +65,17 @@ class WalkGatherer {
   void GoBy(Walks how) { walks_ = how; }
   /// Forgets what derivatives it has; the next walks take the same random numbers as the first ones.
   void StartAnew();
-  /// What diffuse light's fields resolve from now on: at first no more than leads to where the optimum is.
-  void ResolveFields() { bodies_.ResolvePathsFrom(0.0); }
+  /// At first derivatives and the fields of diffuse light are no better than what leads to where the optimum is; from
+  /// now on as good as a result needs.
+  void EndSearch() {
+    is_search_ = false;
+    bodies_.ResolvePathsFrom(0.0);
+  }
   /// From now on at most so many pixels a photograph are compared, which lie on the object where the calibration
   /// stands.
   void TakePixels(size_t at_most);
-  /// Walks every photograph once for values and once for derivatives, so many paths each. Counts an iteration.
+  /// Walks every photograph once for values, and once for derivatives where those from about here are not enough, so
+  /// many paths each. Counts an iteration.
   GatheredWalks Gather(double paths, double slope_paths, const std::string& stage);
   /// Patches' squares over their noise's, by few walks: to tell a good start from a bad one.
   double Misfit(double paths, const std::string& stage);
@@ -79,7 +84,8 @@ class WalkGatherer {
   using Shared = std::vector<size_t>;  ///< numbers in FitState::pixels of photographs that share walks
   struct SlopesFound {
     Eigen::VectorXd at;
-    double paths;
+    double asked;       ///< paths
+    double paths;       ///< per pixel, walked
     bool of_roughness;  ///< it alone: others need no pictures beside
     PooledSlopes slopes;
     std::vector<PixelEstimate> picture;  ///< that they came with, by rank
@@ -96,7 +102,7 @@ class WalkGatherer {
   void HandOver(const Material& material, const Shared& shared, int rays, PathOptions& options);
   void Differentiate(const Material& material, const Shared& shared, double paths, bool of_roughness);
   void ForgetSlopesFarAway();
-  bool LacksRoughness(const std::list<SlopesFound>& found) const;
+  bool Lacks(const std::list<SlopesFound>& found, double paths, bool of_roughness) const;
   static std::vector<RowsOfSlopes::Run> RunsOf(const std::list<SlopesFound>& found);
 
   const FitProblem& problem_;
@@ -109,6 +115,7 @@ class WalkGatherer {
   std::vector<std::vector<glm::dvec3>> stated_noise_;  ///< standard deviations, per photograph of the fit and pixel
   std::vector<std::list<SlopesFound>> slopes_;         ///< per photograph of the fit, latest first
   Walks walks_ = Walks::kToTheirEnd;
+  bool is_search_ = true;
   uint64_t run_ = 0;
 };
 
