@@ -6,6 +6,7 @@
 
 #include "base/error.h"
 #include "base/progress.h"
+#include "calibrate/ball_lights.h"
 #include "calibrate/draw.h"
 #include "calibrate/estimate_lights.h"
 #include "calibrate_steps.h"

@@ -8,6 +8,7 @@
 
 #include "base/error.h"
 #include "base/files.h"
+#include "calibrate/ball_lights.h"
 #include "calibrate/estimate_lights.h"
 #include "geometry/light_samples.h"
 #include "photo/photograph.h"

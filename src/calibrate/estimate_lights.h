@@ -1,29 +1,15 @@
 #pragma once
-// A light rig from photographs: places of lamps from mirror balls, intensities and colours from a card.
+// A light rig from photographs of cards: intensities and colours of lamps, and their places nearer.
 
 #include <string>
 #include <vector>
 
-#include "calibrate/mirror_ball.h"
 #include "calibrate/product.h"
+#include "calibration/camera.h"
 #include "calibration/light_rig.h"
+#include "calibration/rigid_transform.h"
 
 namespace crownfit {
-
-/// One photograph of mirror balls under one lamp.
-struct BallPhotograph {
-  std::string light;
-  const Image* linear;
-  std::vector<BallOutline> balls;
-};
-
-/// Directions, or places where two balls show the lamp from different sides and its distance is known to 30 %; in the
-/// camera frame, irradiance 1 at the balls. Notes say what could not be found.
-std::vector<Light> LightsFromBalls(const std::vector<BallPhotograph>& photographs, const Camera* camera,
-                                   double radius_mm, std::vector<std::string>& notes);
-
-/// The photographs with their balls outlined and the reflections that were taken for the lamp.
-Image BallsPicture(const std::vector<BallPhotograph>& photographs);
 
 /// One photograph of an even matt card under one lamp.
 struct CardPhotograph {
