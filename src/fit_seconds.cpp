@@ -90,8 +90,8 @@ double FitSeconds::Handed(const Shared& s, double nodes, const Picture& p) const
          s.lamps * p.rays * (p.has_slopes ? kSlopes : 1.0) * (kOfRay + kOfCollision * p.collisions);
 }
 
-double FitSeconds::Differentiated(const Shared& s, double nodes, double paths) const {
-  const double walked = std::max(paths, kPathsOfAGroup * fewest_ * s.pixels), rays = kRaysOfAPath * paths;
+double FitSeconds::Differentiated(const Shared& s, double nodes, double paths, double rays) const {
+  const double walked = std::max(paths, kPathsOfAGroup * fewest_ * s.pixels);
   return Handed(s, nodes, {walked, rays, collisions_that_tell_, true}) +
          pictures_beside_ * (Handed(s, nodes, {walked, rays, collisions_that_tell_, false}) + kOfBody);
 }
@@ -109,10 +109,10 @@ double FitSeconds::ByWalks(double paths) const {
     const auto at_least = [&](double n) { return std::max(n, fewest_ * s.pixels); };
     const double few = kSearchShare * paths, middle = kMiddleShare * paths;
     seconds += searches * (Handed(s, nodes_of_search_, {at_least(few), kRaysOfValues, collisions_, false}) +
-                           Differentiated(s, nodes_of_search_, few)) +
-               middles * (at_least(middle) * kOfWalk + Differentiated(s, nodes_of_search_, few)) +
+                           Differentiated(s, nodes_of_search_, few, kRaysOfAPath * few)) +
+               middles * (at_least(middle) * kOfWalk + Differentiated(s, nodes_of_search_, few, kRaysOfAPath * few)) +
                runs * at_least(paths) * (1.0 + kBeside) * kOfWalk +
-               runs_with_slopes * Differentiated(s, nodes_, SlopePaths(paths));
+               runs_with_slopes * Differentiated(s, nodes_, SlopePaths(paths), 2.0 * kRaysOfAPath * SlopePaths(paths));
   }
   return seconds / kCores;
 }

@@ -171,15 +171,16 @@ void WalkGatherer::HandOver(const Material& material, const Shared& shared, int 
 /// All walks share one field of diffuse light. What its rays make uneven is in no group's noise and so is not taken
 /// off: it looks like a shape by which the photographs tell scattering from a lamp's displacement. So rays grow with
 /// the walks: 10,000 left the standard deviation of a disc's scattering a third too small (docs/validation.md).
-void WalkGatherer::Differentiate(const Material& material, const Shared& shared, double paths, bool of_roughness) {
+void WalkGatherer::Differentiate(const Material& material, const Shared& shared, double paths, bool of_roughness,
+                                 const std::string& stage) {
   PathOptions options = OptionsFor(shared, paths, kPathsOfAGroup * FewestPaths(material));
-  HandOver(material, shared, static_cast<int>(kRaysOfAPath * paths), options);
+  HandOver(material, shared, static_cast<int>((is_search_ ? 1.0 : 2.0) * kRaysOfAPath * paths), options);
   options.field = run_;
   options.diffuse_exits = !of_roughness;
   options.collisions = CollisionsThatTell(material);
   auto found = DifferentiateByPaths(
       input_, bodies_, material, PhotographsOf(shared), options,
-      of_roughness ? std::vector<SlopeParameter>{RoughnessOf(problem_.capture)} : differenced_, progress_);
+      of_roughness ? std::vector<SlopeParameter>{RoughnessOf(problem_.capture)} : differenced_, stage, progress_);
   for (size_t k = 0; k < shared.size(); ++k)
     slopes_[shared[k]].push_front({at_.x, paths, static_cast<double>(options.paths_per_pixel), of_roughness,
                                    std::move(found[k].slopes), std::move(found[k].photo.pixels)});
@@ -242,8 +243,8 @@ GatheredWalks WalkGatherer::Gather(double paths, double slope_paths, const std::
     if (walks_ == Walks::kHandedOver) HandOver(material, shared, kRaysOfValues, options);
     const std::vector<PathPhotograph> walked = Predict(material, shared, options, stage);
     const double of_roughness = unknowns_.IsFree(RoughnessOf(problem_.capture)) ? kRoughnessShare * slope_paths : 0.0;
-    if (Lacks(slopes_[shared[0]], slope_paths, false)) Differentiate(material, shared, slope_paths, false);
-    if (Lacks(slopes_[shared[0]], of_roughness, true)) Differentiate(material, shared, of_roughness, true);
+    if (Lacks(slopes_[shared[0]], slope_paths, false)) Differentiate(material, shared, slope_paths, false, stage);
+    if (Lacks(slopes_[shared[0]], of_roughness, true)) Differentiate(material, shared, of_roughness, true, stage);
     for (size_t k = 0; k < shared.size(); ++k) {
       const size_t g = shared[k];
       const FitPixels& p = at_.pixels[g];

@@ -25,7 +25,7 @@ int CollisionsThatDepolarise(const PhotographSpec& photo);
 
 /// How light is followed for fields of diffuse light: rays of each lamp.
 inline constexpr int kRaysOfValues = 20000;
-inline constexpr double kRaysOfAPath = 0.4;  ///< of those that derivatives are walked by
+inline constexpr double kRaysOfAPath = 0.4;  ///< of those that a search's derivatives are walked by; long runs' twice
 /// Transport paths, mm, below which a search's fields need not resolve: elements of a quarter. They are 1 % too dark at
 /// 4 / mm, and slopes by scattering a fifth off; long runs resolve what is there.
 inline constexpr double kShortestOfSearch = 0.31;
@@ -100,7 +100,8 @@ class WalkGatherer {
   std::vector<PathPhotograph> Predict(const Material& material, const Shared& shared, const PathOptions& options,
                                       const std::string& stage);
   void HandOver(const Material& material, const Shared& shared, int rays, PathOptions& options);
-  void Differentiate(const Material& material, const Shared& shared, double paths, bool of_roughness);
+  void Differentiate(const Material& material, const Shared& shared, double paths, bool of_roughness,
+                     const std::string& stage);
   void ForgetSlopesFarAway();
   bool Lacks(const std::list<SlopesFound>& found, double paths, bool of_roughness) const;
   static std::vector<RowsOfSlopes::Run> RunsOf(const std::list<SlopesFound>& found);

@@ -84,9 +84,12 @@ std::string NameOf(const SlopeParameter& p, const Material& material) {
   return owner + "." + RowOf(p.quantity).key;
 }
 
-std::vector<DifferentiatedPhotograph> DifferentiateByPaths(
-    const CrownInput& input, Bodies& bodies, const Material& material, const std::vector<size_t>& photographs,
-    const PathOptions& stated, const std::vector<SlopeParameter>& differenced, Progress& progress) {
+std::vector<DifferentiatedPhotograph> DifferentiateByPaths(const CrownInput& input, Bodies& bodies,
+                                                           const Material& material,
+                                                           const std::vector<size_t>& photographs,
+                                                           const PathOptions& stated,
+                                                           const std::vector<SlopeParameter>& differenced,
+                                                           const std::string& stage, Progress& progress) {
   const Capture& capture = input.capture;
   const double pictures = 2.0 * static_cast<double>(differenced.size()) + 1.0;
   double done = 0;
@@ -95,9 +98,8 @@ std::vector<DifferentiatedPhotograph> DifferentiateByPaths(
     options.slopes = slopes;
     if (stated.lattice) options.lattice = &bodies.LatticeOf(m);
     options.keeps_groups = !differenced.empty();
-    const std::string name = capture.photographs[photographs[0]].name;
     auto photos = RenderTogether(capture, bodies.Of(m), input.scenery, m, photographs, options,
-                                 [&](double share) { progress.Show("walking " + name, (done + share) / pictures); });
+                                 [&](double share) { progress.Show(stage, (done + share) / pictures, "derivatives"); });
     ++done;
     return photos;
   };

@@ -2,6 +2,7 @@
 // A photograph by walks with its derivatives by scattering, absorption, g, index, thickness and roughness.
 
 #include <list>
+#include <string>
 
 #include "base/progress.h"
 #include "fit_steps.h"
@@ -45,10 +46,13 @@ inline SlopeParameter RoughnessOf(const Capture& capture) { return {capture.laye
 /// By scattering, absorption and g from the paths themselves; by `differenced` parameters from pictures with those
 /// changed and the same random numbers (thickness by +-20 % and the parabola through three: smaller steps have ten
 /// times the noise and no less bias).
-/// Photographs that share walks (RenderTogether) share their groups of paths.
-std::vector<DifferentiatedPhotograph> DifferentiateByPaths(
-    const CrownInput& input, Bodies& bodies, const Material& material, const std::vector<size_t>& photographs,
-    const PathOptions& options, const std::vector<SlopeParameter>& differenced, Progress& progress);
+/// Photographs that share walks (RenderTogether) share their groups of paths. `stage` is for the progress.
+std::vector<DifferentiatedPhotograph> DifferentiateByPaths(const CrownInput& input, Bodies& bodies,
+                                                           const Material& material,
+                                                           const std::vector<size_t>& photographs,
+                                                           const PathOptions& options,
+                                                           const std::vector<SlopeParameter>& differenced,
+                                                           const std::string& stage, Progress& progress);
 
 /// Thickness is differentiated by its logarithm, like the coefficients; index, g and roughness as they are.
 bool IsDifferentiatedByLogarithm(Quantity quantity);

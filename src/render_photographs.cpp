@@ -91,8 +91,10 @@ std::vector<std::string> RenderByPath(const CrownInput& input, const Material& m
       if (!options.derivatives)
         return RenderByPaths(capture, bodies.Of(material), input.scenery, material, i, path,
                              [&](double share) { progress.Show("walking " + photo.name, share); });
-      DifferentiatedPhotograph d = std::move(
-          DifferentiateByPaths(input, bodies, material, {i}, path, DifferencedParameters(capture), progress).front());
+      DifferentiatedPhotograph d =
+          std::move(DifferentiateByPaths(input, bodies, material, {i}, path, DifferencedParameters(capture),
+                                         "walking " + photo.name, progress)
+                        .front());
       derivatives = DerivativeLayers(d, photo, material, options.threads);
       return std::move(d.photo);
     }();
