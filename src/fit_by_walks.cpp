@@ -32,12 +32,11 @@ class WalkFit {
       return left.of_patches + moved / left.patches > left.AsSeenByWalks(to_beat + moved_before / left.patches);
     };
     unknowns_.ForgetCalibration();  // what shader moved made up for its own errors, by up to 23 stated ones
-    if (at_.calibration.slopes_at != at_.calibration.amounts)  // else shader's serve a search
-      gatherer_.TakePixels(problem_.options.max_pixels_per_photograph);
+    if (!problem_.errors.empty()) gatherer_.TakePixels(problem_.options.max_pixels_per_photograph);
     ChooseStart();
     if (const PatchMisfit left = ChooseValley(); !may_move && explains_less(left, 0.0)) return false;
     gatherer_.GoBy(last_);
-    gatherer_.EndSearch();
+    gatherer_.ResolveFields();
     gatherer_.TakePixels(problem_.options.max_pixels_by_walks());
     constexpr size_t kMostRuns = 8;
     LeadOn();
@@ -190,7 +189,7 @@ class WalkFit {
   std::optional<PatchMisfit> StepsOf(double paths, const std::function<bool(const Eigen::VectorXd&)>& was_found) {
     constexpr double kReach = 0.4, kLongest = 0.7, kWorse = 1.5;
     constexpr int kMostSteps = 20;
-    double slope_paths = SearchPaths(), best = HUGE_VAL;
+    double slope_paths = paths, best = HUGE_VAL;
     Eigen::VectorXd best_at = unknowns_.Here();
     std::optional<PatchMisfit> left;
     for (int i = 0; i < kMostSteps && !was_found(unknowns_.Here()); ++i) {

@@ -27,7 +27,7 @@ bool GoesOnToWalks(const FitProblem& problem, const FitState& by_shader) {
 }
 
 /// Casts and fits by turns, until thicknesses and calibration stay where they were cast; before walks, which need but a
-/// start, a few times and not to the end.
+/// start, a few times.
 FitState FitByShader(const FitProblem& problem, CrownInput& input, Progress& progress) {
   const auto& [capture, free, errors, options, others] = problem;
   CastOptions cast_options;
@@ -38,26 +38,21 @@ FitState FitByShader(const FitProblem& problem, CrownInput& input, Progress& pro
   solve_options.use_priors = options.use_priors;
   if (options.model == "shader") solve_options.others = others;  // else they know the path model's values
 
-  constexpr double kGainOfAStart = 1e-4;
   FitState at;
   at.x = StartVector(free);
   at.calibration.amounts.assign(errors.size(), 0.0);
   // Calibration errors make a cast three times as dear, and walks begin at the stated calibration in any case.
   const int casts_before_walks = errors.empty() ? 3 : options.model == "auto" ? 2 : 1;
-  bool to_the_end = options.model == "shader";
   for (bool again = true; again && at.casts < kMostCasts; ++at.casts) {
     if (at.casts >= casts_before_walks && GoesOnToWalks(problem, at)) break;
     input.capture = Moved(capture, errors, at.calibration.amounts);
     at.cast = CastAll(input, ThicknessesOf(capture, MaterialAt(free, at.x)), cast_options, progress);
     at.pixels = ChoosePixels(input, at.cast, options.max_pixels_per_photograph);
-    if (at.casts > 0 && !errors.empty()) {  // the first fit takes the calibration as it is
+    if (at.casts > 0 && !errors.empty())  // the first fit takes the calibration as it is
       at.calibration.slopes = SlopesOf(input, capture, errors, at.calibration.amounts, at.cast, MaterialAt(free, at.x),
                                        at.scales.light, cast_options, at.pixels, progress);
-      at.calibration.slopes_at = at.calibration.amounts;
-    }
     const ImageResiduals residuals(capture, at.cast, free, at.pixels, at.calibration, {3.0, options.threads});
     if (at.casts == 0) at.x = BracketStart(residuals, free, solve_options, at.x);
-    solve_options.least_gain = to_the_end ? SolveOptions().least_gain : kGainOfAStart;
     const SolveResult solved = Solve(residuals, free, at.x, solve_options, [&](int iteration, double cost) {
       const double chi2 = 2.0 * cost / std::max(1, residuals.count());
       at.iterations_by_shader.push_back({at.casts, chi2});
@@ -71,8 +66,7 @@ FitState FitByShader(const FitProblem& problem, CrownInput& input, Progress& pro
     again = MoveCalibration(at.scales, at.calibration) || solved.thickness_moved ||
             GeometryIsStale(free, cast_at, at.x, at.knowledge);
     at.iterations += solved.iterations;
-    at.converged = solved.converged && !again && to_the_end;
-    if (!to_the_end && !GoesOnToWalks(problem, at)) again = to_the_end = true;
+    at.converged = solved.converged && !again;
     if (again && !solved.thickness_moved) at.x = HalfWay(free, cast_at, at.x);
   }
   return at;

@@ -90,8 +90,8 @@ double FitSeconds::Handed(const Shared& s, double nodes, const Picture& p) const
          s.lamps * p.rays * (p.has_slopes ? kSlopes : 1.0) * (kOfRay + kOfCollision * p.collisions);
 }
 
-double FitSeconds::Differentiated(const Shared& s, double nodes, double paths, double rays) const {
-  const double walked = std::max(paths, kPathsOfAGroup * fewest_ * s.pixels);
+double FitSeconds::Differentiated(const Shared& s, double nodes, double paths) const {
+  const double walked = std::max(paths, kPathsOfAGroup * fewest_ * s.pixels), rays = kRaysOfAPath * paths;
   return Handed(s, nodes, {walked, rays, collisions_that_tell_, true}) +
          pictures_beside_ * (Handed(s, nodes, {walked, rays, collisions_that_tell_, false}) + kOfBody);
 }
@@ -102,17 +102,16 @@ double FitSeconds::ByWalks(double paths) const {
   const bool has_beside = pictures_beside_ > 0;
   const double searches = has_rough_ || has_beside ? 12 : 8;
   const double middles = has_rough_ ? 8 : has_beside ? 4 : 2;
-  const double runs = has_rough_ ? 10 : 6, runs_with_slopes = has_rough_ ? 4 : 2;
+  const double runs = has_rough_ ? 10 : 6;
   // The start by shader, and pixels for the search and for long runs.
   double seconds = 3.0 * cast_.values + 2.0 * cast_.slopes + steps_of_shader_ * kOfVertex;
   for (const Shared& s : shared_) {
     const auto at_least = [&](double n) { return std::max(n, fewest_ * s.pixels); };
     const double few = kSearchShare * paths, middle = kMiddleShare * paths;
     seconds += searches * (Handed(s, nodes_of_search_, {at_least(few), kRaysOfValues, collisions_, false}) +
-                           Differentiated(s, nodes_of_search_, few, kRaysOfAPath * few)) +
-               middles * (at_least(middle) * kOfWalk + Differentiated(s, nodes_of_search_, few, kRaysOfAPath * few)) +
-               runs * at_least(paths) * (1.0 + kBeside) * kOfWalk +
-               runs_with_slopes * Differentiated(s, nodes_, SlopePaths(paths), 2.0 * kRaysOfAPath * SlopePaths(paths));
+                           Differentiated(s, nodes_of_search_, few)) +
+               middles * (at_least(middle) * kOfWalk + Differentiated(s, nodes_of_search_, middle)) +
+               runs * (at_least(paths) * (1.0 + kBeside) * kOfWalk + Differentiated(s, nodes_, SlopePaths(paths)));
   }
   return seconds / kCores;
 }

@@ -35,7 +35,7 @@ class FitSeconds {
     bool has_slopes;
   };
   double Handed(const Shared& s, double nodes, const Picture& picture) const;
-  double Differentiated(const Shared& s, double nodes, double paths, double rays) const;
+  double Differentiated(const Shared& s, double nodes, double paths) const;
 
   CastSeconds cast_;
   double steps_of_shader_ = 0;  ///< times vertices and photographs

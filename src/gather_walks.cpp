@@ -84,11 +84,9 @@ void WalkGatherer::TakePixels(size_t at_most) {
   if (!problem_.errors.empty())
     at_.cast = CastAll(input_, ThicknessesOf(problem_.capture, material), options, progress_);
   at_.pixels = ChoosePixels(input_, at_.cast, at_most);
-  if (!problem_.errors.empty()) {
+  if (!problem_.errors.empty())
     at_.calibration.slopes = SlopesOf(input_, problem_.capture, problem_.errors, at_.calibration.amounts, at_.cast,
                                       material, at_.scales.light, options, at_.pixels, progress_);
-    at_.calibration.slopes_at = at_.calibration.amounts;
-  }
   slopes_.assign(at_.pixels.size(), {});
   TakeNoiseFromNeighbours();
 }
@@ -174,7 +172,7 @@ void WalkGatherer::HandOver(const Material& material, const Shared& shared, int 
 void WalkGatherer::Differentiate(const Material& material, const Shared& shared, double paths, bool of_roughness,
                                  const std::string& stage) {
   PathOptions options = OptionsFor(shared, paths, kPathsOfAGroup * FewestPaths(material));
-  HandOver(material, shared, static_cast<int>((is_search_ ? 1.0 : 2.0) * kRaysOfAPath * paths), options);
+  HandOver(material, shared, static_cast<int>(kRaysOfAPath * paths), options);
   options.field = run_;
   options.diffuse_exits = !of_roughness;
   options.collisions = CollisionsThatTell(material);
@@ -182,7 +180,7 @@ void WalkGatherer::Differentiate(const Material& material, const Shared& shared,
       input_, bodies_, material, PhotographsOf(shared), options,
       of_roughness ? std::vector<SlopeParameter>{RoughnessOf(problem_.capture)} : differenced_, stage, progress_);
   for (size_t k = 0; k < shared.size(); ++k)
-    slopes_[shared[k]].push_front({at_.x, paths, static_cast<double>(options.paths_per_pixel), of_roughness,
+    slopes_[shared[k]].push_front({at_.x, static_cast<double>(options.paths_per_pixel), of_roughness,
                                    std::move(found[k].slopes), std::move(found[k].photo.pixels)});
 }
 
@@ -201,14 +199,12 @@ void WalkGatherer::ForgetSlopesFarAway() {
   }
 }
 
-/// Whether derivatives from about here have fewer paths than a few times as many. Their noise is a hundredth of the
-/// variance of what two long runs find, by roughness a third of it.
-bool WalkGatherer::Lacks(const std::list<SlopesFound>& found, double paths, bool of_roughness) const {
-  const double times = is_search_ ? 1.0 : of_roughness ? 4.0 : 2.0;
-  double asked = 0;
-  for (const SlopesFound& f : found)
-    if (f.of_roughness == of_roughness) asked += f.asked;
-  return asked < times * paths;
+/// Whether derivatives by roughness have fewer of the paths from about here than is their due: two more pictures are
+/// walked for them.
+bool WalkGatherer::LacksRoughness(const std::list<SlopesFound>& found) const {
+  double of_roughness = 0, of_others = 0;
+  for (const SlopesFound& f : found) (f.of_roughness ? of_roughness : of_others) += f.paths;
+  return of_roughness < kRoughnessShare * of_others;
 }
 
 std::vector<RowsOfSlopes::Run> WalkGatherer::RunsOf(const std::list<SlopesFound>& found) {
@@ -242,9 +238,9 @@ GatheredWalks WalkGatherer::Gather(double paths, double slope_paths, const std::
     options.keeps_groups = true;
     if (walks_ == Walks::kHandedOver) HandOver(material, shared, kRaysOfValues, options);
     const std::vector<PathPhotograph> walked = Predict(material, shared, options, stage);
-    const double of_roughness = unknowns_.IsFree(RoughnessOf(problem_.capture)) ? kRoughnessShare * slope_paths : 0.0;
-    if (Lacks(slopes_[shared[0]], slope_paths, false)) Differentiate(material, shared, slope_paths, false, stage);
-    if (Lacks(slopes_[shared[0]], of_roughness, true)) Differentiate(material, shared, of_roughness, true, stage);
+    Differentiate(material, shared, slope_paths, false, stage);
+    if (unknowns_.IsFree(RoughnessOf(problem_.capture)) && LacksRoughness(slopes_[shared[0]]))
+      Differentiate(material, shared, kRoughnessShare * slope_paths, true, stage);
     for (size_t k = 0; k < shared.size(); ++k) {
       const size_t g = shared[k];
       const FitPixels& p = at_.pixels[g];

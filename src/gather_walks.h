@@ -25,7 +25,7 @@ int CollisionsThatDepolarise(const PhotographSpec& photo);
 
 /// How light is followed for fields of diffuse light: rays of each lamp.
 inline constexpr int kRaysOfValues = 20000;
-inline constexpr double kRaysOfAPath = 0.4;  ///< of those that a search's derivatives are walked by; long runs' twice
+inline constexpr double kRaysOfAPath = 0.4;  ///< of those that derivatives are walked by
 /// Transport paths, mm, below which a search's fields need not resolve: elements of a quarter. They are 1 % too dark at
 /// 4 / mm, and slopes by scattering a fifth off; long runs resolve what is there.
 inline constexpr double kShortestOfSearch = 0.31;
@@ -65,17 +65,12 @@ class WalkGatherer {
   void GoBy(Walks how) { walks_ = how; }
   /// Forgets what derivatives it has; the next walks take the same random numbers as the first ones.
   void StartAnew();
-  /// At first derivatives and the fields of diffuse light are no better than what leads to where the optimum is; from
-  /// now on as good as a result needs.
-  void EndSearch() {
-    is_search_ = false;
-    bodies_.ResolvePathsFrom(0.0);
-  }
+  /// What diffuse light's fields resolve from now on: at first no more than leads to where the optimum is.
+  void ResolveFields() { bodies_.ResolvePathsFrom(0.0); }
   /// From now on at most so many pixels a photograph are compared, which lie on the object where the calibration
   /// stands.
   void TakePixels(size_t at_most);
-  /// Walks every photograph once for values, and once for derivatives where those from about here are not enough, so
-  /// many paths each. Counts an iteration.
+  /// Walks every photograph once for values and once for derivatives, so many paths each. Counts an iteration.
   GatheredWalks Gather(double paths, double slope_paths, const std::string& stage);
   /// Patches' squares over their noise's, by few walks: to tell a good start from a bad one.
   double Misfit(double paths, const std::string& stage);
@@ -84,8 +79,7 @@ class WalkGatherer {
   using Shared = std::vector<size_t>;  ///< numbers in FitState::pixels of photographs that share walks
   struct SlopesFound {
     Eigen::VectorXd at;
-    double asked;       ///< paths
-    double paths;       ///< per pixel, walked
+    double paths;
     bool of_roughness;  ///< it alone: others need no pictures beside
     PooledSlopes slopes;
     std::vector<PixelEstimate> picture;  ///< that they came with, by rank
@@ -103,7 +97,7 @@ class WalkGatherer {
   void Differentiate(const Material& material, const Shared& shared, double paths, bool of_roughness,
                      const std::string& stage);
   void ForgetSlopesFarAway();
-  bool Lacks(const std::list<SlopesFound>& found, double paths, bool of_roughness) const;
+  bool LacksRoughness(const std::list<SlopesFound>& found) const;
   static std::vector<RowsOfSlopes::Run> RunsOf(const std::list<SlopesFound>& found);
 
   const FitProblem& problem_;
@@ -116,7 +110,6 @@ class WalkGatherer {
   std::vector<std::vector<glm::dvec3>> stated_noise_;  ///< standard deviations, per photograph of the fit and pixel
   std::vector<std::list<SlopesFound>> slopes_;         ///< per photograph of the fit, latest first
   Walks walks_ = Walks::kToTheirEnd;
-  bool is_search_ = true;
   uint64_t run_ = 0;
 };
 

@@ -48,7 +48,6 @@ struct CalibrationSlopes {
 struct CalibrationState {
   std::vector<double> amounts;            ///< per stated error, in its standard deviations
   std::vector<CalibrationSlopes> slopes;  ///< per FitPixels; empty: the calibration stands still
-  std::vector<double> slopes_at;          ///< the amounts they were taken at
 };
 
 /// Values of what is solved in closed form.

@@ -169,7 +169,7 @@ SolveResult SolveFrom(const ImageResiduals& residuals, const FreeParameters& fre
   ceres_options.linear_solver_type = ceres::DENSE_QR;
   ceres_options.dense_linear_algebra_library_type = ceres::EIGEN;
   ceres_options.max_num_iterations = options.max_iterations;
-  ceres_options.function_tolerance = options.least_gain;
+  ceres_options.function_tolerance = 1e-8;
   ceres_options.parameter_tolerance = 1e-7;
   ceres_options.gradient_tolerance = 1e-9;
   ceres_options.logging_type = ceres::SILENT;

@@ -12,7 +12,6 @@ namespace crownfit {
 
 struct SolveOptions {
   int max_iterations = 100;
-  double least_gain = 1e-8;  ///< of the cost, relative: a step that gains less is the last
   bool use_priors = true;
   EntryKnowledge others = {};              ///< of the free entries, in their order; empty: nothing
   double stop_when_thickness_moved = 0.2;  ///< relative to what was cast; the caller casts again
