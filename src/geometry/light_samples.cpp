@@ -194,12 +194,12 @@ void SampleAllAroundForGloss(const LightShape& light, const glm::dvec3& normal, 
     return glm::normalize(roughness * n.x * u + roughness * n.y * v + std::max(0.0, n.z) * normal);
   };
   const auto* environment = std::get_if<EnvironmentLight>(&light);
-  std::vector<EnvironmentMap::FarLamp> small;  // which samples would meet by chance: taken as they are
+  std::vector<const EnvironmentMap::FarLamp*> small;  // which samples would meet by chance: taken as they are
   if (environment) {
     constexpr double kSmall = 0.5;  // radius over roughness; the lobe of mirrored light is twice as wide
     for (const auto& lamp : environment->map->FarLamps(size_t{4} * strata * strata)) {
       if (lamp.radius_rad > kSmall * roughness) continue;
-      small.push_back(lamp);
+      small.push_back(&lamp);
       const glm::dvec3 direction = glm::transpose(environment->map_from_frame) * lamp.direction;
       if (glm::dot(direction, normal) > kLeastHeight)
         out.push_back({direction, kInfinite, environment->scale * lamp.irradiance});
@@ -208,7 +208,7 @@ void SampleAllAroundForGloss(const LightShape& light, const glm::dvec3& normal, 
   const auto is_taken = [&](const glm::dvec3& l) {
     if (small.empty()) return false;
     const glm::dvec2 place = EnvironmentMap::PlaceOf(environment->map_from_frame * l);
-    return std::any_of(small.begin(), small.end(), [&](const auto& lamp) { return lamp.Holds(place); });
+    return std::any_of(small.begin(), small.end(), [&](const auto* lamp) { return lamp->Holds(place); });
   };
   const auto add = [&](const glm::dvec3& l) {
     const double cosine = glm::dot(l, normal);
