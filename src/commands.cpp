@@ -23,6 +23,7 @@
 #include "report/figures.h"
 #include "report/result_files.h"
 #include "report/sections.h"
+#include "report/summary.h"
 #include "synthetic/synthesize.h"
 #include "view_crown.h"
 #include "view_window.h"

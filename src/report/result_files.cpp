@@ -3,8 +3,6 @@
 #include <sys/resource.h>
 #include <unistd.h>
 
-#include <cmath>
-#include <cstdio>
 #include <ctime>
 
 #include "base/files.h"
@@ -270,57 +268,6 @@ void WriteResult(const std::filesystem::path& folder, const CrownFit& fit, const
                                              {"fitted_pixels", static_cast<double>(fit.fitted_pixels)}}));
   WriteReportFiles(folder, fit);
   WriteTextFile(folder / "material.json", MaterialJson(fit));
-}
-
-std::string Summary(const CrownFit& fit) {
-  std::string text;
-  char line[400];
-  const auto add = [&](auto... arguments) {
-    std::snprintf(line, sizeof line, arguments...);
-    text += line;
-  };
-  add("%-38s %-7s %10s  %-24s %s\n", "parameter", "channel", "value", "95 % interval", "status");
-  for (const auto& p : fit.uncertainty.parameters) {
-    if (p.stddev.empty()) continue;
-    for (size_t i = 0; i < p.value.size(); ++i) {
-      char interval[64];
-      std::snprintf(interval, sizeof interval, "[%.4g, %.4g]", p.low95[i], p.high95[i]);
-      add("%-38s %-7s %10.4g  %-24s %s\n", i == 0 ? p.name.c_str() : "",
-          p.value.size() == 1 ? "all" : fit.capture.channel_names[i].c_str(), p.value[i], interval,
-          i == 0 || p.Of(i) != p.Of(i - 1) ? Word(p.Of(i)) : "");
-    }
-  }
-  for (const TogetherWith& t : fit.together)
-    for (const auto& p : t.its_own)
-      add("%-38s %-7s %10.4g  [%.4g, %.4g] %s\n", (t.name + ": " + p.name).c_str(), "all", p.value[0], p.low95[0],
-          p.high95[0], Word(p.status));
-  if (!fit.readings.empty())
-    add("\n%-24s %-14s %26s  %26s  %s\n", "measurement", "quantity", "read", "predicted", "off, in stddevs");
-  for (const ReadingResult& r : fit.readings) {
-    add("%-24s %-14s", r.measurement.c_str(), r.quantity.c_str());
-    for (const auto* v : {&r.read.value, &r.predicted}) add(" %8.4g %8.4g %8.4g ", (*v)[0], (*v)[1], (*v)[2]);
-    for (int c = 0; c < kChannels; ++c) add(" %+.1f", (r.predicted[c] - r.read.value[c]) / r.read.stddev[c]);
-    text += r.is_holdout ? "  held out\n" : "\n";
-  }
-  if (!fit.photographs.empty())
-    add("\n%-24s %8s %8s %12s %12s %8s\n", "photograph", "median", "95 %", "not seen", "acceptable", "chi2");
-  for (const auto& p : fit.photographs)
-    add("%-24s %8.2f %8.2f %10.0f %% %10.0f %% %8.2f%s\n", p.name.c_str(), p.difference.median, p.difference.p95,
-        100 * p.difference.share_below_pt, 100 * p.difference.share_below_at, p.reduced_chi2,
-        p.is_holdout ? "  held out" : "");
-  if (!fit.photographs.empty())
-    add("CIEDE2000 over 8 x 8 pixel blocks; not seen: at most 0.8, acceptable: at most 1.8.%s\n",
-        fit.is_by_walks() ? " Noise of the photographs and of the predictions' own walks counts." : "");
-  text += "\n";
-  text += fit.verdict + "\n";
-  for (const auto& direction : fit.uncertainty.weak_directions) text += "  weak: " + direction + "\n";
-  if (!fit.advice.empty()) text += fit.advice + "\n";
-  text += "\n";
-  for (const auto& caveat : fit.caveats) text += "Note: " + caveat + "\n";
-  text += "\nModel: " + fit.model + " (" + fit.model_choice + ")";
-  text += std::string("\nStatus: ") + (fit.usable ? "usable" : "NOT USABLE") + "\n";
-  for (const auto& reason : fit.reasons) text += "  because: " + reason + "\n";
-  return text;
 }
 
 }  // namespace crownfit

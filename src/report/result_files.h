@@ -1,6 +1,5 @@
 #pragma once
-// What a fit leaves in its folder: material.json, run.json, figures/<photograph>.png and what report.html is made from;
-// and its summary for the terminal.
+// What a fit leaves in its folder: material.json, run.json, figures/<photograph>.png and what report.html is made from.
 
 #include <filesystem>
 #include <string>
@@ -22,8 +21,5 @@ void WriteResult(const std::filesystem::path& folder, const CrownFit& fit, const
 
 /// The contract's material.json.
 std::string MaterialJson(const CrownFit& fit);
-
-/// The result in a page of text.
-std::string Summary(const CrownFit& fit);
 
 }  // namespace crownfit

@@ -1,0 +1,13 @@
+#pragma once
+// A fit's result for the terminal.
+
+#include <string>
+
+#include "report/crown_fit.h"
+
+namespace crownfit {
+
+/// The result in a page of text.
+std::string Summary(const CrownFit& fit);
+
+}  // namespace crownfit
