@@ -238,15 +238,21 @@ class WalkFit {
                   IsOnItsWay(whole, made, s.covariance),
                   data.seen};
     unknowns_.GoTo(e.unknowns);
+    if (!e.is_on_its_way) e.is_on_its_way = unknowns_.WidenStatedErrors(e.covariance, e.of_walks);
     return e;
   }
 
   /// Steps that do not count, where the calibration states errors: lamps and exposures, which stood still so far, come
   /// to where they may stay. Derivatives by nuisances are not exact, so one such step may cover less than half of the
-  /// way.
+  /// way. More of them where photographs contradict what is stated, until it shows how far.
   void LeadOn() {
-    constexpr int kSteps = 3;
-    for (int made = 0; made < kSteps && !problem_.errors.empty(); ++made) LongRun(kMiddleShare * Paths());
+    constexpr int kSteps = 3, kMostSteps = 9;
+    if (problem_.errors.empty()) return;
+    WidenedErrors before = at_.widened;
+    for (int made = 0; made < kSteps || (made < kMostSteps && at_.widened != before); ++made) {
+      before = at_.widened;
+      LongRun(kMiddleShare * Paths());
+    }
   }
 
   /// Where walks to their end would go from here in one step: as far as handing them over misleads.

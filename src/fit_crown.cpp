@@ -185,6 +185,8 @@ CrownFit FitCrown(const Capture& stated, const FitOptions& options, Progress& pr
       ComparePhotographs(input, at.cast, predict, at.scales, at.pixels, options.threads, at.knowledge.scales_stddev);
   fit.readings = CompareMeasurements(fit.capture, fit.material);
   fit.calibration = HowFarMoved(errors, at.calibration.amounts);
+  for (auto& scaled : HowFarScaled(fit.capture, at.pixels, at.scales)) fit.calibration.push_back(std::move(scaled));
+  fit.widened = at.widened;
   fit.caveats = PhotographCaveats(fit.capture, input.photographs);
   if (const Foresight more = options.advises ? ForeseePhotographs(problem, input, at, progress) : Foresight{};
       more.IsWorthTaking())

@@ -268,10 +268,34 @@ std::vector<MovedCalibration> HowFarMoved(const std::vector<CalibrationError>& e
                                           const std::vector<double>& amounts) {
   std::vector<MovedCalibration> moved;
   for (size_t e = 0; e < errors.size(); ++e) {
-    if (moved.empty() || moved.back().what != errors[e].what) moved.push_back({errors[e].what, 0, 0.0});
+    if (moved.empty() || moved.back().what != errors[e].what)
+      moved.push_back({errors[e].light ? StatementKind::kPlace : StatementKind::kPose, errors[e].what});
     moved.back().freedom += 1;
     moved.back().chi2 += amounts[e] * amounts[e];
   }
+  return moved;
+}
+
+std::vector<MovedCalibration> HowFarScaled(const Capture& capture, const std::vector<FitPixels>& pixels,
+                                           const LinearScales& scales) {
+  std::vector<MovedCalibration> moved;
+  const auto add = [&](StatementKind kind, const std::string& what, double stated, double found, double stddev) {
+    moved.push_back({kind, what, 1, std::pow((found - stated) / stddev, 2), found / stated - 1});
+  };
+  int exposures = 0;
+  for (const FitPixels& p : pixels) {
+    if (p.exposure < exposures) continue;  // exact, or told with another photograph
+    exposures = p.exposure + 1;
+    const PhotographSpec& spec = capture.photographs[p.photograph];
+    if (spec.exposure_stddev > 0)
+      add(StatementKind::kExposure, "the exposure of '" + spec.name + "'", spec.exposure_scale,
+          scales.exposure[p.exposure], spec.exposure_stddev);
+  }
+  const Nuisances nuisances(capture, pixels, {});
+  for (const int l : nuisances.lights())
+    if (const Light& light = capture.lights[l]; light.intensity_stddev > 0 && !light.scale_is_free)
+      add(StatementKind::kIntensity, "the intensity of light '" + light.name + "'", light.intensity_scale,
+          scales.light[l], light.intensity_stddev);
   return moved;
 }
 

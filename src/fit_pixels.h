@@ -50,5 +50,8 @@ bool MoveCalibration(const LinearScales& scales, CalibrationState& calibration);
 /// Per thing that may be wrong: how far the fit moved it.
 std::vector<MovedCalibration> HowFarMoved(const std::vector<CalibrationError>& errors,
                                           const std::vector<double>& amounts);
+/// The same of exposures and intensities that are known within an error.
+std::vector<MovedCalibration> HowFarScaled(const Capture& capture, const std::vector<FitPixels>& pixels,
+                                           const LinearScales& scales);
 
 }  // namespace crownfit

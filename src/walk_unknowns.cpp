@@ -2,8 +2,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 
 #include "base/linear_algebra.h"
+#include "fit/entry_knowledge.h"
 #include "path_derivatives.h"
 
 namespace crownfit {
@@ -20,11 +22,13 @@ WalkUnknowns::WalkUnknowns(const FitProblem& problem, FitState& at) : problem_(p
     if (p->exposure >= 0) first_photograph_[p->exposure] = p->photograph;
   untold_ = HeldByWalks(problem.capture, problem.free.entries);
   for (int e = 0; e < exposures_; ++e)
-    if (problem.capture.photographs[first_photograph_[e]].exposure_stddev > 0) known_within_.push_back(exposure(e));
+    if (const double stddev = problem.capture.photographs[first_photograph_[e]].exposure_stddev; stddev > 0)
+      statements_.push_back({StatementKind::kExposure, exposure(e), stated_.exposure[e], stddev});
   for (size_t l = 0; l < lights_.size(); ++l)
-    if (!problem.capture.lights[lights_[l]].scale_is_free) known_within_.push_back(light(l));
+    if (const Light& spec = problem.capture.lights[lights_[l]]; !spec.scale_is_free)
+      statements_.push_back({StatementKind::kIntensity, light(l), stated_.light[lights_[l]], spec.intensity_stddev});
   for (int e = 0; e < errors_; ++e)
-    if (problem.errors[e].light) known_within_.push_back(error(e));
+    statements_.push_back({problem.errors[e].light ? StatementKind::kPlace : StatementKind::kPose, error(e), 0.0, 1.0});
   at_.scales.calibration.assign(problem.errors.size(), 0.0);
 }
 
@@ -76,18 +80,74 @@ void WalkUnknowns::GoTo(const Eigen::VectorXd& there) {
 }
 
 void WalkUnknowns::ForgetCalibration() {
-  for (int e = 0; e < exposures_; ++e)
-    if (problem_.capture.photographs[first_photograph_[e]].exposure_stddev > 0)
-      at_.scales.exposure[e] = stated_.exposure[e];
-  for (const int l : lights_)
-    if (!problem_.capture.lights[l].scale_is_free) at_.scales.light[l] = stated_.light[l];
-  for (int e = 0; e < errors_; ++e) at_.calibration.amounts[e] = 0.0;
+  Eigen::VectorXd back = Here();
+  for (const Statement& s : statements_) back[s.unknown] = s.value;
+  GoTo(back);
 }
 
 double WalkUnknowns::CalibrationCost() const {
   const auto [precision, pull] = Prior(1.0, From::kPhotographs);
   const Eigen::VectorXd wants = pull.tail(nuisances());
   return wants.cwiseAbs2().cwiseQuotient(precision.diagonal().tail(nuisances())).sum();
+}
+
+/// Along each direction in which statements move independently, in units of their errors as taken now: the square of
+/// how far they moved, over its mean `told` where errors are as taken; were those f times as large, f^2 told + 1 -
+/// told.
+WalkUnknowns::Contradiction WalkUnknowns::ContradictionOf(StatementKind kind, const Eigen::MatrixXd& covariance,
+                                                          const Eigen::MatrixXd& of_walks) const {
+  constexpr double kLeastTold = 0.1, kByChance = 1e-3;
+  const Eigen::VectorXd here = Here();
+  std::vector<int> of_kind;
+  std::vector<double> moved_by, sharp;
+  for (const Statement& s : statements_) {
+    if (s.kind != kind) continue;
+    of_kind.push_back(s.unknown);
+    sharp.push_back(1.0 / StddevOf(s));
+    moved_by.push_back((here[s.unknown] - s.value) / StddevOf(s));
+  }
+  Contradiction c;
+  const auto n = static_cast<Eigen::Index>(of_kind.size());
+  if (n == 0) return c;
+  const auto sharpness = Eigen::Map<const Eigen::VectorXd>(sharp.data(), n).asDiagonal();
+  // What photographs do not tell stays where it is stated; what walks add is noise here, and no knowledge.
+  const Eigen::MatrixXd left = (covariance - 2.0 * of_walks)(of_kind, of_kind);
+  const auto [told, directions] = EigenOfSymmetric(Eigen::MatrixXd::Identity(n, n) - sharpness * left * sharpness);
+  const Eigen::VectorXd moved = directions.transpose() * Eigen::Map<const Eigen::VectorXd>(moved_by.data(), n);
+  double chi2 = 0, all_told = 0;
+  int freedom = 0;
+  for (Eigen::Index i = 0; i < n; ++i) {
+    if (told[i] < kLeastTold) continue;
+    chi2 += moved[i] * moved[i] / told[i];
+    all_told += std::min(1.0, told[i]);
+    ++freedom;
+  }
+  if (freedom == 0) return c;
+  c.chi2_over_unlikely = chi2 / UnlikelyChi2(freedom, kByChance);
+  c.shown = std::sqrt(std::max(0.0, chi2 - freedom + all_told) / all_told);
+  return c;
+}
+
+bool WalkUnknowns::WidenStatedErrors(const Eigen::MatrixXd& covariance, const Eigen::MatrixXd& of_walks) {
+  constexpr double kChange = 1.2;
+  double worst = 1.0;  // of the kinds that were taken as stated: one at a time, as what is wrong with it moves others
+  std::optional<StatementKind> next;
+  bool changed = false;
+  for (const StatementKind kind : kStatementKinds) {
+    const Contradiction c = ContradictionOf(kind, covariance, of_walks);
+    double& widened = at_.widened[static_cast<size_t>(kind)];
+    if (widened == 1) {
+      if (c.chi2_over_unlikely > worst) worst = c.chi2_over_unlikely, next = kind;
+      continue;
+    }
+    const double shown = std::clamp(widened * c.shown, 1.0, kMostWidened);
+    if (shown < kChange * widened && widened < kChange * shown) continue;
+    widened = shown;
+    changed = true;
+  }
+  if (changed || !next) return changed;
+  at_.widened[static_cast<size_t>(*next)] = std::min(ContradictionOf(*next, covariance, of_walks).shown, kMostWidened);
+  return true;
 }
 
 double WalkUnknowns::ExposureOf(const FitPixels& p) const {
@@ -111,13 +171,8 @@ WalkedStep::Prior WalkUnknowns::Prior(double reach, From from) const {
     prior.precision.topLeftCorner(material_, material_) += others.precision;
     prior.pull.head(material_) += others.weighted_mean - others.precision * at_.x;
   }
-  for (int e = 0; e < exposures_; ++e)
-    if (const double stddev = problem_.capture.photographs[first_photograph_[e]].exposure_stddev; stddev > 0)
-      want(exposure(e), stddev, stated_.exposure[e] - at_.scales.exposure[e]);
-  for (size_t l = 0; l < lights_.size(); ++l)
-    if (const Light& spec = problem_.capture.lights[lights_[l]]; !spec.scale_is_free)
-      want(light(l), spec.intensity_stddev, stated_.light[lights_[l]] - at_.scales.light[lights_[l]]);
-  for (int e = 0; e < errors_; ++e) want(error(e), 1.0, -at_.calibration.amounts[e]);
+  const Eigen::VectorXd here = Here();
+  for (const Statement& s : statements_) want(s.unknown, StddevOf(s), s.value - here[s.unknown]);
   return prior;
 }
 
@@ -130,7 +185,8 @@ Eigen::VectorXd WalkUnknowns::Bounded(const WalkedStep& step, const WalkedStep::
                                       WalkedStep::Solution& s) const {
   Eigen::VectorXd moved = Eigen::VectorXd::Zero(count());
   std::vector<int> held = untold_;
-  if (noise == WalkedStep::Noise::kLeft) held.insert(held.end(), known_within_.begin(), known_within_.end());
+  for (const Statement& known : statements_)
+    if (noise == WalkedStep::Noise::kLeft && known.kind != StatementKind::kPose) held.push_back(known.unknown);
   for (bool again = true; again;) {
     again = false;
     s = step.Solve(prior, held, noise);

@@ -31,9 +31,13 @@ class WalkUnknowns {
   void GoTo(const Eigen::VectorXd& there);
   /// Nuisances with a stated error go back to what is stated.
   void ForgetCalibration();
-  bool HaveStatedErrors() const { return errors_ > 0 || !known_within_.empty(); }
+  bool HaveStatedErrors() const { return !statements_.empty(); }
   /// The squares of how many stated errors nuisances have been moved, summed.
   double CalibrationCost() const;
+  /// Where nuisances of one kind are further off what is stated than chance would have them once in a thousand,
+  /// errors of that kind are from now on taken to be as large as they show (Birge 1932, Phys. Rev. 40, 207: his ratio).
+  /// True when that changed something. `covariance`, `of_walks`: of the unknowns, and the walks' part of it.
+  bool WidenStatedErrors(const Eigen::MatrixXd& covariance, const Eigen::MatrixXd& of_walks);
   double ExposureOf(const FitPixels& p) const;
 
   /// Stated errors of the nuisances; from all that is known, also the material's priors and what others know of it.
@@ -80,6 +84,21 @@ class WalkUnknowns {
   };
 
  private:
+  /// What the capture says of a nuisance, and how well it says to know it.
+  struct Statement {
+    StatementKind kind;
+    int unknown;
+    double value, stddev;
+  };
+  /// How far nuisances of a kind are off what is stated.
+  struct Contradiction {
+    double chi2_over_unlikely = 0;  ///< above 1: further than by chance
+    double shown = 1;               ///< how many times as large as they are taken their errors show
+  };
+  Contradiction ContradictionOf(StatementKind kind, const Eigen::MatrixXd& covariance,
+                                const Eigen::MatrixXd& of_walks) const;
+  double StddevOf(const Statement& s) const { return at_.widened[static_cast<size_t>(s.kind)] * s.stddev; }
+
   int exposure(int e) const { return material_ + e; }
   int light(size_t l) const { return material_ + exposures_ + static_cast<int>(l); }
   int error(int e) const { return material_ + exposures_ + static_cast<int>(lights_.size()) + e; }
@@ -89,7 +108,7 @@ class WalkUnknowns {
   LinearScales stated_;
   int material_, exposures_, errors_;
   std::vector<int> untold_;
-  std::vector<int> known_within_;         ///< nuisances but poses that have a stated error
+  std::vector<Statement> statements_;
   std::vector<int> lights_;               ///< of the capture, whose intensity is fitted
   std::vector<size_t> first_photograph_;  ///< per exposure
 };

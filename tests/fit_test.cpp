@@ -328,7 +328,7 @@ TEST_F(SelfConsistency, PosesAndLampsThatAreWrongWithinTheirStatedErrorsAreFound
 
 TEST(ShaderSuffices, WherePatchesAreWithinNoiseAndNoLampIsMovedFurtherThanByChance) {
   const auto moved = [](double stddevs) {
-    return MovedCalibration{"the place of light 'left'", 3, 3 * stddevs * stddevs};
+    return MovedCalibration{StatementKind::kPlace, "the place of light 'left'", 3, 3 * stddevs * stddevs};
   };
   EXPECT_TRUE(WhetherShaderSuffices(1.2, {}).suffices);
   EXPECT_TRUE(WhetherShaderSuffices(1.2, {moved(1.5), moved(0.2)}).suffices);

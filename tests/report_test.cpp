@@ -152,6 +152,25 @@ TEST(PlainWords, AnUnusableResultIsSaidFirst) {
   EXPECT_EQ(PlainVerdictOf(fit).headline, "Do not use this result.");
 }
 
+TEST(Caveats, NameTheStatementThatPhotographsContradictMost) {
+  CrownFit fit = SomeFit();
+  fit.model = "path";
+  fit.converged = true;
+  fit.calibration = {{StatementKind::kExposure, "the exposure of 'front'", 1, 1.0, 0.01},
+                     {StatementKind::kExposure, "the exposure of 'back'", 1, 64.0, -0.08},
+                     {StatementKind::kPlace, "the place of light 'left'", 3, 3.0}};
+  fit.widened[static_cast<size_t>(StatementKind::kExposure)] = 4.0;
+  fit.entries.clear();
+  const std::vector<std::string> caveats = ModelCaveats(fit);
+  ASSERT_EQ(caveats.size(), 1);
+  EXPECT_TRUE(Says(caveats, "the exposure of 'back' is 8 % less than stated, which is 8 times")) << caveats[0];
+  Judge(fit);
+  EXPECT_TRUE(fit.usable) << "their errors are in the intervals";
+  fit.widened[static_cast<size_t>(StatementKind::kExposure)] = kMostWidened;
+  Judge(fit);
+  EXPECT_FALSE(fit.usable);
+}
+
 TEST(PlainWords, AskForPhotographsThatTheCaptureLacksAndForNoOthers) {
   CrownFit fit = SomeFit();
   const auto asked = [&] { return PlainVerdictOf(fit).photographs_that_would_help; };

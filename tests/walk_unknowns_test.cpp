@@ -87,5 +87,56 @@ TEST_F(AnIncisorsUnknowns, MovedCalibrationCostsItsSquaresAndNothingWhenForgotte
   EXPECT_EQ(moved.CalibrationCost(), 0.0);
 }
 
+/// Poses that are measured by photographs, and stated, with independent errors.
+class AnIncisorsPoses : public AnIncisorsUnknowns {
+ protected:
+  static constexpr int kErrors = 12;
+  static constexpr double kByPhotographs = 0.7;  // standard deviation, in stated ones
+
+  AnIncisorsPoses() {
+    errors_.resize(kErrors);
+    at_.calibration.amounts.assign(kErrors, 0.0);
+    unknowns_.emplace(problem_, at_);
+  }
+
+  /// Takes stated errors as they show until that changes nothing, with errors `times` as large as stated.
+  double WidenedBy(double times, uint64_t draw) {
+    at_.widened = {1, 1, 1, 1};
+    double& widened = at_.widened[static_cast<size_t>(StatementKind::kPose)];
+    const int n = unknowns_->count(), first = n - kErrors;
+    for (int round = 0; round < 20; ++round) {
+      const double told = widened * widened / (widened * widened + kByPhotographs * kByPhotographs);
+      for (int e = 0; e < kErrors; ++e) {
+        const double off = times * Gaussian(Key(draw, 1), e) + kByPhotographs * Gaussian(Key(draw, 2), e);
+        at_.calibration.amounts[e] = told * off;
+      }
+      Eigen::MatrixXd covariance = Eigen::MatrixXd::Identity(n, n);
+      covariance.diagonal().segment(first, kErrors).setConstant(widened * widened * (1.0 - told));
+      if (!unknowns_->WidenStatedErrors(covariance, Eigen::MatrixXd::Zero(n, n))) return widened;
+    }
+    ADD_FAILURE() << "it did not settle";
+    return 0.0;
+  }
+};
+
+TEST_F(AnIncisorsPoses, OfTheStatedErrorAreTakenAsStated) {
+  int widened = 0;
+  for (uint64_t draw = 0; draw < 1000; ++draw) widened += WidenedBy(1.0, draw) > 1.0;
+  EXPECT_LE(widened, 5) << "one in a thousand by chance";
+}
+
+TEST_F(AnIncisorsPoses, OfLargerErrorsThanStatedAreTakenToBeAsLargeAsTheyAre) {
+  for (const double times : {3.0, 6.0}) {
+    double mean_log = 0;
+    constexpr int kDraws = 50;
+    for (uint64_t draw = 0; draw < kDraws; ++draw) mean_log += std::log(WidenedBy(times, draw) / times) / kDraws;
+    EXPECT_NEAR(mean_log, 0.0, 0.1) << times;  // of one draw: 0.2
+  }
+}
+
+TEST_F(AnIncisorsPoses, ThatContradictEveryStatementAreNotFollowedWithoutEnd) {
+  EXPECT_EQ(WidenedBy(100.0, 1), kMostWidened);
+}
+
 }  // namespace
 }  // namespace crownfit

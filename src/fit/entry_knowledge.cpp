@@ -86,8 +86,8 @@ Disagreement Compared(const EntryKnowledge& a, const EntryKnowledge& b) {
   return d;
 }
 
-double UnlikelyChi2(int freedom) {
-  return boost::math::quantile(boost::math::complement(boost::math::chi_squared(std::max(1, freedom)), 1e-4));
+double UnlikelyChi2(int freedom, double by_chance) {
+  return boost::math::quantile(boost::math::complement(boost::math::chi_squared(std::max(1, freedom)), by_chance));
 }
 
 }  // namespace crownfit

@@ -58,7 +58,7 @@ struct Disagreement {
 /// `a` and `b` know of the same entries.
 Disagreement Compared(const EntryKnowledge& a, const EntryKnowledge& b);
 
-/// What chi2 exceeds in one of ten thousand cases.
-double UnlikelyChi2(int freedom);
+/// What chi2 exceeds by chance in this share of all cases.
+double UnlikelyChi2(int freedom, double by_chance = 1e-4);
 
 }  // namespace crownfit

@@ -1,6 +1,7 @@
 #pragma once
 // The result of a fit, as data: what material.json, run.json, the summary and the figures are written from.
 
+#include <array>
 #include <cmath>
 #include <optional>
 #include <string>
@@ -74,11 +75,23 @@ struct ShaderIteration {
   double reduced_chi2;  ///< with Huber's loss, priors and nuisances included
 };
 
-/// How far a fit moved a pose or a lamp from where the capture states it.
+/// What a capture may state with an error. Those of one kind were measured alike.
+enum class StatementKind { kExposure, kIntensity, kPose, kPlace };
+inline constexpr std::array kStatementKinds{StatementKind::kExposure, StatementKind::kIntensity, StatementKind::kPose,
+                                            StatementKind::kPlace};
+/// Per kind: how many times as large as stated its errors were taken, because the photographs show them so.
+using WidenedErrors = std::array<double, kStatementKinds.size()>;
+
+/// No further: what the photographs show so far off is told by no measurement of that kind, or the model is wrong.
+inline constexpr double kMostWidened = 10.0;
+
+/// How far a fit moved something from where the capture states it.
 struct MovedCalibration {
-  std::string what;
+  StatementKind kind;
+  std::string what;  ///< "the pose of 'front'"
   int freedom = 0;
-  double chi2 = 0;  ///< sum of squares in standard deviations
+  double chi2 = 0;   ///< sum of squares in stated standard deviations
+  double share = 0;  ///< of exposures and intensities: by which it is larger than stated
   double Stddevs() const { return std::sqrt(chi2 / freedom); }
 };
 
@@ -103,7 +116,8 @@ struct CrownFit {
   std::vector<PhotographResult> photographs;
   std::vector<ReadingResult> readings;
   std::vector<MovedCalibration> calibration;  ///< as far as the capture states its errors
-  std::vector<double> mean_thickness_mm;      ///< per layer; where a scale is a field's or a mesh's factor, at scale 1
+  WidenedErrors widened{1, 1, 1, 1};
+  std::vector<double> mean_thickness_mm;  ///< per layer; where a scale is a field's or a mesh's factor, at scale 1
   bool converged = false, usable = false, ends_at_neck = false;
   int iterations = 0, casts = 0;
   std::vector<TogetherWith> together;  ///< the captures that share the material; empty: this one alone

@@ -34,6 +34,34 @@ std::string Names(const CrownFit& fit, Status status) {
   return names;
 }
 
+const char* NameOf(StatementKind kind) {
+  switch (kind) {
+    case StatementKind::kExposure:
+      return "exposures";
+    case StatementKind::kIntensity:
+      return "intensities of lamps";
+    case StatementKind::kPose:
+      return "poses";
+    case StatementKind::kPlace:
+      return "places of lamps";
+  }
+  return "";
+}
+
+bool IsWidened(const CrownFit& fit, StatementKind kind) { return fit.widened[static_cast<size_t>(kind)] > 1; }
+
+/// "the exposure of 'front' is 10 % less than stated, which is 9.8 stated errors"
+std::string FurthestOff(const CrownFit& fit, StatementKind kind) {
+  const MovedCalibration* furthest = nullptr;
+  for (const MovedCalibration& m : fit.calibration)
+    if (m.kind == kind && (!furthest || m.chi2 / m.freedom > furthest->chi2 / furthest->freedom)) furthest = &m;
+  if (!furthest) return "";
+  const std::string errors = Number(furthest->Stddevs()) + " times its stated error";
+  if (furthest->share == 0) return furthest->what + " is off by " + errors;
+  return furthest->what + " is " + Number(100 * std::abs(furthest->share)) + " % " +
+         (furthest->share > 0 ? "more" : "less") + " than stated, which is " + errors;
+}
+
 /// What speaks in this fit.
 std::string SourceOf(const CrownFit& fit) {
   return fit.photographs.empty() ? "measurements"
@@ -47,10 +75,17 @@ std::vector<std::string> ModelCaveats(const CrownFit& fit) {
   const Capture& capture = fit.capture;
   std::vector<std::string> caveats;
   for (const MovedCalibration& moved : fit.calibration)
-    if (moved.Stddevs() > kFarMoved)
+    if (!IsWidened(fit, moved.kind) && moved.Stddevs() > kFarMoved &&
+        (moved.share == 0 || fit.is_by_walks() || std::abs(moved.share) > kLevelDrift))
       caveats.push_back("The photographs disagree with " + moved.what + ": the fit moved it by " +
                         Number(moved.Stddevs()) +
                         " times its stated error. Calibrate it again; a lamp or the crown may have been moved.");
+  for (const StatementKind kind : kStatementKinds)
+    if (IsWidened(fit, kind))
+      caveats.push_back("The photographs contradict the stated " + std::string(NameOf(kind)) + ": " +
+                        FurthestOff(fit, kind) + ". Errors of all " + NameOf(kind) + " were taken to be " +
+                        Number(fit.widened[static_cast<size_t>(kind)]) +
+                        " times as large as stated. Measure again what is off, or state how well it is known.");
   for (const PhotographResult& p : fit.photographs)
     if (!p.is_holdout && !p.exposure_is_fitted &&
         std::abs(p.level - 1) > std::max(kLevelDrift, kLevelCertain * p.level_stddev))
@@ -177,6 +212,12 @@ void Judge(CrownFit& fit) {
                           " times the square of its noise (limit " + Number(kChi2Limit) +
                           "): the photographs, their calibration and the model contradict each other, or more walks "
                           "are needed (--walks)");
+  for (const StatementKind kind : kStatementKinds)
+    if (fit.widened[static_cast<size_t>(kind)] >= kMostWidened)
+      fit.reasons.push_back("the stated " + std::string(NameOf(kind)) + " are contradicted by the photographs, even " +
+                            "were their errors " + Number(kMostWidened) +
+                            " times as large as stated: one of these is wrong, or the model does not hold (" +
+                            FurthestOff(fit, kind) + ")");
   const auto any_is = [&](std::initializer_list<Status> which) {
     return std::any_of(u.parameters.begin(), u.parameters.end(), [&](const FittedParameter& p) {
       return std::any_of(which.begin(), which.end(), [&](Status s) { return !p.ChannelsThatAre(s).empty(); }) &&
