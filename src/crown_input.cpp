@@ -10,22 +10,6 @@
 namespace crownfit {
 namespace {
 
-/// Where a lamp of finite place stands in the object's frame. A ring may lie around the object.
-std::optional<glm::dvec3> PlaceOf(const Light& light, const RigidTransform& object_from_camera) {
-  struct Centre {
-    std::optional<glm::dvec3> operator()(const PointLight& l) const { return l.position_mm; }
-    std::optional<glm::dvec3> operator()(const DiskLight& l) const {
-      return l.inner_radius_mm > 0 ? std::nullopt : std::optional(l.centre_mm);
-    }
-    std::optional<glm::dvec3> operator()(const RectangleLight& l) const { return l.centre_mm; }
-    std::optional<glm::dvec3> operator()(const DirectionalLight&) const { return std::nullopt; }
-    std::optional<glm::dvec3> operator()(const DomeLight&) const { return std::nullopt; }
-    std::optional<glm::dvec3> operator()(const EnvironmentLight&) const { return std::nullopt; }
-  };
-  const auto place = std::visit(Centre{}, light.shape);
-  return place && light.in_camera_frame ? std::optional(object_from_camera.Point(*place)) : place;
-}
-
 /// Light is followed through the air from camera and lamps: neither may stand inside the object.
 void CheckNothingStandsInside(const Capture& capture, const TriangleMesh& outer) {
   const RayCaster caster({&outer});
@@ -142,6 +126,21 @@ void ReadPhotographs(CrownInput& input) {
 }
 
 }  // namespace
+
+std::optional<glm::dvec3> PlaceOf(const Light& light, const RigidTransform& object_from_camera) {
+  struct Centre {
+    std::optional<glm::dvec3> operator()(const PointLight& l) const { return l.position_mm; }
+    std::optional<glm::dvec3> operator()(const DiskLight& l) const {
+      return l.inner_radius_mm > 0 ? std::nullopt : std::optional(l.centre_mm);
+    }
+    std::optional<glm::dvec3> operator()(const RectangleLight& l) const { return l.centre_mm; }
+    std::optional<glm::dvec3> operator()(const DirectionalLight&) const { return std::nullopt; }
+    std::optional<glm::dvec3> operator()(const DomeLight&) const { return std::nullopt; }
+    std::optional<glm::dvec3> operator()(const EnvironmentLight&) const { return std::nullopt; }
+  };
+  const auto place = std::visit(Centre{}, light.shape);
+  return place && light.in_camera_frame ? std::optional(object_from_camera.Point(*place)) : place;
+}
 
 CrownInput ReadInput(const Capture& capture, int threads, bool with_images) {
   RequirePhotographs(capture);

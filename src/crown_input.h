@@ -1,6 +1,7 @@
 #pragma once
 // What a capture's files hold, read and checked against each other.
 
+#include <optional>
 #include <vector>
 
 #include "geometry/cast_samples.h"
@@ -15,6 +16,9 @@ struct CrownInput {
   CrownSource source;
   std::vector<TriangleMesh> scenery;
 };
+
+/// Where a lamp of finite place stands in the object's frame. A ring may lie around the object, and has none.
+std::optional<glm::dvec3> PlaceOf(const Light& light, const RigidTransform& object_from_camera);
 
 /// Reads images and meshes and checks them against each other; thicknesses are bounded by what the crown is deep enough
 /// for. Throws InputError.

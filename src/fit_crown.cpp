@@ -11,6 +11,7 @@
 #include "foresee_photographs.h"
 #include "material_priors.h"
 #include "optics/twelve_taps.h"
+#include "scenery_levels.h"
 #include "walk_profiles.h"
 
 namespace crownfit {
@@ -183,6 +184,7 @@ CrownFit FitCrown(const Capture& stated, const FitOptions& options, Progress& pr
                                 : PredictorByShader(input, at.cast, fit.material, at.scales, options.threads);
   fit.photographs =
       ComparePhotographs(input, at.cast, predict, at.scales, at.pixels, options.threads, at.knowledge.scales_stddev);
+  if (fit.is_by_walks()) fit.scenery = SceneryLevelsOf(problem, input, at, fit.photographs, progress);
   fit.readings = CompareMeasurements(fit.capture, fit.material);
   fit.calibration = HowFarMoved(errors, at.calibration.amounts);
   for (auto& scaled : HowFarScaled(fit.capture, at.pixels, at.scales)) fit.calibration.push_back(std::move(scaled));

@@ -95,6 +95,13 @@ struct MovedCalibration {
   double Stddevs() const { return std::sqrt(chi2 / freedom); }
 };
 
+/// How much brighter than stated a photograph's tile and scenery are beside the object, by channel.
+struct SceneryLevel {
+  std::string photograph;
+  std::array<double, kChannels> ratio{}, stddev{};
+  double stated = 0;  ///< by how much it may be off by what the capture states of its errors, a standard deviation
+};
+
 /// One of several captures fitted together.
 struct TogetherWith {
   std::string name;                      ///< unique among them: of its folder
@@ -117,6 +124,7 @@ struct CrownFit {
   std::vector<ReadingResult> readings;
   std::vector<MovedCalibration> calibration;  ///< as far as the capture states its errors
   WidenedErrors widened{1, 1, 1, 1};
+  std::vector<SceneryLevel> scenery;      ///< of the photographs that show some
   std::vector<double> mean_thickness_mm;  ///< per layer; where a scale is a field's or a mesh's factor, at scale 1
   bool converged = false, usable = false, ends_at_neck = false;
   int iterations = 0, casts = 0;

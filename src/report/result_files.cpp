@@ -213,6 +213,11 @@ std::string MaterialJson(const CrownFit& fit) {
   JsonValue::Object moved;
   for (const MovedCalibration& m : fit.calibration)
     moved.emplace_back(m.what, JsonValue::Object{{"moved_stddevs", m.Stddevs()}});
+  JsonValue::Object beside;
+  for (const SceneryLevel& level : fit.scenery)
+    beside.emplace_back(level.photograph,
+                        JsonValue::Object{{"ratio", JsonValue::Array(level.ratio.begin(), level.ratio.end())},
+                                          {"stddev", JsonValue::Array(level.stddev.begin(), level.stddev.end())}});
   const Uncertainty& u = fit.uncertainty;
   JsonValue::Object result{
       {"format", "crownfit-material/1"},
@@ -239,6 +244,7 @@ std::string MaterialJson(const CrownFit& fit) {
       {"linear_scales", scales},
       {"linear_scales_stddev", scales_stddev},
       {"calibration", moved},
+      {"scenery_levels", beside},
       {"provenance", ProvenanceJson(fit)}};
   if (!fit.together.empty()) result.emplace_back("captures", TogetherJson(fit));
   return ToJsonText(result);

@@ -12,6 +12,7 @@ namespace {
 constexpr double kLevelDrift = 0.08;   // of a photograph: twice what model `shader` is off by
 constexpr double kLevelCertain = 3.0;  // standard deviations
 constexpr double kFarMoved = 3.0;      // standard deviations, root mean square
+constexpr double kSceneryOff = 0.05;   // of tiles and scenery beside the object, whose reflectance is stated
 constexpr double kMostOfWalks = 0.8;   // of a variance
 
 std::string Number(double v) {
@@ -62,6 +63,22 @@ std::string FurthestOff(const CrownFit& fit, StatementKind kind) {
          (furthest->share > 0 ? "more" : "less") + " than stated, which is " + errors;
 }
 
+/// "'front' 0.92, 0.92, 0.91 times"; empty: all are as bright as predicted.
+std::string SceneryThatIsOff(const std::vector<SceneryLevel>& levels) {
+  std::string off;
+  for (const SceneryLevel& level : levels) {
+    bool is_off = false;
+    std::string ratios;
+    for (int c = 0; c < kChannels; ++c) {
+      is_off |= std::abs(level.ratio[c] - 1) >
+                std::max(kSceneryOff, kLevelCertain * std::hypot(level.stddev[c], level.stated));
+      ratios += (c ? ", " : "") + Number(level.ratio[c]);
+    }
+    if (is_off) off += (off.empty() ? "" : "; ") + ("'" + level.photograph + "' " + ratios + " times");
+  }
+  return off;
+}
+
 /// What speaks in this fit.
 std::string SourceOf(const CrownFit& fit) {
   return fit.photographs.empty() ? "measurements"
@@ -93,6 +110,13 @@ std::vector<std::string> ModelCaveats(const CrownFit& fit) {
                         (p.level > 1 ? "brighter" : "darker") +
                         " than the fit of all photographs predicts: did flash or exposure drift? State how well its "
                         "exposure_scale is known (\"stddev\"), or free it.");
+  if (const std::string levels = SceneryThatIsOff(fit.scenery); !levels.empty())
+    caveats.push_back(
+        "Beside the object, tile or scenery are not as bright as lamps, exposure and reflectance make "
+        "them: " +
+        levels +
+        " (red, green, blue). If they are what is seen there, one of these is stated wrongly, and the "
+        "material made up for it; a mask leaves out what is not in the capture.");
   if (fit.ends_at_neck)
     caveats.push_back("The scan is open at the neck: what lies beyond is assumed, and pixels within " +
                       Number(kNeckReachMm) + " mm of it count for less (up to 30 % error at the cut).");
