@@ -44,6 +44,7 @@ std::optional<SceneryLevel> LevelOf(const std::string& name, const Photograph& p
   constexpr size_t kFewBlocks = 6;
   constexpr double kCutOut = 0.05;  // of what is predicted: a picture whose background was taken away
   constexpr double kLit = 0.1;      // of the brightest: what no lamp reaches tells of noise and stray light alone
+  constexpr double kOfGaussian = 1.4826, kOfMedian = 1.2533;  // stddev by the median deviation; the median's by that
   const int block = std::max(1, photo.linear.width / 24);
   struct Sums {
     glm::dvec3 seen{0.0}, predicted{0.0};
@@ -71,7 +72,6 @@ std::optional<SceneryLevel> LevelOf(const std::string& name, const Photograph& p
     if (ratios.size() < kFewBlocks) return std::nullopt;
     level.ratio[c] = Median(ratios);
     for (double& r : ratios) r = std::abs(r - level.ratio[c]);
-    constexpr double kOfGaussian = 1.4826, kOfMedian = 1.2533;  // stddev by the median deviation; the median's by that
     level.stddev[c] = kOfMedian * kOfGaussian * Median(ratios) / std::sqrt(static_cast<double>(ratios.size()));
   }
   return level;

@@ -130,14 +130,14 @@ WalkUnknowns::Contradiction WalkUnknowns::ContradictionOf(StatementKind kind, co
 
 bool WalkUnknowns::WidenStatedErrors(const Eigen::MatrixXd& covariance, const Eigen::MatrixXd& of_walks) {
   constexpr double kChange = 1.2;
-  double worst = 1.0;  // of the kinds that were taken as stated: one at a time, as what is wrong with it moves others
+  Contradiction worst{1.0};  // of the kinds that were taken as stated: one at a time, as what is wrong moves others
   std::optional<StatementKind> next;
   bool changed = false;
   for (const StatementKind kind : kStatementKinds) {
     const Contradiction c = ContradictionOf(kind, covariance, of_walks);
     double& widened = at_.widened[static_cast<size_t>(kind)];
     if (widened == 1) {
-      if (c.chi2_over_unlikely > worst) worst = c.chi2_over_unlikely, next = kind;
+      if (c.chi2_over_unlikely > worst.chi2_over_unlikely) worst = c, next = kind;
       continue;
     }
     const double shown = std::clamp(widened * c.shown, 1.0, kMostWidened);
@@ -146,7 +146,7 @@ bool WalkUnknowns::WidenStatedErrors(const Eigen::MatrixXd& covariance, const Ei
     changed = true;
   }
   if (changed || !next) return changed;
-  at_.widened[static_cast<size_t>(*next)] = std::min(ContradictionOf(*next, covariance, of_walks).shown, kMostWidened);
+  at_.widened[static_cast<size_t>(*next)] = std::min(worst.shown, kMostWidened);
   return true;
 }
 

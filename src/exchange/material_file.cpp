@@ -15,9 +15,10 @@ namespace {
 const char* const kFormat = "crownfit-material/1";
 
 JsonObject RootOf(const JsonFile& file) {
-  return file.RootOfFormat(kFormat, {"model", "status", "reasons", "caveats", "channels", "layers", "surface", "viewer",
-                                     "image_error", "measurements", "identifiability", "joint", "linear_scales",
-                                     "linear_scales_stddev", "calibration", "provenance", "captures"});
+  return file.RootOfFormat(
+      kFormat, {"model", "status", "reasons", "caveats", "channels", "layers", "surface", "viewer", "image_error",
+                "measurements", "identifiability", "joint", "linear_scales", "linear_scales_stddev", "calibration",
+                "scenery_levels", "provenance", "captures"});
 }
 
 std::vector<std::string> LayerKeys() {
