@@ -29,7 +29,7 @@ struct FitState {
   std::vector<std::vector<glm::dvec3>> walked;  ///< values of `pixels`' sharp pixels by walks, at the solution
   int iterations = 0, casts = 0;
   double walked_paths = 0;
-  WidenedErrors widened{1, 1, 1, 1};
+  WidenedErrors widened{1, 1, 1, 1};    ///< what steps by walks take stated errors for
   std::vector<double> rival_roughness;  ///< of other optima, as good as where the fit stands
   bool converged = false;
 };

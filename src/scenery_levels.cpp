@@ -23,7 +23,7 @@ std::vector<uint8_t> PlacesBeside(const Photograph& photo, const PhotographCast&
   return beside;
 }
 
-/// Every n-th of them, in no regular grid.
+/// Every n-th of them.
 void Thin(size_t at_most, std::vector<uint8_t>& places) {
   const auto count = static_cast<size_t>(std::count(places.begin(), places.end(), 1));
   const size_t every = std::max<size_t>(1, count / at_most);
