@@ -234,6 +234,7 @@ class WalkFit {
                   data.covariance * g.model_scatter * data.covariance,
                   g.chi2,
                   g.left,
+                  std::move(g.left_of),
                   std::move(g.values),
                   IsOnItsWay(whole, made, s.covariance),
                   data.seen};

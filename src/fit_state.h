@@ -5,6 +5,7 @@
 #include "fit/free_parameters.h"
 #include "fit/nuisances.h"
 #include "fit/uncertainty.h"
+#include "fit/walk_comparison.h"
 #include "fit_steps.h"
 
 namespace crownfit {
@@ -27,6 +28,7 @@ struct FitState {
   std::vector<ShaderIteration> iterations_by_shader;
   std::vector<WalkedFitStep> steps;
   std::vector<std::vector<glm::dvec3>> walked;  ///< values of `pixels`' sharp pixels by walks, at the solution
+  std::vector<PatchMisfit> left;                ///< of `pixels`' photographs by walks, at the solution
   int iterations = 0, casts = 0;
   double walked_paths = 0;
   WidenedErrors widened{1, 1, 1, 1};    ///< what steps by walks take stated errors for

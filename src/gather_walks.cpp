@@ -231,6 +231,7 @@ GatheredWalks WalkGatherer::Gather(double paths, double slope_paths, const std::
   std::optional<WalkedStep> step;
   WalkComparison total;
   std::vector<std::vector<glm::dvec3>> values(at_.pixels.size());
+  std::vector<PatchMisfit> left_of(at_.pixels.size());
   const ModelError error = walks_ == Walks::kHandedOver ? DiffusionError(material, problem_.options) : ModelError{};
   Eigen::MatrixXd model_scatter = Eigen::MatrixXd::Zero(unknowns_.count(), unknowns_.count());
   for (const Shared& shared : SharedWalks()) {
@@ -279,6 +280,7 @@ GatheredWalks WalkGatherer::Gather(double paths, double slope_paths, const std::
       model_scatter += std::pow(error.channel, 2) * levels * levels.transpose() +
                        std::pow(error.photograph, 2) * levels.rowwise().sum() * levels.rowwise().sum().transpose();
       total.AddSums(c);
+      left_of[g] = c.Left();
     }
   }
   const FlatResiduals flat(problem_.capture, problem_.free, problem_.options.threads);
@@ -287,8 +289,9 @@ GatheredWalks WalkGatherer::Gather(double paths, double slope_paths, const std::
     step->AddExact(-e.residuals, e.jacobian);
   }
   ++at_.iterations;
-  return {std::move(*step), total.chi2 / static_cast<double>(total.values), total.Left(), std::move(values),
-          std::move(model_scatter)};
+  return {std::move(*step),  total.chi2 / static_cast<double>(total.values),
+          total.Left(),      std::move(left_of),
+          std::move(values), std::move(model_scatter)};
 }
 
 double WalkGatherer::Misfit(double paths, const std::string& stage) {

@@ -40,6 +40,7 @@ struct GatheredWalks {
   WalkedStep step;
   double chi2;  ///< of pixels, over their number
   PatchMisfit left;
+  std::vector<PatchMisfit> left_of;             ///< per photograph of the fit
   std::vector<std::vector<glm::dvec3>> values;  ///< per photograph of the fit and sharp pixel
   /// J' C J of what the model is off by in common over photographs, whitened; of the material's entries and nuisances.
   Eigen::MatrixXd model_scatter;

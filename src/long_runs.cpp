@@ -43,6 +43,12 @@ bool LongRuns::Conclude() {
     for (size_t g = 0; g < at_.walked.size(); ++g)
       for (size_t i = 0; i < at_.walked[g].size(); ++i) at_.walked[g][i] += e.values[g][i] / n;
   }
+  at_.left.clear();
+  for (size_t g = 0; g < runs_[0].misfit_of.size(); ++g) {
+    std::vector<PatchMisfit> of_photograph;
+    for (const RunEstimate& e : runs_) of_photograph.push_back(e.misfit_of[g]);
+    at_.left.push_back(MeanOf(of_photograph));
+  }
   const Eigen::MatrixXd covariance = whole.topLeftCorner(m, m), of_a_run = whole_of_a_run.topLeftCorner(m, m);
   double off = 0;
   const Eigen::VectorXd allowed = of_a_run.diagonal().cwiseMax(kOfUnknown * covariance.diagonal()).cwiseMax(1e-12);

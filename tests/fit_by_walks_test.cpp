@@ -106,6 +106,11 @@ TEST(FitByWalks, FindsAToothWithinItsOwnIntervalsWhereShaderMissesIt) {
     EXPECT_LT(p.exposure_stddev, 0.04) << "better known than it was stated";
   }
   EXPECT_EQ(fit.photographs[0].exposure_stddev, 0.0) << "exact";
+  for (const PhotographResult& p : fit.photographs) {
+    ASSERT_EQ(p.left.has_value(), !p.is_holdout);
+    if (p.is_holdout) continue;
+    EXPECT_LT(std::abs(p.left->of_patches - 1), 4.0 * p.left->StddevByChance()) << p.name;
+  }
   const std::string json = MaterialJson(fit);
   const size_t stddevs = json.find("\"linear_scales_stddev\"");
   ASSERT_NE(stddevs, std::string::npos);

@@ -171,6 +171,45 @@ TEST(Caveats, NameTheStatementThatPhotographsContradictMost) {
   EXPECT_FALSE(fit.usable);
 }
 
+TEST(Caveats, NameThePhotographsThatNoiseDoesNotExplain) {
+  CrownFit fit = SomeFit();
+  fit.model = "path";
+  fit.entries.clear();
+  PhotographResult& p = fit.photographs[0];
+  p.name = "edge";
+  for (const auto& [misfit, few_patches] : {std::pair{1.4, 1e6}, {3.0, 6.0}}) {
+    p.left = PatchMisfit{misfit, 0.5, few_patches, 0.0};
+    EXPECT_TRUE(ModelCaveats(fit).empty()) << misfit << " of " << few_patches << " values is little, or chance";
+  }
+  p.left = PatchMisfit{4.4, 0.5, 300.0, 0.1};
+  EXPECT_TRUE(Says(ModelCaveats(fit), "'edge' (4.4)"));
+}
+
+TEST(Caveats, NameThePriorThatPhotographsContradict) {
+  CrownFit fit = SomeFit();
+  fit.model = "path";
+  for (FreeEntry& e : fit.entries) e.quantity = Quantity::kAbsorption, e.prior_mean = 1.0, e.prior_stddev = 0.3;
+  fit.knowledge.by_photographs = Eigen::Vector2d(3.0, 3.0);
+  fit.knowledge.covariance = Eigen::Vector2d(0.16, 4.0).asDiagonal();
+  fit.knowledge.unseen = Eigen::MatrixXd::Zero(2, 0);
+  const std::vector<std::string> caveats = ModelCaveats(fit);
+  EXPECT_TRUE(Says(caveats, "dentine.absorption_per_mm[R]' (4)")) << "2 off, with errors of 0.3 and 0.4";
+  EXPECT_FALSE(Says(caveats, "dentine.reduced_scattering_per_mm")) << "of which they tell little";
+  fit.options.use_priors = false;
+  EXPECT_TRUE(ModelCaveats(fit).empty());
+}
+
+TEST(Caveats, NameTheHeldOutPhotographThatIsPredictedWrongly) {
+  CrownFit fit = SomeFit();
+  fit.model = "path";
+  fit.entries.clear();
+  PhotographResult& p = fit.photographs[0];
+  p.name = "side", p.is_holdout = true, p.level = 0.89, p.level_stddev = 0.01;
+  EXPECT_TRUE(Says(ModelCaveats(fit), "'side', which was held out, is 11 % darker"));
+  fit.capture.photographs[0].exposure_stddev = 0.05;
+  EXPECT_TRUE(ModelCaveats(fit).empty()) << "its exposure was known no better";
+}
+
 TEST(PlainWords, AskForPhotographsThatTheCaptureLacksAndForNoOthers) {
   CrownFit fit = SomeFit();
   const auto asked = [&] { return PlainVerdictOf(fit).photographs_that_would_help; };

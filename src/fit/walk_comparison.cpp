@@ -100,11 +100,24 @@ void WeighPatches(const Patches& patches, const std::vector<Eigen::Vector3d>& st
 
 }  // namespace
 
+double PatchMisfit::StddevByChance() const { return std::hypot(std::sqrt(2.0 / patches), stddev); }
+
 double PatchMisfit::StddevOfDifference(const PatchMisfit& other) const { return std::hypot(stddev, other.stddev); }
 
 double PatchMisfit::AsSeenByWalks(double of_photographs) const {
   constexpr double kClear = 0.3;
   return share_of_walks * (1.0 + kClear) + (1.0 - share_of_walks) * of_photographs;
+}
+
+PatchMisfit MeanOf(const std::vector<PatchMisfit>& runs) {
+  const auto n = static_cast<double>(runs.size());
+  PatchMisfit mean{0.0, 0.0, runs.front().patches, 0.0};
+  for (const PatchMisfit& run : runs) {
+    mean.of_patches += run.of_patches / n;
+    mean.share_of_walks += run.share_of_walks / n;
+    mean.stddev = std::hypot(mean.stddev, run.stddev / n);
+  }
+  return mean;
 }
 
 void WalkComparison::AddSums(const WalkComparison& other) {

@@ -14,11 +14,16 @@ namespace crownfit {
 struct PatchMisfit {
   double of_patches, share_of_walks, patches;  ///< of the walks in that noise; how many values
   double stddev;                               ///< of `of_patches`, as other walks would scatter it (jackknife)
+  /// By how much noise alone scatters it, that of the photographs and of the walks.
+  double StddevByChance() const;
   /// Of the difference between two of the same photographs, each by walks of its own.
   double StddevOfDifference(const PatchMisfit& other) const;
   /// What pictures without noise leave, over the photographs' own, in these units; and what may be told from it.
   double AsSeenByWalks(double of_photographs) const;
 };
+
+/// Of the same photographs, each by walks of its own.
+PatchMisfit MeanOf(const std::vector<PatchMisfit>& runs);
 
 struct WalkComparison {
   std::vector<Eigen::Vector3d> residual;  ///< observed less predicted, per fitted pixel

@@ -11,6 +11,7 @@
 #include "fit/profile.h"
 #include "fit/solve.h"
 #include "fit/uncertainty.h"
+#include "fit/walk_comparison.h"
 #include "report/colour_difference.h"
 
 namespace crownfit {
@@ -51,6 +52,7 @@ struct PhotographResult {
   double level = 1.0;          ///< by which factor the photograph is brighter than its prediction
   double level_stddev = 0;     ///< of it, by what patches differ in
   double reduced_chi2 = 0;
+  std::optional<PatchMisfit> left;  ///< of the fit's photographs, by walks
   int saturated_pixels = 0;
   Image photograph, prediction;   ///< linear sensor values; the prediction is 0 where nothing was cast
   std::vector<uint8_t> compared;  ///< the pixels that the errors are about

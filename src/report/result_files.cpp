@@ -197,7 +197,10 @@ std::string MaterialJson(const CrownFit& fit) {
   std::vector<const PhotographResult*> used, held_out;
   for (const auto& p : fit.photographs) {
     (p.is_holdout ? held_out : used).push_back(&p);
-    by_name.emplace_back(p.name, ErrorJson({&p}));
+    JsonValue error = ErrorJson({&p});
+    if (auto* figures = std::get_if<JsonValue::Object>(&error.data); figures && p.left)
+      figures->emplace_back("block_chi2", p.left->of_patches);
+    by_name.emplace_back(p.name, std::move(error));
     if (!p.exposure_is_fitted) continue;
     scales.emplace_back("exposure_scale " + p.name, p.exposure);
     if (p.exposure_stddev > 0) scales_stddev.emplace_back("exposure_scale " + p.name, p.exposure_stddev);

@@ -3,7 +3,6 @@
 #include <cstdio>
 
 #include "fit/entry_knowledge.h"
-#include "photo/colour.h"
 #include "report/crown_fit.h"
 
 namespace crownfit {
@@ -13,6 +12,8 @@ constexpr double kLevelDrift = 0.08;   // of a photograph: twice what model `sha
 constexpr double kLevelCertain = 3.0;  // standard deviations
 constexpr double kFarMoved = 3.0;      // standard deviations, root mean square
 constexpr double kSceneryOff = 0.05;   // of tiles and scenery beside the object, whose reflectance is stated
+constexpr double kNotExplained = 1.5;  // of the square of noise, in patches of a photograph ...
+constexpr double kNotByChance = 4.0;   // ... and standard deviations
 constexpr double kMostOfWalks = 0.8;   // of a variance
 
 std::string Number(double v) {
@@ -79,6 +80,28 @@ std::string SceneryThatIsOff(const std::vector<SceneryLevel>& levels) {
   return off;
 }
 
+/// "'edge' (4.4), 'back' (2.5)"; empty: noise explains what is left of every one.
+std::string PhotographsNotExplained(const std::vector<PhotographResult>& photographs) {
+  std::string names;
+  for (const PhotographResult& p : photographs)
+    if (p.left && p.left->of_patches > std::max(kNotExplained, 1.0 + kNotByChance * p.left->StddevByChance()))
+      names += (names.empty() ? "'" : ", '") + p.name + "' (" + Number(p.left->of_patches) + ")";
+  return names;
+}
+
+/// "'dentine.thickness_mm' (3.7)"; empty: the photographs alone would put every entry near its prior.
+std::string PriorsContradicted(const CrownFit& fit) {
+  const DataKnowledge& k = fit.knowledge;
+  std::string names;
+  for (Eigen::Index i = 0; fit.options.use_priors && i < k.by_photographs.size(); ++i) {
+    const FreeEntry& e = fit.entries[static_cast<size_t>(i)];
+    const double variance = k.Variance(Eigen::RowVectorXd::Unit(k.by_photographs.size(), i));
+    const double off = std::abs(k.by_photographs[i] - e.prior_mean) / std::hypot(std::sqrt(variance), e.prior_stddev);
+    if (off > kFarMoved) names += (names.empty() ? "'" : ", '") + e.name + "' (" + Number(off) + ")";
+  }
+  return names;
+}
+
 /// What speaks in this fit.
 std::string SourceOf(const CrownFit& fit) {
   return fit.photographs.empty() ? "measurements"
@@ -110,6 +133,22 @@ std::vector<std::string> ModelCaveats(const CrownFit& fit) {
                         (p.level > 1 ? "brighter" : "darker") +
                         " than the fit of all photographs predicts: did flash or exposure drift? State how well its "
                         "exposure_scale is known (\"stddev\"), or free it.");
+  for (size_t i = 0; i < fit.photographs.size(); ++i) {
+    const PhotographResult& p = fit.photographs[i];
+    const double stated = capture.photographs[i].exposure_stddev / p.exposure;
+    if (p.is_holdout && p.level > 0 &&
+        std::abs(p.level - 1) > std::max(kLevelDrift, kLevelCertain * std::hypot(p.level_stddev, stated)))
+      caveats.push_back("'" + p.name + "', which was held out, is " + Number(100 * std::abs(p.level - 1)) + " % " +
+                        (p.level > 1 ? "brighter" : "darker") +
+                        " than the fit predicts: its exposure or a lamp that only it has is stated wrongly, or fitted "
+                        "values are wrong where the other photographs do not tell.");
+  }
+  if (const std::string names = PhotographsNotExplained(fit.photographs); !names.empty())
+    caveats.push_back(
+        "Patches of neighbouring pixels are further off than noise explains (squares over those of noise) in " + names +
+        ". What the capture states of such a photograph may be wrong (pose, mask, lamps, scenery, "
+        "polarisation, encoding), or of the object (surfaces, thickness, index); the report's maps of "
+        "differences show where.");
   if (const std::string levels = SceneryThatIsOff(fit.scenery); !levels.empty())
     caveats.push_back(
         "Beside the object, tile or scenery are not as bright as lamps, exposure and reflectance make "
@@ -117,6 +156,11 @@ std::vector<std::string> ModelCaveats(const CrownFit& fit) {
         levels +
         " (red, green, blue). If they are what is seen there, one of these is stated wrongly, and the "
         "material made up for it; a mask leaves out what is not in the capture.");
+  if (const std::string names = PriorsContradicted(fit); !names.empty())
+    caveats.push_back(
+        "The photographs contradict priors (by how many standard deviations): " + names +
+        ". Either what the prior says is not so here, or something else in the capture is stated wrongly; "
+        "intervals reach to where the photographs alone would put these.");
   if (fit.ends_at_neck)
     caveats.push_back("The scan is open at the neck: what lies beyond is assumed, and pixels within " +
                       Number(kNeckReachMm) + " mm of it count for less (up to 30 % error at the cut).");
@@ -163,61 +207,6 @@ std::vector<std::string> ModelCaveats(const CrownFit& fit) {
         "and give that result as --prior.");
   for (size_t l = 2; l < capture.layers.size(); ++l)
     caveats.push_back("Layer '" + capture.layers[l].name + "' is not seen by model `shader`.");
-  return caveats;
-}
-
-std::vector<std::string> PhotographCaveats(const Capture& capture, const std::vector<Photograph>& photographs) {
-  std::vector<std::string> caveats;
-  bool every_exposure_free = true, encoded = false, colour_known = true, noise_known = true;
-  std::string jpegs;
-  const PhotographSpec* first_raw = nullptr;
-  std::optional<std::array<double, 3>> white_balance;
-  for (size_t i = 0; i < capture.photographs.size(); ++i) {
-    const PhotographSpec& p = capture.photographs[i];
-    const Photograph& photo = photographs[i];
-    if (photo.white_balance) {
-      if (!first_raw) {
-        first_raw = &p, white_balance = photo.white_balance;
-      } else if (photo.white_balance != white_balance) {
-        caveats.push_back(
-            "White balance differs between the camera's files of '" + first_raw->name + "' and '" + p.name +
-            "': their red and blue stand on different scales. Set one white balance for all photographs.");
-      }
-    }
-    if (photo.has_ignored_profile)
-      caveats.push_back("'" + p.name +
-                        "' carries a colour profile, so it is probably display-encoded; its values were taken as "
-                        "linear light. Export it linear, or give the camera's RAW file.");
-    if (p.is_holdout) continue;
-    every_exposure_free &= p.exposure_is_free;
-    encoded |= photo.was_srgb_encoded;
-    if (photo.was_jpeg) jpegs += (jpegs.empty() ? "" : ", ") + p.name;
-    colour_known &= p.has_colour_file;
-    noise_known &= p.has_noise_file || p.files.variance.has_value();
-  }
-  if (!colour_known && !AreRedGreenBlue(capture.wavelengths_nm))
-    caveats.push_back(
-        "The channels are " + BandsText(capture.wavelengths_nm) +
-        ": not red, green and blue in this order, which is that of the pictures' planes. Values count for "
-        "the bands as stated; colours, CIEDE2000 and shades are those of pictures in false colours.");
-  if (encoded)
-    caveats.push_back(
-        "The light was not calibrated: photographs are display-encoded (8-bit, sRGB assumed, the camera's own tone "
-        "curve unknown). Ratios between bright and dark, and with them absorption and thickness, can't be trusted.");
-  if (!jpegs.empty())
-    caveats.push_back("JPEG (" + jpegs +
-                      "): compression and sharpening move values by several per cent, alike over blocks of 8 pixels, "
-                      "which no noise model here contains. Use the camera's RAW files.");
-  if (encoded && !colour_known)
-    caveats.push_back(
-        "The colour was not calibrated: no colour chart, white balance unknown. Differences between the channels, and "
-        "with them the colour of absorption and scattering, can't be trusted.");
-  if (every_exposure_free)
-    caveats.push_back(
-        "Every exposure is free, so absolute reflectance is not identified: only the pattern over the crown and the "
-        "channels' ratios speak.");
-  if (!noise_known)
-    caveats.push_back("No noise calibration: 1 % relative noise was assumed, and error bars rest on it.");
   return caveats;
 }
 
