@@ -371,5 +371,22 @@ TEST(Cameras, PixelAndDirectionAreInverseUnderDistortion) {
   EXPECT_FALSE(PixelFromPoint(camera, {0, 0, -1}));
 }
 
+TEST(Layers, WhoseMeshesLieFarFromEachOtherAreRefused) {
+  const TemporaryFolder folder;
+  KnownScene scene(Sphere(4.0, 12), 2, 0.5, 6, 8.0);
+  for (size_t l = 0; l < 2; ++l) scene.capture.layers[l].surface = folder.path / (std::to_string(l) + ".ply");
+  WritePly(*scene.capture.layers[0].surface, Sphere(4.0, 12));
+  TriangleMesh core = Sphere(2.0, 12);
+  const auto moved_to = [&](double x) {
+    TriangleMesh there = core;
+    for (glm::dvec3& v : there.vertices) v.x += x;
+    WritePly(*scene.capture.layers[1].surface, there);
+    return ReadCrownSource(scene.capture, 1);
+  };
+  EXPECT_NO_THROW(moved_to(0.0));
+  EXPECT_NO_THROW(moved_to(6.5)) << "beside it, as in a cavity of a shell with a thin gap";
+  EXPECT_THROW(moved_to(8.0), InputError) << "2 mm of air between them: two frames";
+}
+
 }  // namespace
 }  // namespace crownfit
