@@ -1,8 +1,10 @@
+#include <algorithm>
 #include <cstdio>
 
 #include "base/json_file.h"
 #include "check_capture.h"
 #include "commands.h"
+#include "geometry/signed_distance.h"
 #include "photo/image_io.h"
 #include "report/sections.h"
 
@@ -41,11 +43,33 @@ std::string AsJson(const Capture& capture, const CaptureCheck& check) {
                         {"seconds", JsonValue::Object{{"shader", check.shader_s}, {"path", check.path_s}}}});
 }
 
+/// ", 31 % of its surface outside 'enamel', by up to 0.90 mm", as roots and scans of different frames are.
+std::string StandsOut(const Capture& capture, const Crown& crown, size_t layer) {
+  constexpr double kFew = 0.01;
+  if (layer == 0) return "";
+  const TriangleMesh &above = crown.surfaces[layer - 1], &own = crown.surfaces[layer];
+  const RayCaster& caster = crown.casters[layer - 1];
+  size_t outside = 0;
+  double furthest = 0;
+  for (const glm::dvec3& v : own.vertices) {
+    if (IsInside(caster, above, v)) continue;
+    ++outside;
+    furthest = std::max(furthest, caster.DistanceToSurface(v));
+  }
+  const double share = static_cast<double>(outside) / static_cast<double>(own.vertices.size());
+  if (share < kFew) return "";
+  char text[200];
+  std::snprintf(text, sizeof text, ", %.0f %% of its surface outside '%s', by up to %.2f mm", 100 * share,
+                capture.layers[layer - 1].name.c_str(), furthest);
+  return text;
+}
+
 void PrintScene(const Capture& capture, const CaptureCheck& check) {
   std::printf("%s: valid\n", capture.file.c_str());
   for (size_t i = 0; check.crown && i < capture.layers.size(); ++i)
-    std::printf("  layer %-16s %8zu triangles, mean thickness %.2f mm\n", capture.layers[i].name.c_str(),
-                check.crown->surfaces[i].triangles.size(), check.crown->thickness_mm[i]);
+    std::printf("  layer %-16s %8zu triangles, mean thickness %.2f mm%s\n", capture.layers[i].name.c_str(),
+                check.crown->surfaces[i].triangles.size(), check.crown->thickness_mm[i],
+                StandsOut(capture, *check.crown, i).c_str());
   for (size_t i = 0; i < capture.photographs.size(); ++i) {
     const PhotographSpec& p = capture.photographs[i];
     std::printf("  photograph %-11s %4d x %-4d %s%s%s, %d saturated pixels in the mask\n", p.name.c_str(),
