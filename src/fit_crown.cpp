@@ -19,7 +19,8 @@ namespace {
 
 ModelChoice ChoiceAfter(const FitProblem& problem, const FitState& by_shader) {
   return WhetherShaderSuffices(by_shader.knowledge.block_chi2,
-                               HowFarMoved(problem.errors, by_shader.calibration.amounts));
+                               HowFarMoved(problem.errors, by_shader.calibration.amounts),
+                               problem.options.use_priors ? OffNarrowPriors(problem.free, by_shader.x) : 0.0);
 }
 
 bool GoesOnToWalks(const FitProblem& problem, const FitState& by_shader) {
@@ -125,7 +126,16 @@ std::vector<LikelihoodProfile> ProfilesOf(const FitProblem& problem, CrownInput&
 
 }  // namespace
 
-ModelChoice WhetherShaderSuffices(double block_chi2, const std::vector<MovedCalibration>& moved) {
+double OffNarrowPriors(const FreeParameters& free, const Eigen::VectorXd& x) {
+  double furthest = 0;
+  for (int k = 0; k < free.count(); ++k)
+    if (const FreeEntry& e = free.entries[k];
+        e.role != FreeEntry::Role::kPowerExponent && e.prior_stddev < RowOf(e.quantity).prior_stddev)
+      furthest = std::max(furthest, std::abs(x[k] - e.prior_mean) / e.prior_stddev);
+  return furthest;
+}
+
+ModelChoice WhetherShaderSuffices(double block_chi2, const std::vector<MovedCalibration>& moved, double off_prior) {
   constexpr double kOfNoise = 1.5, kByChance = 2.0;  // stated errors
   double furthest = 0;
   for (const MovedCalibration& m : moved) furthest = std::max(furthest, m.Stddevs());
@@ -134,7 +144,10 @@ ModelChoice WhetherShaderSuffices(double block_chi2, const std::vector<MovedCali
   if (furthest > kByChance)
     why += ", and it moved the calibration by " + Number(furthest) + " times its stated error (limit " +
            Number(kByChance) + ")";
-  return {block_chi2 <= kOfNoise && furthest <= kByChance, why};
+  if (off_prior > kByChance)
+    why += ", and it left what is known of the material by " + Number(off_prior) + " standard deviations (limit " +
+           Number(kByChance) + ")";
+  return {block_chi2 <= kOfNoise && std::max(furthest, off_prior) <= kByChance, why};
 }
 
 CrownFit FitCrown(const Capture& stated, const FitOptions& options, Progress& progress, const KnownBeside& beside) {

@@ -16,8 +16,13 @@ struct ModelChoice {
   bool suffices = false;
   std::string why;
 };
-/// Whether a fit by shader explains the photographs: patches within their noise, and no lamp or pose moved further than
-/// by chance, where a model's errors hide. `block_chi2`: of patches' squares over their noise's.
-ModelChoice WhetherShaderSuffices(double block_chi2, const std::vector<MovedCalibration>& moved);
+/// Whether a fit by shader explains the photographs: patches within their noise, and no lamp, pose or entry moved
+/// further from what is known of it than by chance, where a model's errors hide. `block_chi2`: of patches' squares over
+/// their noise's; `off_prior`: OffNarrowPriors.
+ModelChoice WhetherShaderSuffices(double block_chi2, const std::vector<MovedCalibration>& moved, double off_prior = 0);
+
+/// The furthest that `x` is from priors that say more than what is usual (kParameters), in their standard deviations;
+/// exponents of power laws left out.
+double OffNarrowPriors(const FreeParameters& free, const Eigen::VectorXd& x);
 
 }  // namespace crownfit

@@ -336,6 +336,17 @@ TEST(ShaderSuffices, WherePatchesAreWithinNoiseAndNoLampIsMovedFurtherThanByChan
   const ModelChoice far = WhetherShaderSuffices(0.2, {moved(0.2), moved(3.0)});
   EXPECT_FALSE(far.suffices) << "a model's errors hide in lamps before they show in patches";
   EXPECT_NE(far.why.find("moved the calibration by 3 times"), std::string::npos) << far.why;
+  EXPECT_FALSE(WhetherShaderSuffices(1.2, {}, 4.0).suffices) << "an index far off what is known of it";
+}
+
+TEST(ModelChoice, AsksPriorsThatSayMoreThanWhatIsUsual) {
+  FreeParameters free;
+  for (const double stddev : {0.05, RowOf(Quantity::kIor).prior_stddev}) {
+    free.entries.emplace_back();
+    free.entries.back().quantity = Quantity::kIor;
+    free.entries.back().prior_mean = 1.6, free.entries.back().prior_stddev = stddev;
+  }
+  EXPECT_NEAR(OffNarrowPriors(free, Eigen::Vector2d(1.7, 2.6)), 2.0, 1e-9) << "of the usual one nobody knows";
 }
 
 TEST_F(SelfConsistency, AnExposureKnownWithinAnErrorLiesBetweenAnExactAndAFreeOne) {
