@@ -45,8 +45,10 @@ class WalkFit {
       const double moved = unknowns_.CalibrationCost();
       RunEstimate run = LongRun(Paths());
       if (may_move && made == 1 && explains_less(run.misfit, moved)) return false;
+      const bool is_hopeless = made > 1 && run.misfit.of_patches > kChi2Limit;  // more runs would be refused too
       runs_.Add(std::move(run));
       at_.converged = runs_.Conclude();
+      if (is_hopeless) break;
     }
     if (last_ == WalkGatherer::Walks::kHandedOver) {
       runs_.SetModelOffset(StepToTheirEnd());
@@ -56,7 +58,8 @@ class WalkFit {
   }
 
  private:
-  static constexpr double kSettled = 3.0;  // gain of chi2 over that of noise alone
+  static constexpr double kExplained = 1.5;  // of the square of patches' noise
+  static constexpr double kSettled = 3.0;    // gain of chi2 over that of noise alone
 
   static double ChiSquare(const Eigen::VectorXd& off, const Eigen::MatrixXd& covariance) {
     return off.dot(SolveSymmetric(covariance, off).col(0));
@@ -112,7 +115,6 @@ class WalkFit {
   /// Searches; from the other start too where that leaves more than noise: a thickness and what lies below may explain
   /// photographs in two ways, one of them badly. What is left there.
   PatchMisfit ChooseValley() {
-    constexpr double kExplained = 1.5;
     const PatchMisfit left = ChooseRoughness();
     if (left.of_patches <= kExplained) return left;
     const Eigen::VectorXd where = unknowns_.Here();
@@ -185,12 +187,16 @@ class WalkFit {
   }
 
   /// Steps until they gain no more than noise does, or lead to where a search was before. Where one made things worse
-  /// it is taken back, and derivatives get twice the paths. What was left before the last one, if there was one.
+  /// it is taken back, and derivatives get twice the paths. Where more than noise is left and several steps took
+  /// nothing off it, photographs contradict the model or each other, and no further one would: the best place is kept.
+  /// What was left before the last one, if there was one.
   std::optional<PatchMisfit> StepsOf(double paths, const std::function<bool(const Eigen::VectorXd&)>& was_found) {
-    constexpr double kReach = 0.4, kLongest = 0.7, kWorse = 1.5;
-    constexpr int kMostSteps = 20;
+    constexpr double kReach = 0.4, kLongest = 0.7, kWorse = 1.5, kLess = 0.97;
+    constexpr int kMostSteps = 20, kSeveral = 3;
     double slope_paths = paths, best = HUGE_VAL;
     Eigen::VectorXd best_at = unknowns_.Here();
+    Valley lowest{best_at, {HUGE_VAL, 1.0, 1.0, 0.0}};
+    int in_vain = 0;
     std::optional<PatchMisfit> left;
     for (int i = 0; i < kMostSteps && !was_found(unknowns_.Here()); ++i) {
       stage_ = "walking, step " + std::to_string(at_.steps.size() + 1);
@@ -209,6 +215,12 @@ class WalkFit {
       const WalkUnknowns::ShortStep made = unknowns_.Shortened(whole, s.covariance, kLongest);
       const Eigen::VectorXd& step = made.step;
       Record("search", paths, g, step, s);
+      in_vain = g.left.of_patches < kLess * lowest.left.of_patches ? 0 : in_vain + 1;
+      if (g.left.of_patches < lowest.left.of_patches) lowest = {best_at, g.left};
+      if (in_vain == kSeveral && lowest.left.of_patches > kExplained) {
+        unknowns_.GoTo(lowest.where);
+        return lowest.left;
+      }
       unknowns_.GoTo(best_at + step);
       if (s.gain <= kSettled * s.noise_gain) break;
     }
