@@ -59,6 +59,7 @@ class WalkFit {
 
  private:
   static constexpr double kExplained = 1.5;  // of the square of patches' noise
+  static constexpr double kLess = 0.97;      // of what is left: more than chance takes off
   static constexpr double kSettled = 3.0;    // gain of chi2 over that of noise alone
 
   static double ChiSquare(const Eigen::VectorXd& off, const Eigen::MatrixXd& covariance) {
@@ -125,15 +126,17 @@ class WalkFit {
     return left;
   }
 
-  /// Searches handed over, and to walks' end.
+  /// Searches handed over; and from there to walks' end, unless that leaves more than noise, and no less than an
+  /// earlier search did.
   PatchMisfit Search(const std::function<bool(const Eigen::VectorXd&)>& was_found) {
-    PatchMisfit left{HUGE_VAL, 1.0, 1.0, 0.0};
-    for (const bool to_their_end : {false, true}) {
-      if (to_their_end && last_ == WalkGatherer::Walks::kHandedOver) continue;
-      gatherer_.GoBy(to_their_end ? WalkGatherer::Walks::kToTheirEnd : WalkGatherer::Walks::kHandedOver);
-      if (const auto ended = StepsOf((to_their_end ? kMiddleShare * Paths() : SearchPaths()), was_found)) left = *ended;
-    }
-    return left;
+    constexpr PatchMisfit kNotSought{HUGE_VAL, 1.0, 1.0, 0.0};
+    gatherer_.GoBy(WalkGatherer::Walks::kHandedOver);
+    const PatchMisfit handed_over = StepsOf(SearchPaths(), was_found).value_or(kNotSought);
+    if (last_ == WalkGatherer::Walks::kHandedOver) return handed_over;
+    if (handed_over.of_patches > std::max(kExplained, kLess * least_handed_over_)) return kNotSought;
+    least_handed_over_ = std::min(least_handed_over_, handed_over.of_patches);
+    gatherer_.GoBy(WalkGatherer::Walks::kToTheirEnd);
+    return StepsOf(kMiddleShare * Paths(), was_found).value_or(handed_over);
   }
 
   struct Valley {
@@ -165,7 +168,7 @@ class WalkFit {
       there[roughness] = start;
       unknowns_.GoTo(there);
       const PatchMisfit left = Search(was_found);
-      if (!was_found(unknowns_.Here())) found.push_back({unknowns_.Here(), left});
+      if (left.of_patches < HUGE_VAL && !was_found(unknowns_.Here())) found.push_back({unknowns_.Here(), left});
     }
     if (found.size() > 1)
       for (Valley& v : found) {
@@ -191,7 +194,7 @@ class WalkFit {
   /// nothing off it, photographs contradict the model or each other, and no further one would: the best place is kept.
   /// What was left before the last one, if there was one.
   std::optional<PatchMisfit> StepsOf(double paths, const std::function<bool(const Eigen::VectorXd&)>& was_found) {
-    constexpr double kReach = 0.4, kLongest = 0.7, kWorse = 1.5, kLess = 0.97;
+    constexpr double kReach = 0.4, kLongest = 0.7, kWorse = 1.5;
     constexpr int kMostSteps = 20, kSeveral = 3;
     double slope_paths = paths, best = HUGE_VAL;
     Eigen::VectorXd best_at = unknowns_.Here();
@@ -294,7 +297,8 @@ class WalkFit {
   WalkUnknowns unknowns_;
   WalkGatherer gatherer_;
   LongRuns runs_;
-  const WalkGatherer::Walks last_;  ///< of the pictures that the fit ends at
+  const WalkGatherer::Walks last_;       ///< of the pictures that the fit ends at
+  double least_handed_over_ = HUGE_VAL;  ///< what searches left in patches
   Eigen::VectorXd other_start_;
   std::string stage_;
 };
