@@ -5,6 +5,7 @@
 
 #include "base/error.h"
 #include "base/files.h"
+#include "base/text.h"
 #include "command_line_parts.h"
 #include "commands.h"
 #include "report/scatter_plot.h"
@@ -19,12 +20,7 @@ std::string Joined(const std::vector<std::string>& words) {
   return all;
 }
 
-std::string Cell(double value) {
-  char text[32];
-  std::snprintf(text, sizeof text, "%.4g", value);
-  return text;
-}
-std::string Cell(const std::optional<double>& value) { return value ? Cell(*value) : ""; }
+std::string Cell(const std::optional<double>& value) { return value ? Number(*value, 4) : ""; }
 
 size_t SeriesOf(const TradeOffRow& row) { return row.model == "shader" ? 0 : row.model == "diffusion" ? 1 : 2; }
 

@@ -2,6 +2,7 @@
 #include <cstdio>
 
 #include "base/json_file.h"
+#include "base/text.h"
 #include "check_capture.h"
 #include "commands.h"
 #include "geometry/signed_distance.h"
@@ -58,10 +59,8 @@ std::string StandsOut(const Capture& capture, const Crown& crown, size_t layer) 
   }
   const double share = static_cast<double>(outside) / static_cast<double>(own.vertices.size());
   if (share < kFew) return "";
-  char text[200];
-  std::snprintf(text, sizeof text, ", %.0f %% of its surface outside '%s', by up to %.2f mm", 100 * share,
-                capture.layers[layer - 1].name.c_str(), furthest);
-  return text;
+  return Printed(", %.0f %% of its surface outside '%s', by up to %.2f mm", 100 * share,
+                 capture.layers[layer - 1].name.c_str(), furthest);
 }
 
 void PrintScene(const Capture& capture, const CaptureCheck& check) {

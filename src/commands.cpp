@@ -9,6 +9,7 @@
 #include "base/files.h"
 #include "base/json_file.h"
 #include "base/random.h"
+#include "base/text.h"
 #include "exchange/material_file.h"
 #include "fit_plan.h"
 #include "fit_steps.h"
@@ -38,9 +39,7 @@ class Figures {
  public:
   void Add(const std::string& name, double value, const std::string& unit) {
     json_.emplace_back(name, value);
-    char text[160];
-    std::snprintf(text, sizeof text, "%s %.6g %s\n", name.c_str(), value, unit.c_str());
-    lines_ += text;
+    lines_ += Printed("%s %.6g %s\n", name.c_str(), value, unit.c_str());
   }
   void Print(bool json) const { std::fputs(json ? ToJsonText(JsonValue(json_)).c_str() : lines_.c_str(), stdout); }
 

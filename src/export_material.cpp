@@ -2,10 +2,10 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 
 #include "base/error.h"
 #include "base/files.h"
+#include "base/text.h"
 #include "exchange/exporters.h"
 #include "geometry/signed_distance.h"
 #include "path_derivatives.h"
@@ -115,12 +115,6 @@ Reference RenderReference(const CrownInput& input, const LayeredBody& body, cons
   return reference;
 }
 
-std::string Line(const char* format, auto... values) {
-  char text[400];
-  std::snprintf(text, sizeof text, format, values...);
-  return text;
-}
-
 std::string Notes(const Exporter& exporter, const std::filesystem::path& material, const ExportScene& scene,
                   const std::vector<Reference>& references, int paths) {
   std::string text = std::string("# ") + exporter.title + "\n\nWritten by `crownfit export` from `" +
@@ -128,7 +122,7 @@ std::string Notes(const Exporter& exporter, const std::filesystem::path& materia
                      "`. Lengths are millimetres and coefficients 1/mm unless a line says " +
                      "otherwise. Channels are the camera's own bands:";
   for (int c = 0; c < kChannels; ++c)
-    text += (c ? ", " : " ") + scene.channel_names[c] + Line(" %.0f nm", scene.wavelengths_nm[c]);
+    text += (c ? ", " : " ") + scene.channel_names[c] + Printed(" %.0f nm", scene.wavelengths_nm[c]);
   text += ".\n\n";
   for (const std::string& warning : scene.warnings) text += "**" + warning + "**\n\n";
   text += exporter.how_to;
@@ -147,8 +141,8 @@ std::string Notes(const Exporter& exporter, const std::filesystem::path& materia
       "|---|---|---|---|---|\n";
   for (const Reference& r : references)
     text += "| " + r.file +
-            Line(" | %d | %.5f, %.5f, %.5f | %.5f, %.5f, %.5f | %.1f %% |\n", r.pixels_per_side, r.mean.x, r.mean.y,
-                 r.mean.z, r.stderr_of_mean.x, r.stderr_of_mean.y, r.stderr_of_mean.z, 100 * r.median_stderr_share);
+            Printed(" | %d | %.5f, %.5f, %.5f | %.5f, %.5f, %.5f | %.1f %% |\n", r.pixels_per_side, r.mean.x, r.mean.y,
+                    r.mean.z, r.stderr_of_mean.x, r.stderr_of_mean.y, r.stderr_of_mean.z, 100 * r.median_stderr_share);
   return text;
 }
 

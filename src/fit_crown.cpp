@@ -2,9 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 
 #include "base/error.h"
+#include "base/text.h"
 #include "fit_by_walks.h"
 #include "fit_measurements.h"
 #include "fit_pixels.h"
@@ -74,12 +74,6 @@ FitState FitByShader(const FitProblem& problem, CrownInput& input, Progress& pro
   return at;
 }
 
-std::string Number(double v) {
-  char text[32];
-  std::snprintf(text, sizeof text, "%.2g", v);
-  return text;
-}
-
 /// The cheapest model that suffices, unless one was asked for; goes on to it, and says why.
 void FitByTheModelThatSuffices(const FitProblem& problem, CrownInput& input, FitState& at, CrownFit& fit,
                                Progress& progress) {
@@ -139,14 +133,14 @@ ModelChoice WhetherShaderSuffices(double block_chi2, const std::vector<MovedCali
   constexpr double kOfNoise = 1.5, kByChance = 2.0;  // stated errors
   double furthest = 0;
   for (const MovedCalibration& m : moved) furthest = std::max(furthest, m.Stddevs());
-  std::string why = "what model shader leaves of patches of neighbouring pixels is " + Number(block_chi2) +
-                    " times the square of their noise (limit " + Number(kOfNoise) + ")";
+  std::string why = "what model shader leaves of patches of neighbouring pixels is " + Number(block_chi2, 2) +
+                    " times the square of their noise (limit " + Number(kOfNoise, 2) + ")";
   if (furthest > kByChance)
-    why += ", and it moved the calibration by " + Number(furthest) + " times its stated error (limit " +
-           Number(kByChance) + ")";
+    why += ", and it moved the calibration by " + Number(furthest, 2) + " times its stated error (limit " +
+           Number(kByChance, 2) + ")";
   if (off_prior > kByChance)
-    why += ", and it left what is known of the material by " + Number(off_prior) + " standard deviations (limit " +
-           Number(kByChance) + ")";
+    why += ", and it left what is known of the material by " + Number(off_prior, 2) + " standard deviations (limit " +
+           Number(kByChance, 2) + ")";
   return {block_chi2 <= kOfNoise && std::max(furthest, off_prior) <= kByChance, why};
 }
 

@@ -2,10 +2,10 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 
 #include "base/error.h"
 #include "base/random.h"
+#include "base/text.h"
 #include "check_capture.h"
 #include "fit_crown.h"
 #include "fit_pixels.h"
@@ -19,17 +19,7 @@ namespace {
 
 constexpr uint64_t kLookStream = 0x6c6f6f6bull;  // neither a fit's walks nor a synthesis
 
-std::string Number(double v) {
-  char text[32];
-  std::snprintf(text, sizeof text, "%.2g", v);
-  return text;
-}
-
-std::string Seconds(double s) {
-  char text[32];
-  std::snprintf(text, sizeof text, s < 1e6 ? "%.0f s" : "%.2g s", std::ceil(s));
-  return text;
-}
+std::string Seconds(double s) { return Printed(s < 1e6 ? "%.0f s" : "%.2g s", std::ceil(s)); }
 
 std::string Words(const FitPlan& plan) {
   if (plan.model == "shader") return "model shader";
@@ -170,8 +160,8 @@ FitPlan ChoosePlan(const std::vector<FitPlan>& plans, const SceneLook& look, con
   const auto all = [&] {
     std::string text;
     for (const FitPlan& plan : plans)
-      text +=
-          (text.empty() ? "" : "; ") + Words(plan) + ": CIEDE2000 " + Number(plan.de00) + ", " + Seconds(plan.seconds);
+      text += (text.empty() ? "" : "; ") + Words(plan) + ": CIEDE2000 " + Number(plan.de00, 2) + ", " +
+              Seconds(plan.seconds);
     return text;
   };
   if (!chosen)
@@ -179,11 +169,11 @@ FitPlan ChoosePlan(const std::vector<FitPlan>& plans, const SceneLook& look, con
                      "no model keeps it on this scene. Estimates: " + all(),
                      "Ask for less, or choose with --model and --walks.");
   std::string asked;
-  if (options.target_de00) asked += "CIEDE2000 " + Number(*options.target_de00);
+  if (options.target_de00) asked += "CIEDE2000 " + Number(*options.target_de00, 2);
   if (options.budget_s) asked += (asked.empty() ? "" : " and ") + Seconds(*options.budget_s);
   FitPlan plan = *chosen;
-  plan.why = Words(plan) + " for " + asked + ": about CIEDE2000 " + Number(chosen->de00) + ", at most about " +
-             Seconds(chosen->seconds) + " of two cores (model shader is off by " + Number(look.shader_de00) +
+  plan.why = Words(plan) + " for " + asked + ": about CIEDE2000 " + Number(chosen->de00, 2) + ", at most about " +
+             Seconds(chosen->seconds) + " of two cores (model shader is off by " + Number(look.shader_de00, 2) +
              " at the start values)";
   return plan;
 }

@@ -2,9 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 #include <map>
 
+#include "base/text.h"
 #include "fit_pixels.h"
 #include "geometry/long_axis.h"
 
@@ -106,12 +106,10 @@ std::string DepthNote(const Capture& capture, const Crown& crown) {
   if (capture.layers.size() > 1 || !stated.stated || !stated.fixed) return "";
   const double depth = crown.thickness_mm.back();
   if (std::abs(stated.value[0] - depth) <= kApart * depth) return "";
-  char text[300];
-  std::snprintf(text, sizeof text,
-                "%s.thickness_mm is fixed at %.3g mm, but its mesh is %.3g mm deep: photographs are predicted with the "
-                "mesh's depth, which thickness_mm scales only where it is free",
-                capture.layers.back().name.c_str(), stated.value[0], depth);
-  return text;
+  return Printed(
+      "%s.thickness_mm is fixed at %.3g mm, but its mesh is %.3g mm deep: photographs are predicted with the "
+      "mesh's depth, which thickness_mm scales only where it is free",
+      capture.layers.back().name.c_str(), stated.value[0], depth);
 }
 
 std::vector<double> CastThicknesses(const Capture& capture, const Crown& crown, std::vector<double> built_mm) {

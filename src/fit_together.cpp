@@ -2,11 +2,11 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 #include <map>
 
 #include "base/error.h"
 #include "base/files.h"
+#include "base/text.h"
 
 namespace crownfit {
 namespace {
@@ -196,14 +196,11 @@ class Together {
       const FreeEntry& e = *std::find_if(fits_[i].entries.begin(), fits_[i].entries.end(),
                                          [&](const FreeEntry& entry) { return entry.name == apart.name; });
       const auto value = [&](double v) { return e.scale == Scale::kLog ? std::exp(v) : v; };
-      char text[500];
-      std::snprintf(text, sizeof text,
-                    "'%s' disagrees with the other captures (chi2 %.0f of %d), most about %s: %.3g alone, "
-                    "%.3g by the others. Is it the same material, and its calibration right? The intervals do not "
-                    "hold such a difference.",
-                    names_[i].c_str(), apart.chi2, apart.freedom, apart.name.c_str(), value(apart.here),
-                    value(apart.there));
-      contradictions_.push_back(text);
+      contradictions_.push_back(Printed(
+          "'%s' disagrees with the other captures (chi2 %.0f of %d), most about %s: %.3g alone, "
+          "%.3g by the others. Is it the same material, and its calibration right? The intervals do not "
+          "hold such a difference.",
+          names_[i].c_str(), apart.chi2, apart.freedom, apart.name.c_str(), value(apart.here), value(apart.there)));
     }
   }
 

@@ -3,12 +3,12 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <cstdio>
 #include <numeric>
 
 #include "base/error.h"
 #include "base/parallel.h"
 #include "base/random.h"
+#include "base/text.h"
 #include "optics/aperture.h"
 #include "optics/fresnel_moments.h"
 #include "photo/photograph.h"
@@ -149,9 +149,7 @@ std::vector<FlatGroup> Evaluate(const FlatQuestion& q, const Material& material,
   for (size_t i = groups + 1; i < over.size(); ++i) masking.push_back(Ciede2000(lab(over[i][0]), lab(over[i][1])));
   std::vector<FlatGroup> answer;
   for (size_t t = 0; t < groups; ++t) {
-    char name[32] = "design";
-    if (t > 0) std::snprintf(name, sizeof name, "at_%.2f_mm", q.other_totals_mm[t - 1]);
-    Group g(name, thicknesses[t]);
+    Group g(t == 0 ? "design" : Printed("at_%.2f_mm", q.other_totals_mm[t - 1]), thicknesses[t]);
     const glm::dvec3 black = q.colour.LinearRgb(over_card[t][0]), white = q.colour.LinearRgb(over_card[t][1]);
     g.AddColour("over_black", black);
     g.AddColour("over_white", white);

@@ -2,10 +2,10 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 #include <numeric>
 
 #include "base/linear_algebra.h"
+#include "base/text.h"
 #include "fit/image_residuals.h"
 #include "fit/profile.h"
 #include "fit_pixels.h"
@@ -207,19 +207,13 @@ FitPixels WithNoiseOfWalks(FitPixels p, double paths) {
 }
 
 std::string IntervalInWords(const FreeEntry& entry, double stddev) {
-  char text[64];
   if (!std::isfinite(stddev)) return "not seen";
   constexpr double kVast = 1000.0;
   const double up = std::exp(kZ95 * stddev), down = 1.0 - kZ95 * stddev;  // as Quantify states intervals
-  if (entry.scale == Scale::kLog && down > 0) {
-    std::snprintf(text, sizeof text, up > kVast * down ? "more than a factor %.3g" : "a factor %.3g",
-                  std::min(kVast, up / down));
-  } else if (entry.scale == Scale::kLog) {
-    std::snprintf(text, sizeof text, up > kVast ? "no end to either side" : "no lower end, up to %.3g times", up);
-  } else {
-    std::snprintf(text, sizeof text, "+-%.2g", kZ95 * stddev);
-  }
-  return text;
+  if (entry.scale != Scale::kLog) return Printed("+-%.2g", kZ95 * stddev);
+  if (down > 0)
+    return Printed(up > kVast * down ? "more than a factor %.3g" : "a factor %.3g", std::min(kVast, up / down));
+  return up > kVast ? "no end to either side" : Printed("no lower end, up to %.3g times", up);
 }
 
 std::string AdviceIn(const FreeParameters& free, const Foresight& foresight) {

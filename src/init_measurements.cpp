@@ -1,13 +1,13 @@
 #include "init_measurements.h"
 
 #include <algorithm>
-#include <cstdio>
 #include <map>
 #include <optional>
 
 #include "base/error.h"
 #include "base/files.h"
 #include "base/json_file.h"
+#include "base/text.h"
 #include "calibration/capture.h"
 #include "exchange/rxt_file.h"
 
@@ -19,22 +19,16 @@ struct Sample {
   std::array<RxtRow, kChannels> bands;
 };
 
-std::string ShortNumber(double v) {
-  char text[32];
-  std::snprintf(text, sizeof text, "%g", v);
-  return text;
-}
-
 /// Between the neighbours of a wavelength, on a straight line.
 RxtRow RowAt(const MeasuredParts& parts, const std::map<double, RxtRow>& rows, double wavelength_nm) {
   const auto above = rows.lower_bound(wavelength_nm);
   if (above != rows.end() && above->first == wavelength_nm) return above->second;
   if (above == rows.begin() || above == rows.end())
     throw InputError(parts.file, "",
-                     "it has no readings at " + ShortNumber(wavelength_nm) + " nm, but from " +
-                         ShortNumber(rows.begin()->first) + " to " + ShortNumber(rows.rbegin()->first),
-                     "State the bands by --wavelengths, such as --wavelengths " + ShortNumber(rows.rbegin()->first) +
-                         "," + ShortNumber(rows.rbegin()->first) + "," + ShortNumber(rows.begin()->first) + ".");
+                     "it has no readings at " + Number(wavelength_nm, 6) + " nm, but from " +
+                         Number(rows.begin()->first, 6) + " to " + Number(rows.rbegin()->first, 6),
+                     "State the bands by --wavelengths, such as --wavelengths " + Number(rows.rbegin()->first, 6) +
+                         "," + Number(rows.rbegin()->first, 6) + "," + Number(rows.begin()->first, 6) + ".");
   const auto below = std::prev(above);
   const double share = (wavelength_nm - below->first) / (above->first - below->first);
   RxtRow row = below->second;
@@ -53,7 +47,7 @@ std::vector<Sample> SamplesByWavelength(const MeasuredParts& parts, const RxtFil
     if (!by_thickness[row.thickness_mm].emplace(*row.wavelength_nm, row).second)
       throw InputError(
           parts.file, "",
-          "two rows have " + ShortNumber(*row.wavelength_nm) + " nm at " + ShortNumber(row.thickness_mm) + " mm",
+          "two rows have " + Number(*row.wavelength_nm, 6) + " nm at " + Number(row.thickness_mm, 6) + " mm",
           "Take their mean, or make a file of each sample.");
   std::vector<Sample> samples;
   for (const auto& [mm, rows] : by_thickness) {
@@ -120,7 +114,7 @@ void InitMeasuredCapture(const MeasuredParts& parts, const std::filesystem::path
   for (const Sample& s : samples) {
     const double mm = TheOne(parts, {s}, "the thickness", [](const RxtRow& r) { return r.thickness_mm; });
     Object measurement{
-        {"name", ShortNumber(mm) + " mm"}, {"thickness_mm", mm}, {"geometry", "0/d"}, {"specular", "included"}};
+        {"name", Number(mm, 6) + " mm"}, {"thickness_mm", mm}, {"geometry", "0/d"}, {"specular", "included"}};
     if (file.slide_ior > 1)
       measurement.emplace_back("slide", Object{{"ior", file.slide_ior}, {"thickness_mm", file.slide_thickness_mm}});
     const auto add = [&](const char* key, std::optional<double> RxtRow::*reading) {

@@ -2,9 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 
 #include "base/json_file.h"
+#include "base/text.h"
 #include "fit_pixels.h"
 #include "fit_steps.h"
 #include "studio_capture.h"
@@ -127,13 +127,10 @@ ViewMatch MatchView(const Capture& capture, const Material& material, const Matc
 
 std::string MatchSummary(const ViewMatch& match, const Material& material) {
   std::string text = "CIEDE2000 of the shader against the path model (median / 95 %)\n";
-  char line[200];
-  std::snprintf(line, sizeof line, "%-28s %16s %16s\n", "light", "physical", "effective");
-  text += line;
+  text += Printed("%-28s %16s %16s\n", "light", "physical", "effective");
   for (const auto& v : match.views) {
-    std::snprintf(line, sizeof line, "%-28s %8.2f /%6.1f %8.2f /%6.1f%s\n", v.name.c_str(), v.physical.median,
-                  v.physical.p95, v.effective.median, v.effective.p95, v.is_holdout ? "  held out" : "");
-    text += line;
+    text += Printed("%-28s %8.2f /%6.1f %8.2f /%6.1f%s\n", v.name.c_str(), v.physical.median, v.physical.p95,
+                    v.effective.median, v.effective.p95, v.is_holdout ? "  held out" : "");
   }
   if (match.keeps_physical)
     text +=
@@ -144,9 +141,8 @@ std::string MatchSummary(const ViewMatch& match, const Material& material) {
     for (const ParameterRow& row : kParameters) {
       if (row.owner != Owner::kLayer || !IsChosen(l, row)) continue;
       const ChannelValues &e = match.effective.layers[l][row.quantity], &p = material.layers[l][row.quantity];
-      std::snprintf(line, sizeof line, "%-36s %.4g (%.4g), %.4g (%.4g), %.4g (%.4g) %s\n",
-                    (material.layers[l].name + "." + row.key).c_str(), e[0], p[0], e[1], p[1], e[2], p[2], row.unit);
-      text += line;
+      text += Printed("%-36s %.4g (%.4g), %.4g (%.4g), %.4g (%.4g) %s\n",
+                      (material.layers[l].name + "." + row.key).c_str(), e[0], p[0], e[1], p[1], e[2], p[2], row.unit);
     }
   return text;
 }

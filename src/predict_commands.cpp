@@ -1,6 +1,7 @@
 #include <cmath>
 #include <cstdio>
 
+#include "base/text.h"
 #include "commands.h"
 #include "photo/image_io.h"
 #include "predict_question.h"
@@ -11,27 +12,11 @@ namespace crownfit {
 namespace {
 
 std::string TextOf(const FlatFigure& figure) {
-  char text[200];
-  // Nothing up to the thickest that was tried.
-  const auto number = [](double v, char* out, size_t size) {
-    if (std::isnan(v)) {
-      std::snprintf(out, size, "none");
-    } else if (std::isinf(v)) {
-      std::snprintf(out, size, ">%g", kThickest_mm);
-    } else {
-      std::snprintf(out, size, "%.4g", v);
-    }
+  const auto number = [](double v) {  // infinite: nothing up to the thickest that was tried
+    return std::isnan(v) ? "none" : std::isinf(v) ? Printed(">%g", kThickest_mm) : Number(v, 4);
   };
-  char value[32], low[32], high[32];
-  number(figure.value, value, sizeof value);
-  if (!figure.stddev) {
-    std::snprintf(text, sizeof text, "%s %s", value, figure.unit.c_str());
-    return text;
-  }
-  number(*figure.low95, low, sizeof low);
-  number(*figure.high95, high, sizeof high);
-  std::snprintf(text, sizeof text, "%s %s  95 %% [%s, %s]", value, figure.unit.c_str(), low, high);
-  return text;
+  const std::string value = number(figure.value) + " " + figure.unit;
+  return figure.stddev ? value + "  95 % [" + number(*figure.low95) + ", " + number(*figure.high95) + "]" : value;
 }
 
 /// What is left to JSON, so that a page holds the rest.
@@ -47,12 +32,12 @@ Image FigureOf(const FlatQuestion& q, const FlatPrediction& p) {
     };
     double total = 0;
     for (const double mm : g.thickness_mm) total += mm;
-    char title[40], tp[40], cr[40], shows[40];
-    std::snprintf(title, sizeof title, "%s%.2f mm", g.name == "design" ? "design " : "", total);
-    std::snprintf(tp, sizeof tp, "TP00 %.1f", g["tp00"].value);
-    std::snprintf(cr, sizeof cr, "CR %.2f", g["contrast_ratio"].value);
-    std::snprintf(shows, sizeof shows, "stump: dE00 %.1f", g["stump_shows"].value);
-    swatches.push_back({colour("over_black"), colour("over_white"), colour("over_stump"), {title, tp, cr, shows}});
+    swatches.push_back(
+        {colour("over_black"),
+         colour("over_white"),
+         colour("over_stump"),
+         {Printed("%s%.2f mm", g.name == "design" ? "design " : "", total), Printed("TP00 %.1f", g["tp00"].value),
+          Printed("CR %.2f", g["contrast_ratio"].value), Printed("stump: dE00 %.1f", g["stump_shows"].value)}});
   }
   return SwatchFigure(swatches, q.colour.LinearRgb(q.black), q.colour.LinearRgb(q.white), q.colour.LinearRgb(q.stump));
 }

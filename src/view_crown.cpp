@@ -3,9 +3,9 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
-#include <cstdio>
 #include <functional>
 
+#include "base/text.h"
 #include "fit_steps.h"
 #include "photo/image_io.h"
 #include "report/figures.h"
@@ -68,15 +68,11 @@ std::string Benchmark(CrownRenderer& renderer, const Capture& capture, const Mat
       renderer.Draw(turned, {}, canvas, quality);
     });
   };
-  char text[200];
-  std::snprintf(text, sizeof text, "%s\n%d x %d pixels, %zu triangles, %zu vertices, median of %d frames (worst):\n",
-                GraphicsProcessor().c_str(), photo.camera.width, photo.camera.height,
-                renderer.crown().fine.triangles.size(), renderer.crown().fine.vertices.size(), frames);
-  std::string report = text;
+  std::string report = Printed("%s\n%d x %d pixels, %zu triangles, %zu vertices, median of %d frames (worst):\n",
+                               GraphicsProcessor().c_str(), photo.camera.width, photo.camera.height,
+                               renderer.crown().fine.triangles.size(), renderer.crown().fine.vertices.size(), frames);
   const auto add = [&](const char* what, const FrameTimes& t) {
-    std::snprintf(text, sizeof text, "  %-32s %8.2f ms (%.2f): %.0f frames/s\n", what, t.median_ms, t.worst_ms,
-                  1000 / t.median_ms);
-    report += text;
+    report += Printed("  %-32s %8.2f ms (%.2f): %.0f frames/s\n", what, t.median_ms, t.worst_ms, 1000 / t.median_ms);
   };
   add("camera moves", orbit(Quality::kMoving));
   add("camera moves, all highlights", orbit(Quality::kStill));

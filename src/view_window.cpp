@@ -6,6 +6,7 @@
 #include <functional>
 
 #include "base/error.h"
+#include "base/text.h"
 #include "crown_canvas.h"
 #include "material_sliders.h"
 #include "report/figures.h"
@@ -23,11 +24,8 @@ constexpr int kSettlingFrames = 3;  // that ImGui takes until widgets look as th
 constexpr float kNoMap = 0.2f;      // grey in place of a difference
 
 std::string DifferenceText(const ColourDifference& d) {
-  char text[200];
-  std::snprintf(text, sizeof text,
-                "CIEDE2000, 8 x 8 blocks: median %.2f, 95 %% %.2f\n%.0f %% not seen, %.0f %% acceptable", d.median,
-                d.p95, 100 * d.share_below_pt, 100 * d.share_below_at);
-  return text;
+  return Printed("CIEDE2000, 8 x 8 blocks: median %.2f, 95 %% %.2f\n%.0f %% not seen, %.0f %% acceptable", d.median,
+                 d.p95, 100 * d.share_below_pt, 100 * d.share_below_at);
 }
 
 class CrownWindow {

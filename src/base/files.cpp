@@ -5,11 +5,11 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 #include <fstream>
 #include <memory>
 
 #include "base/error.h"
+#include "base/text.h"
 
 namespace crownfit {
 
@@ -59,12 +59,11 @@ std::string ReadWholeFile(const std::filesystem::path& file, double most_bytes, 
   if (!std::filesystem::is_regular_file(file, ignored)) throw InputError(file, "", "there is no such file");
   std::ifstream stream(file, std::ios::binary | std::ios::ate);
   const std::streamoff size = stream ? static_cast<std::streamoff>(stream.tellg()) : -1;
-  if (static_cast<double>(size) > most_bytes) {
-    char text[80];
-    std::snprintf(text, sizeof text, "the file has %.1f MiB, more than %.1f",
-                  std::ldexp(static_cast<double>(size), -20), std::ldexp(most_bytes, -20));
-    throw InputError(file, "", text, remedy);
-  }
+  if (static_cast<double>(size) > most_bytes)
+    throw InputError(file, "",
+                     Printed("the file has %.1f MiB, more than %.1f", std::ldexp(static_cast<double>(size), -20),
+                             std::ldexp(most_bytes, -20)),
+                     remedy);
   std::string text(static_cast<size_t>(std::max<std::streamoff>(size, 0)), '\0');
   if (size < 0 || !stream.seekg(0).read(text.data(), size)) throw InputError(file, "", "the file can't be read");
   return text;

@@ -15,6 +15,7 @@
 
 #include "base/error.h"
 #include "base/files.h"
+#include "base/text.h"
 
 namespace crownfit {
 namespace {
@@ -145,11 +146,9 @@ class Fitting {
         folder_.Keep(Made(i), crown.row.id);
         crown.state = CrownState::kFitted;
         ++fitted_;
-        char text[80] = "";
-        if (const auto& error = crown.record->de00_median) std::snprintf(text, sizeof text, "CIEDE2000 %.2f, ", *error);
-        char seconds[40];
-        std::snprintf(seconds, sizeof seconds, "%.1f s)", end.wall_s);
-        Tell(crown, StatusOf(crown) + " (" + text + seconds);
+        const auto& error = crown.record->de00_median;
+        Tell(crown, StatusOf(crown) + " (" + (error ? Printed("CIEDE2000 %.2f, ", *error) : "") +
+                        Printed("%.1f s)", end.wall_s));
         return;
       } catch (const InputError& e) {
         folder_.CheckRoom(crown.row.id + ": " + e.what());
@@ -190,11 +189,9 @@ class Fitting {
     if (failed_ > 0) detail += ", " + std::to_string(failed_) + " failed";
     if (done > 0) {
       const double per_s = static_cast<double>(done) / passed_s, left_s = static_cast<double>(to_do_ - done) / per_s;
-      char text[80];
-      std::snprintf(text, sizeof text, ", %.3g a minute, %s left", 60 * per_s,
-                    left_s < 90 ? (std::to_string(static_cast<int>(std::ceil(left_s))) + " s").c_str()
-                                : (std::to_string(static_cast<int>(std::ceil(left_s / 60))) + " min").c_str());
-      detail += text;
+      detail +=
+          Printed(", %.3g a minute, ", 60 * per_s) +
+          (left_s < 90 ? Printed("%.0f s left", std::ceil(left_s)) : Printed("%.0f min left", std::ceil(left_s / 60)));
     }
     std::string names;
     for (size_t i : in_work_) names += (names.empty() ? "" : " ") + crowns_[i].row.id;

@@ -17,6 +17,7 @@
 #include <cstring>
 
 #include "base/error.h"
+#include "base/text.h"
 
 namespace crownfit {
 namespace {
@@ -30,9 +31,8 @@ double Seconds(const timeval& time) {
 }
 
 double Resident_MiB(int pid) {
-  char name[64];
-  std::snprintf(name, sizeof name, "/proc/%d/statm", pid);
-  std::FILE* file = std::fopen(name, "r");
+  const std::string name = Printed("/proc/%d/statm", pid);
+  std::FILE* file = std::fopen(name.c_str(), "r");
   if (!file) return 0;
   double size = 0, resident = 0;
   const int read = std::fscanf(file, "%lf %lf", &size, &resident);
@@ -123,17 +123,10 @@ void ProcessPool::KillAll() {
 }
 
 std::string Words(const ProcessEnd& end, const ProcessLimits& limits) {
-  char text[160];
-  if (end.was_too_slow) {
-    std::snprintf(text, sizeof text, "took longer than %g s (--time-limit)", limits.seconds);
-  } else if (end.was_too_large) {
-    std::snprintf(text, sizeof text, "used more than %g MiB of memory (--memory-limit)", limits.memory_MiB);
-  } else if (end.signal != 0) {
-    std::snprintf(text, sizeof text, "killed by signal %d (%s)", end.signal, strsignal(end.signal));
-  } else {
-    std::snprintf(text, sizeof text, "exit code %d", end.exit_code);
-  }
-  return text;
+  if (end.was_too_slow) return Printed("took longer than %g s (--time-limit)", limits.seconds);
+  if (end.was_too_large) return Printed("used more than %g MiB of memory (--memory-limit)", limits.memory_MiB);
+  if (end.signal != 0) return Printed("killed by signal %d (%s)", end.signal, strsignal(end.signal));
+  return Printed("exit code %d", end.exit_code);
 }
 
 }  // namespace crownfit

@@ -2,10 +2,10 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 #include <map>
 
 #include "base/html.h"
+#include "base/text.h"
 
 namespace crownfit {
 namespace {
@@ -14,18 +14,9 @@ constexpr double kAcceptable = 1.8;     // CIEDE2000, Paravina et al. 2015
 constexpr double kOutlier = 3.5;        // robust standard deviations, Iglewicz and Hoaglin 1993
 constexpr size_t kFewestToCompare = 5;  // crowns of a group, below which none stands out
 
-std::string Text(double v) {
-  char text[32];
-  std::snprintf(text, sizeof text, "%.6g", v);
-  return text;
-}
 std::string Text(const std::optional<double>& v) { return v ? Text(*v) : ""; }
 
-std::string Hundredths(double v) {
-  char text[32];
-  std::snprintf(text, sizeof text, "%.2f", v);
-  return text;
-}
+std::string Hundredths(double v) { return Printed("%.2f", v); }
 
 std::string Hundredths(const std::optional<double>& v) { return v ? Hundredths(*v) : ""; }
 
@@ -127,13 +118,8 @@ for (const head of document.querySelectorAll('th')) {
 /// "0.0123 [0.0101, 0.0145]", red where it was not identified.
 std::string ParameterCell(const RecordedParameter* p) {
   if (!p) return "<td data-sort=\"\"></td>";
-  char text[120];
-  std::snprintf(text, sizeof text, "%.4g", p->value);
-  std::string cell = "<td class=\"n\" data-sort=\"" + Text(p->value) + "\">" + text;
-  if (p->low && p->high) {
-    std::snprintf(text, sizeof text, "<br><small>%.4g to %.4g</small>", *p->low, *p->high);
-    cell += text;
-  }
+  std::string cell = "<td class=\"n\" data-sort=\"" + Number(p->value, 6) + "\">" + Number(p->value, 4);
+  if (p->low && p->high) cell += Printed("<br><small>%.4g to %.4g</small>", *p->low, *p->high);
   if (p->status != "fitted") cell += "<br><small class=\"bad\">" + Html(p->status) + "</small>";
   return cell + "</td>";
 }

@@ -1,10 +1,10 @@
 #include "calibrate/printed_targets.h"
 
 #include <cmath>
-#include <cstdio>
 #include <numbers>
 
 #include "base/json_file.h"
+#include "base/text.h"
 #include "calibration/rigid_transform.h"
 
 namespace crownfit {
@@ -59,9 +59,9 @@ PrintedTarget PrintedBoard(const Board& board) {
         }
       }
   }
-  char text[160];
-  std::snprintf(text, sizeof text, "%dx%d, %g mm: measure it", board.columns, board.rows, s);
-  target.texts.push_back({{s, target.size_mm.y - 0.3 * s}, std::min(4.0, 0.4 * s), text});
+  target.texts.push_back({{s, target.size_mm.y - 0.3 * s},
+                          std::min(4.0, 0.4 * s),
+                          Printed("%dx%d, %g mm: measure it", board.columns, board.rows, s)});
   return target;
 }
 
@@ -135,32 +135,26 @@ Jig ReadJig(const std::filesystem::path& path) {
 }
 
 std::string SvgText(const PrintedTarget& target) {
-  char text[400];
-  std::snprintf(text, sizeof text,
-                "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"%gmm\" height=\"%gmm\" viewBox=\"0 0 %g %g\">\n"
-                "<rect width=\"100%%\" height=\"100%%\" fill=\"#fff\"/>\n",
-                target.size_mm.x, target.size_mm.y, target.size_mm.x, target.size_mm.y);
-  std::string svg = text;
+  std::string svg = Printed(
+      "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"%gmm\" height=\"%gmm\" viewBox=\"0 0 %g %g\">\n"
+      "<rect width=\"100%%\" height=\"100%%\" fill=\"#fff\"/>\n",
+      target.size_mm.x, target.size_mm.y, target.size_mm.x, target.size_mm.y);
   const auto points = [&](const std::vector<glm::dvec2>& outline) {
     std::string list;
-    for (const auto& p : outline) {
-      char point[64];
-      std::snprintf(point, sizeof point, "%s%.6g,%.6g", list.empty() ? "" : " ", p.x, p.y);
-      list += point;
-    }
+    for (const auto& p : outline) list += Printed("%s%.6g,%.6g", list.empty() ? "" : " ", p.x, p.y);
     return list;
   };
   for (const Patch& patch : target.patches) {
     const int level = static_cast<int>(std::lround(255 * patch.grey));
-    std::snprintf(text, sizeof text, "\" fill=\"#%02x%02x%02x\"/>\n", level, level, level);
-    svg += "<polygon points=\"" + points(patch.outline_mm) + text;
+    svg +=
+        "<polygon points=\"" + points(patch.outline_mm) + Printed("\" fill=\"#%02x%02x%02x\"/>\n", level, level, level);
   }
   for (const auto& cut : target.cuts_mm)
     svg += "<polygon points=\"" + points(cut) + "\" fill=\"none\" stroke=\"#999\" stroke-width=\"0.1\"/>\n";
   for (const PrintedText& line : target.texts) {
-    std::snprintf(text, sizeof text, "<text x=\"%g\" y=\"%g\" font-family=\"sans-serif\" font-size=\"%g\">",
-                  line.at_mm.x, line.at_mm.y, line.size_mm);
-    svg += text + line.text + "</text>\n";
+    svg += Printed("<text x=\"%g\" y=\"%g\" font-family=\"sans-serif\" font-size=\"%g\">", line.at_mm.x, line.at_mm.y,
+                   line.size_mm);
+    svg += line.text + "</text>\n";
   }
   return svg + "</svg>\n";
 }

@@ -1,17 +1,13 @@
 #include "calibrate/product.h"
 
 #include <algorithm>
-#include <cstdio>
 
 #include "base/files.h"
+#include "base/text.h"
 
 namespace crownfit {
 
-std::string Text(double value, const std::string& unit) {
-  char text[64];
-  std::snprintf(text, sizeof text, "%.3g", value);
-  return unit.empty() ? text : std::string(text) + " " + unit;
-}
+std::string Text(double value, const std::string& unit) { return Number(value) + (unit.empty() ? "" : " " + unit); }
 
 JsonValue ProductJson(const Product& product, const std::vector<std::filesystem::path>& inputs) {
   JsonValue::Object root, quality, digests;

@@ -1,6 +1,6 @@
 #include "calibration/parameters.h"
 
-#include <cstdio>
+#include "base/text.h"
 
 namespace crownfit {
 namespace {
@@ -18,9 +18,8 @@ std::array<double, kChannels> ReadValues(const JsonNode& node, const ParameterRo
   for (int c = 0; c < kChannels; ++c) {
     values[c] = numbers[c];
     if (values[c] >= range[0] && values[c] <= range[1]) continue;
-    char text[120];
-    std::snprintf(text, sizeof text, "%g is outside [%g, %g]", values[c], range[0], range[1]);
-    node.Fail(std::string(text) + (std::string(row.unit) == "1" ? "" : std::string(" ") + row.unit),
+    node.Fail(Printed("%g is outside [%g, %g]", values[c], range[0], range[1]) +
+                  (std::string(row.unit) == "1" ? "" : std::string(" ") + row.unit),
               "Check the sign, the decimal point and the unit.");
   }
   return values;

@@ -3,9 +3,9 @@
 #include <algorithm>
 #include <cctype>
 #include <cmath>
-#include <cstdio>
 #include <numbers>
 
+#include "base/text.h"
 #include "geometry/light_samples.h"
 #include "optics/media.h"
 
@@ -85,12 +85,6 @@ double LargestDistortion_px(const Camera& camera) {
   return largest;
 }
 
-std::string With(const char* format, double value) {
-  char text[200];
-  std::snprintf(text, sizeof text, format, value);
-  return text;
-}
-
 }  // namespace
 
 void LeaveOutWhatOthersLack(Capture& capture, Material& material, std::vector<std::string>& left_out) {
@@ -103,7 +97,7 @@ void LeaveOutWhatOthersLack(Capture& capture, Material& material, std::vector<st
       layer.absorption_texture.reset();
     }
   double& wetness = material.surface[Quantity::kWetness][0];
-  if (wetness > 0) say(With("wetness %.3g; the surface is dry", wetness));
+  if (wetness > 0) say(Printed("wetness %.3g; the surface is dry", wetness));
   material.surface[Quantity::kWetness].fill(0.0);
   for (BackingSpec& backing : capture.backings)
     if (backing.in_contact) {
@@ -118,12 +112,12 @@ void LeaveOutWhatOthersLack(Capture& capture, Material& material, std::vector<st
     photo.blur.reset();
     Camera& camera = photo.camera;
     if (const double off = LargestDistortion_px(camera); off > 1e-6)
-      say("photograph " + photo.name + ": distortion of the lens, " + With("up to %.2g px", off));
+      say("photograph " + photo.name + ": distortion of the lens, " + Printed("up to %.2g px", off));
     camera.distortion = {};
     if (camera.fx != camera.fy) {
       const double focal = std::sqrt(camera.fx * camera.fy);
       say("photograph " + photo.name + ": pixels that are not square, " +
-          With("%.2g %%", 100 * std::abs(camera.fx / camera.fy - 1)));
+          Printed("%.2g %%", 100 * std::abs(camera.fx / camera.fy - 1)));
       camera.fx = camera.fy = focal;
     }
   }

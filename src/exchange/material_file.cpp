@@ -2,11 +2,11 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 
 #include "base/error.h"
 #include "base/files.h"
 #include "base/json_file.h"
+#include "base/text.h"
 #include "photo/colour.h"
 
 namespace crownfit {
@@ -197,10 +197,8 @@ std::string EffectiveNote(const MaterialRecord& record) {
         where = record.material.layers[l].name + "." + row.key;
       }
   if (where.empty()) return "";
-  char text[200];
-  std::snprintf(text, sizeof text, "effective parameters, up to %.0f %% from the physical ones (%s; --physical)",
-                100 * largest, where.c_str());
-  return text;
+  return Printed("effective parameters, up to %.0f %% from the physical ones (%s; --physical)", 100 * largest,
+                 where.c_str());
 }
 
 Capture WithLinearScales(Capture capture, const std::map<std::string, double>& linear_scales) {

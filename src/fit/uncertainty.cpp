@@ -4,11 +4,11 @@
 #include <Eigen/SVD>
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 #include <map>
 #include <tuple>
 
 #include "base/linear_algebra.h"
+#include "base/text.h"
 
 namespace crownfit {
 namespace {
@@ -62,17 +62,10 @@ std::string Describe(const FreeParameters& free, const Eigen::VectorXd& directio
   for (int i = 0; i < std::min(4, free.count()); ++i) {
     const double part = sign * direction[order[i]];
     if (std::abs(part) < 0.2) break;
-    char number[32];
-    std::snprintf(number, sizeof number, "%+.2f ", part);
-    text += std::string(i ? " " : "") + number + (free.entries[order[i]].scale == Scale::kLog ? "ln " : "") +
-            free.entries[order[i]].name;
+    text += std::string(i ? " " : "") + Printed("%+.2f ", part) +
+            (free.entries[order[i]].scale == Scale::kLog ? "ln " : "") + free.entries[order[i]].name;
   }
-  char tail[64];
-  if (std::isfinite(stddev))
-    std::snprintf(tail, sizeof tail, " (standard deviation %.2g)", stddev);
-  else
-    std::snprintf(tail, sizeof tail, " (not seen at all)");
-  return text + tail;
+  return text + (std::isfinite(stddev) ? Printed(" (standard deviation %.2g)", stddev) : " (not seen at all)");
 }
 
 }  // namespace

@@ -1,8 +1,8 @@
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 
 #include "base/error.h"
+#include "base/text.h"
 #include "geometry/crown.h"
 #include "geometry/mesh_file.h"
 
@@ -101,12 +101,10 @@ std::vector<std::string> KeepBuildable(const CrownSource& source, Capture& captu
     ParameterSpec& kept = capture.layers[i - 1][Quantity::kThickness];
     kept.high = room;
     if (kept.fixed || kept.value[0] < room) continue;
-    char text[300];
-    std::snprintf(text, sizeof text,
-                  "%s: the start %.3g mm leaves nothing of layer '%s', as '%s' is at most %.3g mm deep; %.3g mm taken",
-                  ThicknessKey(i - 1).c_str(), kept.value[0], capture.layers[i].name.c_str(),
-                  capture.layers[base].name.c_str(), source.fields[base]->max_depth_mm(), kStart * room);
-    messages.emplace_back(text);
+    messages.push_back(
+        Printed("%s: the start %.3g mm leaves nothing of layer '%s', as '%s' is at most %.3g mm deep; %.3g mm taken",
+                ThicknessKey(i - 1).c_str(), kept.value[0], capture.layers[i].name.c_str(),
+                capture.layers[base].name.c_str(), source.fields[base]->max_depth_mm(), kStart * room));
     kept.value.fill(std::max(kept.low, kStart * room));
   }
   return messages;

@@ -4,13 +4,13 @@
 #include <array>
 #include <cmath>
 #include <cstdint>
-#include <cstdio>
 #include <map>
 #include <numeric>
 #include <set>
 #include <unordered_map>
 
 #include "base/error.h"
+#include "base/text.h"
 #include "geometry/mesh_file.h"
 
 namespace crownfit {
@@ -122,18 +122,12 @@ void CloseOpenings(const std::filesystem::path& file, TriangleMesh& mesh, std::v
     std::fill(mesh.is_cut.begin() + static_cast<long>(neck_begin), mesh.is_cut.begin() + static_cast<long>(neck_end),
               1);
   }
-  char text[200];
   const size_t holes = loops.size() - (has_neck ? 1 : 0);
-  if (has_neck) {
-    std::snprintf(text, sizeof text, "%s: open at the neck, closed there by %.1f mm2", file.filename().c_str(),
-                  neck_mm2);
-    messages.push_back(text);
-  }
-  if (holes > 0) {
-    std::snprintf(text, sizeof text, "%s: %zu hole%s of %.2f mm2 in all closed", file.filename().c_str(), holes,
-                  holes > 1 ? "s" : "", closed_mm2 - (has_neck ? neck_mm2 : 0.0));
-    messages.push_back(text);
-  }
+  if (has_neck)
+    messages.push_back(Printed("%s: open at the neck, closed there by %.1f mm2", file.filename().c_str(), neck_mm2));
+  if (holes > 0)
+    messages.push_back(Printed("%s: %zu hole%s of %.2f mm2 in all closed", file.filename().c_str(), holes,
+                               holes > 1 ? "s" : "", closed_mm2 - (has_neck ? neck_mm2 : 0.0)));
 }
 
 size_t OpenEdges(const std::unordered_map<uint64_t, DirectedEdges>& edges) {

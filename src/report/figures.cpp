@@ -2,8 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 
+#include "base/text.h"
 #include "photo/image_io.h"
 #include "photo/photograph.h"
 
@@ -99,12 +99,12 @@ Image TriptychFigure(const Image& photograph, const Image& prediction, const std
   const char* heads[] = {"photograph", "prediction", "CIEDE2000"};
   for (int i = 0; i < 3; ++i) DrawText(figure, gap + i * (panel_w + gap), head - 10, 15, heads[i], 0.0f);
   DrawLegend(figure, gap, head + panel_h + line / 2, line);
-  char text[160];
-  std::snprintf(text, sizeof text, "8 x 8 blocks: median %.2f, 95 %% %.2f", difference.median, difference.p95);
-  DrawText(figure, 310, head + panel_h + line + 4, 15, text, 0.0f);
-  std::snprintf(text, sizeof text, "%.0f %% not seen, %.0f %% acceptable", 100 * difference.share_below_pt,
-                100 * difference.share_below_at);
-  DrawText(figure, 310, head + panel_h + 2 * line + 4, 15, text, 0.0f);
+  DrawText(figure, 310, head + panel_h + line + 4, 15,
+           Printed("8 x 8 blocks: median %.2f, 95 %% %.2f", difference.median, difference.p95), 0.0f);
+  DrawText(
+      figure, 310, head + panel_h + 2 * line + 4, 15,
+      Printed("%.0f %% not seen, %.0f %% acceptable", 100 * difference.share_below_pt, 100 * difference.share_below_at),
+      0.0f);
   return figure;
 }
 

@@ -2,18 +2,13 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 #include <cstring>
 #include <set>
 
+#include "base/text.h"
+
 namespace crownfit {
 namespace {
-
-std::string Text(const char* format, auto... values) {
-  char text[300];
-  std::snprintf(text, sizeof text, format, values...);
-  return text;
-}
 
 /// "enamel.reduced_scattering_per_mm[B]" as people say it.
 std::string PlainName(std::string name) {
@@ -59,11 +54,11 @@ std::string PictureSentence(const CrownFit& fit, bool of_holdouts) {
   }
   if (blocks == 0)
     return of_holdouts ? "No photograph was held out, so no picture here is a check that the fit did not see." : "";
-  const std::string figures = Text(
+  const std::string figures = Printed(
       "CIEDE2000 %.1f in the median; %.0f %% of the area differs by less than is seen (%.1f), %.0f %% by less than "
       "is accepted (%.1f).",
       median / blocks, 100 * unseen / blocks, kPerceptible, 100 * accepted / blocks, kAcceptable);
-  const std::string photographs = count == 1 ? "photograph" : Text("%d photographs", count);
+  const std::string photographs = count == 1 ? "photograph" : Printed("%d photographs", count);
   return "From the " + photographs +
          (of_holdouts ? " held out, which the fit never saw,"
                       : std::string(" that ") + (count == 1 ? "was" : "were") + " fitted") +
@@ -84,7 +79,7 @@ std::string ReadingSentence(const CrownFit& fit, bool of_holdouts) {
     }
   }
   if (count == 0) return "";
-  return Text(
+  return Printed(
              "%d readings of flat samples%s are off by %.1f of their standard deviations (root mean square), %.1f at "
              "most ",
              count, of_holdouts ? " held out, which the fit never saw," : "", std::sqrt(squares / count), largest) +
@@ -153,7 +148,7 @@ void AddTradeOffs(const CrownFit& fit, std::vector<std::string>& sentences) {
                            PlainName(fit.entries[j].name) + " and " + PlainName(fit.entries[i].name) +
                                " can be exchanged: " +
                                (r > 0 ? "both larger, or both smaller, " : "one larger and the other smaller ") +
-                               Text("explain what was seen almost as well (correlation %+.2f).", r));
+                               Printed("explain what was seen almost as well (correlation %+.2f).", r));
     }
   std::sort(pairs.begin(), pairs.end());
   for (size_t i = 0; i < std::min(kMost, pairs.size()); ++i) sentences.push_back(pairs[i].second);

@@ -3,9 +3,9 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <cstdio>
 
 #include "base/html.h"
+#include "base/text.h"
 
 namespace crownfit {
 namespace {
@@ -14,15 +14,8 @@ constexpr double kWidth = 760, kHeight = 500, kLeft = 72, kRight = 24, kTop = 44
 constexpr double kLetter = 6.3, kLine = 14;  // of 12 px text
 constexpr std::array<const char*, 4> kColours{"#0b5cad", "#c2410c", "#15803d", "#7e22ce"};
 
-template <typename... T>
-std::string Print(const char* format, T... values) {
-  char text[400];
-  std::snprintf(text, sizeof text, format, values...);
-  return text;
-}
-
 std::string Text(double x, double y, const char* anchor, const std::string& words, const char* more = "") {
-  return Print("<text x=\"%.1f\" y=\"%.1f\" text-anchor=\"%s\" %s>", x, y, anchor, more) + Html(words) + "</text>\n";
+  return Printed("<text x=\"%.1f\" y=\"%.1f\" text-anchor=\"%s\" %s>", x, y, anchor, more) + Html(words) + "</text>\n";
 }
 
 struct LogAxis {
@@ -88,7 +81,7 @@ std::string ScatterPlotSvg(const ScatterPlot& plot) {
   std::vector<double> xs, ys;
   for (const ScatterPoint& p : plot.points) xs.push_back(p.x), ys.push_back(p.y);
   for (const auto& level : plot.levels) ys.push_back(level.y);
-  std::string svg = Print(
+  std::string svg = Printed(
       "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 %g %g\" width=\"%g\" height=\"%g\" "
       "font-family=\"sans-serif\" font-size=\"12\" fill=\"#222\">\n<rect width=\"100%%\" height=\"100%%\" "
       "fill=\"#fff\"/>\n",
@@ -98,21 +91,22 @@ std::string ScatterPlotSvg(const ScatterPlot& plot) {
   const LogAxis across = AxisAround(xs, kLeft, kWidth - kRight), up = AxisAround(ys, kHeight - kBottom, kTop);
   for (const double tick : Ticks(across)) {
     const double x = across.At(tick);
-    svg += Print("<path d=\"M%.1f %.1fV%.1f\" stroke=\"#e2e2e2\"/>\n", x, kTop, kHeight - kBottom);
-    svg += Text(x, kHeight - kBottom + 16, "middle", Print("%g", tick));
+    svg += Printed("<path d=\"M%.1f %.1fV%.1f\" stroke=\"#e2e2e2\"/>\n", x, kTop, kHeight - kBottom);
+    svg += Text(x, kHeight - kBottom + 16, "middle", Printed("%g", tick));
   }
   for (const double tick : Ticks(up)) {
     const double y = up.At(tick);
-    svg += Print("<path d=\"M%.1f %.1fH%.1f\" stroke=\"#e2e2e2\"/>\n", kLeft, y, kWidth - kRight);
-    svg += Text(kLeft - 6, y + 4, "end", Print("%g", tick));
+    svg += Printed("<path d=\"M%.1f %.1fH%.1f\" stroke=\"#e2e2e2\"/>\n", kLeft, y, kWidth - kRight);
+    svg += Text(kLeft - 6, y + 4, "end", Printed("%g", tick));
   }
   svg += Text(0.5 * (kLeft + kWidth - kRight), kHeight - 24, "middle", plot.x_title);
   svg += Text(0, 0, "middle", plot.y_title,
-              Print("transform=\"translate(18 %.1f) rotate(-90)\"", 0.5 * (kTop + kHeight - kBottom)).c_str());
+              Printed("transform=\"translate(18 %.1f) rotate(-90)\"", 0.5 * (kTop + kHeight - kBottom)).c_str());
   std::vector<Box> taken;
   for (const auto& level : plot.levels) {
     const double y = up.At(level.y);
-    svg += Print("<path d=\"M%.1f %.1fH%.1f\" stroke=\"#777\" stroke-dasharray=\"5 4\"/>\n", kLeft, y, kWidth - kRight);
+    svg +=
+        Printed("<path d=\"M%.1f %.1fH%.1f\" stroke=\"#777\" stroke-dasharray=\"5 4\"/>\n", kLeft, y, kWidth - kRight);
     svg += Text(kWidth - kRight - 4, y - 4, "end", level.label, "fill=\"#555\"");
     const double width = kLetter * static_cast<double>(level.label.size());
     taken.push_back({kWidth - kRight - 4 - width, y - 4 - kLine, width, kLine});
@@ -125,21 +119,21 @@ std::string ScatterPlotSvg(const ScatterPlot& plot) {
   std::sort(front.begin(), front.end(), [](const auto* a, const auto* b) { return a->x < b->x; });
   std::string joined;
   for (const ScatterPoint* p : front)
-    joined += Print("%s%.1f %.1f", joined.empty() ? "M" : "L", across.At(p->x), up.At(p->y));
+    joined += Printed("%s%.1f %.1f", joined.empty() ? "M" : "L", across.At(p->x), up.At(p->y));
   if (front.size() > 1) svg += "<path d=\"" + joined + "\" fill=\"none\" stroke=\"#222\" stroke-width=\"1.5\"/>\n";
   for (const ScatterPoint& p : plot.points) {
     const double x = across.At(p.x), y = up.At(p.y);
     const char* colour = kColours[p.series % kColours.size()];
-    svg += Print("<circle cx=\"%.1f\" cy=\"%.1f\" r=\"5\" fill=\"%s\" stroke=\"%s\" stroke-width=\"2\"/>\n", x, y,
-                 p.is_on_front ? colour : "#fff", colour);
+    svg += Printed("<circle cx=\"%.1f\" cy=\"%.1f\" r=\"5\" fill=\"%s\" stroke=\"%s\" stroke-width=\"2\"/>\n", x, y,
+                   p.is_on_front ? colour : "#fff", colour);
     const Box box = PlaceOf(p.label, x, y, taken);
     taken.push_back(box);
     svg += box.x < x ? Text(x - 9, box.y + 11, "end", p.label) : Text(box.x, box.y + 11, "start", p.label);
   }
   double x = kLeft;
   for (size_t s = 0; s < plot.series.size(); ++s) {
-    svg += Print("<circle cx=\"%.1f\" cy=\"%.1f\" r=\"5\" fill=\"%s\"/>\n", x + 5, kHeight - 6 - 5.0,
-                 kColours[s % kColours.size()]);
+    svg += Printed("<circle cx=\"%.1f\" cy=\"%.1f\" r=\"5\" fill=\"%s\"/>\n", x + 5, kHeight - 6 - 5.0,
+                   kColours[s % kColours.size()]);
     svg += Text(x + 15, kHeight - 7, "start", plot.series[s]);
     x += 30 + kLetter * static_cast<double>(plot.series[s].size());
   }

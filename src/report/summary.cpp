@@ -1,24 +1,19 @@
 #include "report/summary.h"
 
-#include <cstdio>
+#include "base/text.h"
 
 namespace crownfit {
 
 std::string Summary(const CrownFit& fit) {
   std::string text;
-  char line[400];
-  const auto add = [&](auto... arguments) {
-    std::snprintf(line, sizeof line, arguments...);
-    text += line;
-  };
+  const auto add = [&](const char* format, auto... values) { text += Printed(format, values...); };
   add("%-38s %-7s %10s  %-24s %s\n", "parameter", "channel", "value", "95 % interval", "status");
   for (const auto& p : fit.uncertainty.parameters) {
     if (p.stddev.empty()) continue;
     for (size_t i = 0; i < p.value.size(); ++i) {
-      char interval[64];
-      std::snprintf(interval, sizeof interval, "[%.4g, %.4g]", p.low95[i], p.high95[i]);
       add("%-38s %-7s %10.4g  %-24s %s\n", i == 0 ? p.name.c_str() : "",
-          p.value.size() == 1 ? "all" : fit.capture.channel_names[i].c_str(), p.value[i], interval,
+          p.value.size() == 1 ? "all" : fit.capture.channel_names[i].c_str(), p.value[i],
+          Printed("[%.4g, %.4g]", p.low95[i], p.high95[i]).c_str(),
           i == 0 || p.Of(i) != p.Of(i - 1) ? Word(p.Of(i)) : "");
     }
   }

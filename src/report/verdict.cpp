@@ -1,7 +1,7 @@
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 
+#include "base/text.h"
 #include "fit/entry_knowledge.h"
 #include "report/crown_fit.h"
 
@@ -15,12 +15,6 @@ constexpr double kSceneryOff = 0.05;   // of tiles and scenery beside the object
 constexpr double kNotExplained = 1.5;  // of the square of noise, in patches of a photograph ...
 constexpr double kNotByChance = 4.0;   // ... and standard deviations
 constexpr double kMostOfWalks = 0.8;   // of a variance
-
-std::string Number(double v) {
-  char text[32];
-  std::snprintf(text, sizeof text, "%.3g", v);
-  return text;
-}
 
 std::string Names(const CrownFit& fit, Status status) {
   std::string names;

@@ -4,6 +4,7 @@
 
 #include "base/files.h"
 #include "base/random.h"
+#include "base/text.h"
 #include "geometry/cast_samples.h"
 #include "photo/image_io.h"
 #include "synthetic/capture_writer.h"
@@ -88,10 +89,8 @@ std::vector<std::string> Synthesize(const Recipe& recipe, const std::filesystem:
       }
     WriteImageFile(folder / "photos" / (spec.name + ".exr"), picture);
     WriteImageFile(folder / "photos" / (spec.name + "_variance.exr"), variance);
-    char text[200];
-    std::snprintf(text, sizeof text, "%s: Monte Carlo noise %.1f %% of the mean pixel (green, rms over the object)",
-                  spec.name.c_str(), 100.0 * std::sqrt(noise2 * on_object) / std::max(light, 1e-12));
-    messages.emplace_back(text);
+    messages.push_back(Printed("%s: Monte Carlo noise %.1f %% of the mean pixel (green, rms over the object)",
+                               spec.name.c_str(), 100.0 * std::sqrt(noise2 * on_object) / std::max(light, 1e-12)));
   }
   messages.push_back(LossesInWords(counters));
   WriteTextFile(folder / "capture.json", ToJsonText(stated));

@@ -4,7 +4,8 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
+
+#include "base/text.h"
 
 namespace crownfit {
 namespace {
@@ -13,12 +14,6 @@ constexpr double kReach = 20.0;  // a slider of a logarithmic parameter goes so 
 constexpr float kChannel_em = 1.6f, kSlider_em = 10.5f, kValue_em = 5.6f;  // columns, in heights of the font
 const ImVec4 kDim{0.62f, 0.62f, 0.65f, 1}, kWarning{0.95f, 0.70f, 0.30f, 1};
 constexpr ImU32 kIntervalColour = IM_COL32(120, 200, 120, 230), kFittedColour = IM_COL32(235, 235, 235, 255);
-
-std::string Text(const char* format, double a, double b = 0) {
-  char text[80];
-  std::snprintf(text, sizeof text, format, a, b);
-  return text;
-}
 
 /// The slider's scale: places in [0, 1] for values.
 struct SliderScale {
@@ -143,10 +138,10 @@ void DrawParameter(const std::string& group, SliderParameter& parameter, const P
     DrawNumber(number, row, answer);
     Note(layout, group + "." + row.key + (parameter.numbers.size() > 1 ? "." + state.channels[c] : ""));
     ImGui::SameLine();
-    ImGui::TextUnformatted(Text("%.4g", number.value).c_str());
+    ImGui::TextUnformatted(Printed("%.4g", number.value).c_str());
     if (number.interval95) {
       ImGui::SameLine((kChannel_em + kSlider_em + kValue_em) * ImGui::GetFontSize());
-      ImGui::TextColored(kDim, "%s", Text("%.3g to %.3g", (*number.interval95)[0], (*number.interval95)[1]).c_str());
+      ImGui::TextColored(kDim, "%s", Printed("%.3g to %.3g", (*number.interval95)[0], (*number.interval95)[1]).c_str());
     }
     ImGui::PopID();
   }

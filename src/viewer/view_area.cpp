@@ -4,8 +4,8 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 
+#include "base/text.h"
 #include "viewer/thickness_view.h"
 
 namespace crownfit {
@@ -56,10 +56,10 @@ void DrawThicknessLegend(ImDrawList* draw, const PanelState& state, ImVec2 foot)
     draw->AddRectFilledMultiColor({x, corner.y}, {x + step, corner.y + bar}, a, b, b, a);
   }
   for (int tick = 0; tick <= 5; ++tick) {
-    char text[20];
-    std::snprintf(text, sizeof text, tick < 5 ? "%.3g" : "%.3g or more", 0.2 * tick * state.most_thickness_mm);
+    const std::string text = Printed(tick < 5 ? "%.3g" : "%.3g or more", 0.2 * tick * state.most_thickness_mm);
     const float x = corner.x + width * static_cast<float>(tick) / 5;
-    draw->AddText({x - (tick < 5 ? 0.5f * ImGui::CalcTextSize(text).x : 0.5f * em), corner.y + bar + 1}, kInk, text);
+    draw->AddText({x - (tick < 5 ? 0.5f * ImGui::CalcTextSize(text.c_str()).x : 0.5f * em), corner.y + bar + 1}, kInk,
+                  text.c_str());
   }
 }
 

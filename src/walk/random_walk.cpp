@@ -1,20 +1,18 @@
 #include "walk/random_walk.h"
 
-#include <cstdio>
+#include "base/text.h"
 
 namespace crownfit {
 
 std::string LossesInWords(const WalkCounters& counters) {
   constexpr double kAcceptable = 1e-5;
-  char text[300];
-  std::snprintf(
-      text, sizeof text, "%llu walks inside, %llu lost between facets (%.1f in a million)%s",
+  return Printed(
+      "%llu walks inside, %llu lost between facets (%.1f in a million)%s",
       static_cast<unsigned long long>(counters.walks), static_cast<unsigned long long>(counters.lost),
       1e6 * counters.lost_share(),
       counters.lost_share() > kAcceptable
           ? ": more than 10, the picture is too dark by about that share. Surfaces that touch or cross do this."
           : "");
-  return text;
 }
 
 Media::Media(std::vector<Medium> media) : media_(std::move(media)) {
