@@ -29,7 +29,7 @@ class WalkFit {
     const bool may_move = unknowns_.HaveStatedErrors();
     const double moved_before = unknowns_.CalibrationCost();
     const auto explains_less = [&](const PatchMisfit& left, double moved) {
-      return left.of_patches + moved / left.patches > left.AsSeenByWalks(to_beat + moved_before / left.patches);
+      return left.chi2 + moved / left.values > left.AsSeenByWalks(to_beat + moved_before / left.values);
     };
     unknowns_.ForgetCalibration();  // what shader moved made up for its own errors, by up to 23 stated ones
     if (!problem_.errors.empty()) gatherer_.TakePixels(problem_.options.max_pixels_per_photograph);
@@ -44,8 +44,9 @@ class WalkFit {
     for (size_t made = 1; made < kMostRuns && !(at_.converged && !runs_.WouldGainByWalks()); ++made) {
       const double moved = unknowns_.CalibrationCost();
       RunEstimate run = LongRun(Paths());
-      if (may_move && made == 1 && explains_less(run.misfit, moved)) return false;
-      const bool is_hopeless = made > 1 && run.misfit.of_patches > kChi2Limit;  // more runs would be refused too
+      if (may_move && made == 1 && explains_less(run.misfit.patches, moved)) return false;
+      const bool is_hopeless = made > 1 && (run.misfit.patches.chi2 > kChi2Limit ||  // more runs would be refused too
+                                            run.misfit.regions.IsMoreThan(kChi2Limit));
       runs_.Add(std::move(run));
       at_.converged = runs_.Conclude();
       if (is_hopeless) break;
@@ -101,7 +102,7 @@ class WalkFit {
   void ChooseStart() {
     stage_ = "walking from the start";
     gatherer_.GoBy(WalkGatherer::Walks::kHandedOver);
-    const auto misfit = [&] { return gatherer_.Misfit(SearchPaths(), stage_); };
+    const auto misfit = [&] { return gatherer_.MisfitOfPatches(SearchPaths(), stage_); };
     Eigen::VectorXd from = unknowns_.Here();
     for (int k = 0; k < unknowns_.material(); ++k)
       if (!IsTold(k)) from[k] = unknowns_.Stated()[k];
@@ -117,11 +118,11 @@ class WalkFit {
   /// photographs in two ways, one of them badly. What is left there.
   PatchMisfit ChooseValley() {
     const PatchMisfit left = ChooseRoughness();
-    if (left.of_patches <= kExplained) return left;
+    if (left.chi2 <= kExplained) return left;
     const Eigen::VectorXd where = unknowns_.Here();
     unknowns_.GoTo(other_start_);
     const PatchMisfit other = Search([](const Eigen::VectorXd&) { return false; });
-    if (other.of_patches < left.of_patches) return other;
+    if (other.chi2 < left.chi2) return other;
     unknowns_.GoTo(where);
     return left;
   }
@@ -133,8 +134,8 @@ class WalkFit {
     gatherer_.GoBy(WalkGatherer::Walks::kHandedOver);
     const PatchMisfit handed_over = StepsOf(SearchPaths(), was_found).value_or(kNotSought);
     if (last_ == WalkGatherer::Walks::kHandedOver) return handed_over;
-    if (handed_over.of_patches > std::max(kExplained, kLess * least_handed_over_)) return kNotSought;
-    least_handed_over_ = std::min(least_handed_over_, handed_over.of_patches);
+    if (handed_over.chi2 > std::max(kExplained, kLess * least_handed_over_)) return kNotSought;
+    least_handed_over_ = std::min(least_handed_over_, handed_over.chi2);
     gatherer_.GoBy(WalkGatherer::Walks::kToTheirEnd);
     return StepsOf(kMiddleShare * Paths(), was_found).value_or(handed_over);
   }
@@ -168,20 +169,19 @@ class WalkFit {
       there[roughness] = start;
       unknowns_.GoTo(there);
       const PatchMisfit left = Search(was_found);
-      if (left.of_patches < HUGE_VAL && !was_found(unknowns_.Here())) found.push_back({unknowns_.Here(), left});
+      if (left.chi2 < HUGE_VAL && !was_found(unknowns_.Here())) found.push_back({unknowns_.Here(), left});
     }
     if (found.size() > 1)
       for (Valley& v : found) {
         unknowns_.GoTo(v.where);
         const RunEstimate e = LongRun(Paths());
-        v = {e.unknowns, e.misfit};
+        v = {e.unknowns, e.misfit.patches};
       }
-    const Valley& best = *std::min_element(found.begin(), found.end(), [](const Valley& a, const Valley& b) {
-      return a.left.of_patches < b.left.of_patches;
-    });
+    const Valley& best = *std::min_element(found.begin(), found.end(),
+                                           [](const Valley& a, const Valley& b) { return a.left.chi2 < b.left.chi2; });
     constexpr double kAsGood = 3.0;  // standard deviations
     for (const Valley& v : found)
-      if (&v != &best && v.left.of_patches - best.left.of_patches < kAsGood * best.left.StddevOfDifference(v.left)) {
+      if (&v != &best && v.left.chi2 - best.left.chi2 < kAsGood * best.left.StddevOfDifference(v.left)) {
         runs_.AddRival((v.where - best.where).head(unknowns_.material()));
         at_.rival_roughness.push_back(std::exp(v.where[roughness]));
       }
@@ -204,13 +204,13 @@ class WalkFit {
     for (int i = 0; i < kMostSteps && !was_found(unknowns_.Here()); ++i) {
       stage_ = "walking, step " + std::to_string(at_.steps.size() + 1);
       GatheredWalks g = gatherer_.Gather(paths, slope_paths, stage_);
-      if (g.left.of_patches > kWorse * best && slope_paths < Paths()) {
+      if (g.left.patches.chi2 > kWorse * best && slope_paths < Paths()) {
         slope_paths *= 2.0;
         unknowns_.GoTo(best_at);
         g = gatherer_.Gather(paths, slope_paths, stage_);
       }
-      best = g.left.of_patches;
-      left = g.left;
+      best = g.left.patches.chi2;
+      left = g.left.patches;
       best_at = unknowns_.Here();
       WalkedStep::Solution s;
       const Eigen::VectorXd whole =
@@ -218,9 +218,9 @@ class WalkFit {
       const WalkUnknowns::ShortStep made = unknowns_.Shortened(whole, s.covariance, kLongest);
       const Eigen::VectorXd& step = made.step;
       Record("search", paths, g, step, s);
-      in_vain = g.left.of_patches < kLess * lowest.left.of_patches ? 0 : in_vain + 1;
-      if (g.left.of_patches < lowest.left.of_patches) lowest = {best_at, g.left};
-      if (in_vain == kSeveral && lowest.left.of_patches > kExplained) {
+      in_vain = g.left.patches.chi2 < kLess * lowest.left.chi2 ? 0 : in_vain + 1;
+      if (g.left.patches.chi2 < lowest.left.chi2) lowest = {best_at, g.left.patches};
+      if (in_vain >= kSeveral && (lowest.left.chi2 > kExplained || g.left.regions.IsMoreThan(kExplained))) {
         unknowns_.GoTo(lowest.where);
         return lowest.left;
       }
@@ -287,7 +287,7 @@ class WalkFit {
   void Record(const std::string& stage, double paths, const GatheredWalks& g, const Eigen::VectorXd& step,
               const WalkedStep::Solution& s) {
     const int n = unknowns_.material();
-    at_.steps.push_back({stage, paths, g.chi2, g.left.of_patches, at_.x, step.head(n),
+    at_.steps.push_back({stage, paths, g.chi2, g.left.patches.chi2, at_.x, step.head(n),
                          s.covariance.diagonal().head(n).cwiseSqrt(),
                          s.walk_covariance.diagonal().head(n).cwiseSqrt()});
   }

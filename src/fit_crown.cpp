@@ -191,8 +191,9 @@ CrownFit FitCrown(const Capture& stated, const FitOptions& options, Progress& pr
                                 : PredictorByShader(input, at.cast, fit.material, at.scales, options.threads);
   fit.photographs =
       ComparePhotographs(input, at.cast, predict, at.scales, at.pixels, options.threads, at.knowledge.scales_stddev);
-  for (size_t g = 0; g < at.left.size(); ++g)
-    if (at.left[g].patches > 0) fit.photographs[at.pixels[g].photograph].left = at.left[g];
+  fit.left = at.left;
+  for (size_t g = 0; g < at.left_of.size(); ++g)
+    if (at.left_of[g].patches.values > 0) fit.photographs[at.pixels[g].photograph].left = at.left_of[g];
   if (fit.is_by_walks()) fit.scenery = SceneryLevelsOf(problem, input, at, fit.photographs, progress);
   fit.readings = CompareMeasurements(fit.capture, fit.material);
   fit.calibration = HowFarMoved(errors, at.calibration.amounts);

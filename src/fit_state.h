@@ -28,7 +28,8 @@ struct FitState {
   std::vector<ShaderIteration> iterations_by_shader;
   std::vector<WalkedFitStep> steps;
   std::vector<std::vector<glm::dvec3>> walked;  ///< values of `pixels`' sharp pixels by walks, at the solution
-  std::vector<PatchMisfit> left;                ///< of `pixels`' photographs by walks, at the solution
+  Misfit left;                                  ///< by walks, at the solution
+  std::vector<Misfit> left_of;                  ///< of `pixels`' photographs
   int iterations = 0, casts = 0;
   double walked_paths = 0;
   WidenedErrors widened{1, 1, 1, 1};    ///< what steps by walks take stated errors for

@@ -224,6 +224,12 @@ static Eigen::MatrixXd ByLevel(const WalkedRows& row, const WalkComparison& c, c
   return c.weight[pixel] * whole.transpose() * SolveSymmetric(c.covariance[pixel], level);
 }
 
+Misfit WalkGatherer::LeftOf(const WalkComparison& c) const {
+  Misfit left = c.Left();
+  if (walks_ == Walks::kHandedOver) left.regions = {};
+  return left;
+}
+
 GatheredWalks WalkGatherer::Gather(double paths, double slope_paths, const std::string& stage) {
   MoveInput(problem_, at_, input_);
   ForgetSlopesFarAway();
@@ -231,7 +237,7 @@ GatheredWalks WalkGatherer::Gather(double paths, double slope_paths, const std::
   std::optional<WalkedStep> step;
   WalkComparison total;
   std::vector<std::vector<glm::dvec3>> values(at_.pixels.size());
-  std::vector<PatchMisfit> left_of(at_.pixels.size());
+  std::vector<Misfit> left_of(at_.pixels.size());
   const ModelError error = walks_ == Walks::kHandedOver ? DiffusionError(material, problem_.options) : ModelError{};
   Eigen::MatrixXd model_scatter = Eigen::MatrixXd::Zero(unknowns_.count(), unknowns_.count());
   for (const Shared& shared : SharedWalks()) {
@@ -280,7 +286,7 @@ GatheredWalks WalkGatherer::Gather(double paths, double slope_paths, const std::
       model_scatter += std::pow(error.channel, 2) * levels * levels.transpose() +
                        std::pow(error.photograph, 2) * levels.rowwise().sum() * levels.rowwise().sum().transpose();
       total.AddSums(c);
-      left_of[g] = c.Left();
+      left_of[g] = LeftOf(c);
     }
   }
   const FlatResiduals flat(problem_.capture, problem_.free, problem_.options.threads);
@@ -290,11 +296,11 @@ GatheredWalks WalkGatherer::Gather(double paths, double slope_paths, const std::
   }
   ++at_.iterations;
   return {std::move(*step),  total.chi2 / static_cast<double>(total.values),
-          total.Left(),      std::move(left_of),
+          LeftOf(total),     std::move(left_of),
           std::move(values), std::move(model_scatter)};
 }
 
-double WalkGatherer::Misfit(double paths, const std::string& stage) {
+double WalkGatherer::MisfitOfPatches(double paths, const std::string& stage) {
   constexpr int kFewToCompare = 8;  // paths per pixel
   MoveInput(problem_, at_, input_);
   const Material material = MaterialAt(problem_.free, at_.x);
@@ -307,7 +313,7 @@ double WalkGatherer::Misfit(double paths, const std::string& stage) {
     for (size_t k = 0; k < shared.size(); ++k) {
       const FitPixels& p = at_.pixels[shared[k]];
       const WalkComparison c = CompareWithWalks(p, CastOf(p), walked[k], unknowns_.ExposureOf(p));
-      sum += c.block_chi2 / static_cast<double>(c.block_values);
+      sum += c.Left().patches.chi2;
     }
   }
   return sum;

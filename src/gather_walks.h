@@ -39,8 +39,8 @@ void MoveInput(const FitProblem& problem, const FitState& at, CrownInput& input)
 struct GatheredWalks {
   WalkedStep step;
   double chi2;  ///< of pixels, over their number
-  PatchMisfit left;
-  std::vector<PatchMisfit> left_of;             ///< per photograph of the fit
+  Misfit left;
+  std::vector<Misfit> left_of;                  ///< per photograph of the fit
   std::vector<std::vector<glm::dvec3>> values;  ///< per photograph of the fit and sharp pixel
   /// J' C J of what the model is off by in common over photographs, whitened; of the material's entries and nuisances.
   Eigen::MatrixXd model_scatter;
@@ -74,7 +74,7 @@ class WalkGatherer {
   /// Walks every photograph once for values and once for derivatives, so many paths each. Counts an iteration.
   GatheredWalks Gather(double paths, double slope_paths, const std::string& stage);
   /// Patches' squares over their noise's, by few walks: to tell a good start from a bad one.
-  double Misfit(double paths, const std::string& stage);
+  double MisfitOfPatches(double paths, const std::string& stage);
 
  private:
   using Shared = std::vector<size_t>;  ///< numbers in FitState::pixels of photographs that share walks
@@ -97,6 +97,8 @@ class WalkGatherer {
   void HandOver(const Material& material, const Shared& shared, int rays, PathOptions& options);
   void Differentiate(const Material& material, const Shared& shared, double paths, bool of_roughness,
                      const std::string& stage);
+  /// Regions' too where the model's own error is not larger than their noise.
+  Misfit LeftOf(const WalkComparison& c) const;
   void ForgetSlopesFarAway();
   bool LacksRoughness(const std::list<SlopesFound>& found) const;
   static std::vector<RowsOfSlopes::Run> RunsOf(const std::list<SlopesFound>& found);

@@ -39,15 +39,18 @@ bool LongRuns::Conclude() {
     whole += e.covariance / n;
     whole_of_a_run += e.of_walks / n;
     k.reduced_chi2 += e.chi2 / n;
-    k.block_chi2 += e.misfit.of_patches / n;
+    k.block_chi2 += e.misfit.patches.chi2 / n;
     for (size_t g = 0; g < at_.walked.size(); ++g)
       for (size_t i = 0; i < at_.walked[g].size(); ++i) at_.walked[g][i] += e.values[g][i] / n;
   }
-  at_.left.clear();
+  std::vector<Misfit> left;
+  for (const RunEstimate& e : runs_) left.push_back(e.misfit);
+  at_.left = MeanOf(left);
+  at_.left_of.clear();
   for (size_t g = 0; g < runs_[0].misfit_of.size(); ++g) {
-    std::vector<PatchMisfit> of_photograph;
-    for (const RunEstimate& e : runs_) of_photograph.push_back(e.misfit_of[g]);
-    at_.left.push_back(MeanOf(of_photograph));
+    left.clear();
+    for (const RunEstimate& e : runs_) left.push_back(e.misfit_of[g]);
+    at_.left_of.push_back(MeanOf(left));
   }
   const Eigen::MatrixXd covariance = whole.topLeftCorner(m, m), of_a_run = whole_of_a_run.topLeftCorner(m, m);
   double off = 0;
@@ -63,6 +66,7 @@ bool LongRuns::Conclude() {
   // What is left beyond noise is common to all runs: no number of walks averages it out. It is measured against the
   // noise of one run, photographs and walks.
   k.inflation = std::max(1.0, k.block_chi2);
+  if (at_.left.regions.IsMoreThan(k.inflation)) k.inflation = at_.left.regions.chi2;
   const auto [variances, directions] = EigenOfSymmetric(covariance - of_a_run);
   const Eigen::MatrixXd of_photographs = directions * variances.cwiseMax(0.0).asDiagonal() * directions.transpose();
   k.covariance =

@@ -109,7 +109,7 @@ TEST(FitByWalks, FindsAToothWithinItsOwnIntervalsWhereShaderMissesIt) {
   for (const PhotographResult& p : fit.photographs) {
     ASSERT_EQ(p.left.has_value(), !p.is_holdout);
     if (p.is_holdout) continue;
-    EXPECT_LT(std::abs(p.left->of_patches - 1), 4.0 * p.left->StddevByChance()) << p.name;
+    EXPECT_LT(std::abs(p.left->patches.chi2 - 1), 4.0 * p.left->patches.StddevByChance()) << p.name;
   }
   const std::string json = MaterialJson(fit);
   const size_t stddevs = json.find("\"linear_scales_stddev\"");

@@ -178,11 +178,29 @@ TEST(Caveats, NameThePhotographsThatNoiseDoesNotExplain) {
   PhotographResult& p = fit.photographs[0];
   p.name = "edge";
   for (const auto& [misfit, few_patches] : {std::pair{1.4, 1e6}, {3.0, 6.0}}) {
-    p.left = PatchMisfit{misfit, 0.5, few_patches, 0.0};
+    p.left = Misfit{{misfit, 0.5, few_patches, 0.0}, {}};
     EXPECT_TRUE(ModelCaveats(fit).empty()) << misfit << " of " << few_patches << " values is little, or chance";
   }
-  p.left = PatchMisfit{4.4, 0.5, 300.0, 0.1};
-  EXPECT_TRUE(Says(ModelCaveats(fit), "'edge' (4.4)"));
+  p.left = Misfit{{4.4, 0.5, 300.0, 0.1}, {}};
+  EXPECT_TRUE(Says(ModelCaveats(fit), "'edge' (patches 4.4)"));
+  p.left = Misfit{{1.1, 0.9, 300.0, 0.1}, {6.0, 0.9, 48.0, 0.5}};
+  EXPECT_TRUE(Says(ModelCaveats(fit), "'edge' (sixteenths 6)")) << "which noise hides in patches";
+}
+
+TEST(Verdict, RefusesWhatIsLeftOfRegionsThoughNoiseHidesItInPatches) {
+  CrownFit fit = SomeFit();
+  fit.model = "path";
+  fit.converged = true;
+  fit.entries.clear();
+  for (const auto& [misfit, few] : {std::pair{2.0, 1e6}, {3.5, 3.0}}) {
+    fit.left.regions = PatchMisfit{misfit, 0.9, few, 0.0};
+    Judge(fit);
+    EXPECT_TRUE(fit.usable) << misfit << " of " << few << " values is little, or chance";
+  }
+  fit.left.regions = PatchMisfit{12.0, 0.9, 96.0, 1.0};
+  Judge(fit);
+  EXPECT_FALSE(fit.usable);
+  EXPECT_TRUE(Says(fit.reasons, "sixteenths of the photographs is 12 times"));
 }
 
 TEST(Caveats, NameThePriorThatPhotographsContradict) {

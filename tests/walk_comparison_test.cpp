@@ -184,9 +184,9 @@ TEST(PatchMisfit, ScattersAsStatedWherePhotographsShareWalks) {
       const PathPhotograph walked = Walked(s, kSide, static_cast<uint64_t>(draw));
       WalkComparison total;
       for (const FitPixels& p : photographs) total.AddSums(CompareWithWalks(p, s.cast, walked, 1.0));
-      const PatchMisfit left = total.Left();
-      mean += left.of_patches / kDraws;
-      square += left.of_patches * left.of_patches / kDraws;
+      const PatchMisfit left = total.Left().patches;
+      mean += left.chi2 / kDraws;
+      square += left.chi2 * left.chi2 / kDraws;
       stated += left.stddev / kDraws;
     }
     const double scatter = std::sqrt((square - mean * mean) * kDraws / (kDraws - 1.0));
@@ -194,6 +194,24 @@ TEST(PatchMisfit, ScattersAsStatedWherePhotographsShareWalks) {
     // Leaving groups out counts the squares of the walks' own noise twice: up to root 2 too much, never too little.
     EXPECT_GT(stated / scatter, 0.8) << noise;
     EXPECT_LT(stated / scatter, 1.8) << noise;
+  }
+}
+
+TEST(PatchMisfit, InRegionsShowsWhatGoesOnOverManyPixelsAndHidesInPatchesOfNoise) {
+  constexpr int kSide = 96;
+  constexpr double kNoise = 0.01;         // of the light; walks' is 1.1
+  for (const double fall : {0.0, 0.3}) {  // of the light, from left to right, that the model does not have
+    Scene s = Square(kSide, 1);
+    for (size_t i = 0; i < s.truth.size(); ++i) {
+      const double across = s.cast.pixels[i].x / static_cast<double>(kSide);
+      s.pixels.values.push_back(s.truth[i] * (1.0 + fall * (0.5 - across)));
+      s.pixels.stddev.push_back(kNoise * s.truth[i]);
+    }
+    const WalkComparison c = CompareWithWalks(s.pixels, s.cast, Walked(s, kSide, 0), 1.0);
+    const auto [patches, regions] = c.Left();
+    EXPECT_EQ(regions.values, 3 * 16);
+    EXPECT_LT(patches.chi2, 2.0) << fall;
+    EXPECT_EQ(regions.IsMoreThan(1.5), fall > 0.0) << regions.chi2 << " +- " << regions.StddevByChance();
   }
 }
 

@@ -2,6 +2,7 @@
 
 #include <Eigen/Cholesky>
 #include <algorithm>
+#include <climits>
 #include <cmath>
 #include <map>
 
@@ -39,58 +40,80 @@ Eigen::Matrix3d NoiseCorrelation(const FitPixels& p, const PhotographCast& cast,
   return root.asDiagonal() * sum * root.asDiagonal();
 }
 
-/// Pixels of the fit, by number, in every patch.
+/// Pixels of the fit, by number, in every square of so many pixels.
 using Patches = std::map<std::pair<int, int>, std::vector<size_t>>;
-Patches PatchesOf(const FitPixels& p, const PhotographCast& cast) {
+Patches PatchesOf(const FitPixels& p, const PhotographCast& cast, int width) {
   Patches patches;
   for (size_t i = 0; i < p.pixels.size(); ++i)
-    patches[{cast.pixels[p.pixels[i]].x / kPatch, cast.pixels[p.pixels[i]].y / kPatch}].push_back(i);
+    patches[{cast.pixels[p.pixels[i]].x / width, cast.pixels[p.pixels[i]].y / width}].push_back(i);
   return patches;
 }
 
-/// `sum`: whitened, of the patch's residuals.
-void AddWithoutGroups(const std::vector<size_t>& members, const std::vector<Eigen::Vector3d>& stddev,
-                      const Eigen::LLT<Eigen::Matrix3d>& root, const Eigen::Vector3d& sum, WalkComparison& c) {
-  const Eigen::Index groups = c.off_by_group[members[0]].cols();
-  if (groups < 2) return;
-  Eigen::Matrix<double, kChannels, Eigen::Dynamic> off(kChannels, groups);
-  off.setZero();
-  for (const size_t i : members) off += stddev[i].cwiseInverse().asDiagonal() * c.off_by_group[i];
-  off /= std::sqrt(static_cast<double>(members.size())) * static_cast<double>(groups - 1);
-  root.matrixL().solveInPlace(off);
-  c.block_chi2_without.resize(static_cast<size_t>(groups), 0.0);
-  for (Eigen::Index g = 0; g < groups; ++g)
-    c.block_chi2_without[static_cast<size_t>(g)] += (sum + off.col(g)).squaredNorm();
+/// Of squares of which the fitted pixels fill so many; of a small picture's as many as there are patches.
+int WidthOfRegions(const FitPixels& p, const PhotographCast& cast) {
+  constexpr double kRegions = 16.0;
+  int left = INT_MAX, top = INT_MAX, right = 0, bottom = 0;
+  for (const int k : p.pixels) {
+    const PixelCast& pixel = cast.pixels[k];
+    left = std::min(left, pixel.x), right = std::max(right, pixel.x);
+    top = std::min(top, pixel.y), bottom = std::max(bottom, pixel.y);
+  }
+  return std::max(kPatch,
+                  static_cast<int>(std::ceil(std::sqrt((right - left + 1.0) * (bottom - top + 1.0) / kRegions))));
 }
 
-void WeighPatches(const Patches& patches, const std::vector<Eigen::Vector3d>& stddev, const Eigen::Matrix3d& noise,
-                  WalkComparison& c) {
-  constexpr double kWidth = 3.0, kUsualLargest = 1.0, kClip = 4.0;
-  const Eigen::LLT<Eigen::Matrix3d> root(Shrunk(noise));
-  std::vector<double> largest;
+/// How residuals and their noise are whitened.
+struct Whitening {
+  const std::vector<Eigen::Vector3d>& stddev;
+  Eigen::LLT<Eigen::Matrix3d> root;  ///< of the channels' correlation
+  double of_noise;                   ///< what noise alone makes of a square
+};
+
+/// Sum of a patch's residuals, whitened.
+Eigen::Vector3d SumOf(const std::vector<size_t>& members, const Whitening& w, const WalkComparison& c) {
+  Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+  for (const size_t i : members) sum += c.residual[i].cwiseQuotient(w.stddev[i]);
+  sum /= std::sqrt(static_cast<double>(members.size()));
+  w.root.matrixL().solveInPlace(sum);
+  return sum;
+}
+
+/// By which the sum differs without each group of paths (a column each).
+Eigen::Matrix<double, kChannels, Eigen::Dynamic> OffWithoutGroups(const std::vector<size_t>& members,
+                                                                  const Whitening& w, const WalkComparison& c) {
+  const Eigen::Index groups = c.off_by_group[members[0]].cols();
+  Eigen::Matrix<double, kChannels, Eigen::Dynamic> off(kChannels, groups);
+  off.setZero();
+  if (groups < 2) return off;
+  for (const size_t i : members) off += w.stddev[i].cwiseInverse().asDiagonal() * c.off_by_group[i];
+  off /= std::sqrt(static_cast<double>(members.size())) * static_cast<double>(groups - 1);
+  w.root.matrixL().solveInPlace(off);
+  return off;
+}
+
+SumsOfPatches SumsOf(const Patches& patches, const Whitening& w, const WalkComparison& c) {
+  SumsOfPatches sums;
   for (const auto& [place, members] : patches) {
-    Eigen::Vector3d sum = Eigen::Vector3d::Zero();
-    for (const size_t i : members) {
-      Eigen::Vector3d r = c.residual[i].cwiseQuotient(stddev[i]);
-      sum += r;
-      root.matrixL().solveInPlace(r);
-      c.chi2 += r.cwiseAbs2().cwiseMin(kClip * kClip).sum();
-    }
-    sum /= std::sqrt(static_cast<double>(members.size()));
-    root.matrixL().solveInPlace(sum);
-    c.block_chi2 += sum.squaredNorm();
-    AddWithoutGroups(members, stddev, root, sum, c);
-    largest.push_back(sum.cwiseAbs().maxCoeff());
+    const Eigen::Vector3d sum = SumOf(members, w, c);
+    sums.chi2 += sum.squaredNorm() / w.of_noise;
+    const auto off = OffWithoutGroups(members, w, c);
+    if (off.cols() < 2) continue;
+    sums.chi2_without.resize(static_cast<size_t>(off.cols()), 0.0);
+    for (Eigen::Index g = 0; g < off.cols(); ++g)
+      sums.chi2_without[static_cast<size_t>(g)] += (sum + off.col(g)).squaredNorm() / w.of_noise;
   }
-  const double of_noise = root.solve(noise).trace() / kChannels;  // what noise alone makes of a square
-  c.chi2 /= of_noise, c.block_chi2 /= of_noise;
-  for (double& without : c.block_chi2_without) without /= of_noise;
-  c.values = kChannels * stddev.size();
-  c.block_values = kChannels * patches.size();
+  sums.values = kChannels * patches.size();
+  return sums;
+}
+
+void WeighPatches(const Patches& patches, const Whitening& w, WalkComparison& c) {
+  constexpr double kWidth = 3.0, kUsualLargest = 1.0;
+  std::vector<double> largest;
+  for (const auto& [place, members] : patches) largest.push_back(SumOf(members, w, c).cwiseAbs().maxCoeff());
   std::vector<double> sorted = largest;
   std::nth_element(sorted.begin(), sorted.begin() + static_cast<long>(sorted.size() / 2), sorted.end());
   const double width = kWidth * std::max(kUsualLargest, sorted[sorted.size() / 2]);
-  c.weight.assign(stddev.size(), 1.0);
+  c.weight.assign(w.stddev.size(), 1.0);
   size_t patch = 0;
   for (const auto& [place, members] : patches) {
     for (const size_t i : members) c.weight[i] = std::min(1.0, width / largest[patch]);
@@ -98,9 +121,30 @@ void WeighPatches(const Patches& patches, const std::vector<Eigen::Vector3d>& st
   }
 }
 
+/// Of pixels, clipped.
+double PixelChi2(const Whitening& w, const WalkComparison& c) {
+  constexpr double kClip = 4.0;
+  double chi2 = 0;
+  for (size_t i = 0; i < c.residual.size(); ++i) {
+    Eigen::Vector3d r = c.residual[i].cwiseQuotient(w.stddev[i]);
+    w.root.matrixL().solveInPlace(r);
+    chi2 += r.cwiseAbs2().cwiseMin(kClip * kClip).sum() / w.of_noise;
+  }
+  return chi2;
+}
+
 }  // namespace
 
-double PatchMisfit::StddevByChance() const { return std::hypot(std::sqrt(2.0 / patches), stddev); }
+double PatchMisfit::StddevByChance() const {
+  // Where more is left, its products with noise scatter it too: a square of mean 1 + m by 1 + 2 m times the variance.
+  const double beside_misfit = std::sqrt(std::max(1.0, 2.0 * chi2 - 1.0));
+  return std::hypot(std::sqrt(2.0 / values), stddev / beside_misfit);
+}
+
+bool PatchMisfit::IsMoreThan(double limit) const {
+  constexpr double kNotByChance = 4.0;  // standard deviations
+  return chi2 > std::max(limit, 1.0 + kNotByChance * StddevByChance());
+}
 
 double PatchMisfit::StddevOfDifference(const PatchMisfit& other) const { return std::hypot(stddev, other.stddev); }
 
@@ -109,31 +153,47 @@ double PatchMisfit::AsSeenByWalks(double of_photographs) const {
   return share_of_walks * (1.0 + kClear) + (1.0 - share_of_walks) * of_photographs;
 }
 
-PatchMisfit MeanOf(const std::vector<PatchMisfit>& runs) {
+static PatchMisfit MeanOf(const std::vector<PatchMisfit>& runs) {
   const auto n = static_cast<double>(runs.size());
-  PatchMisfit mean{0.0, 0.0, runs.front().patches, 0.0};
+  PatchMisfit mean{0.0, 0.0, runs.front().values, 0.0};
   for (const PatchMisfit& run : runs) {
-    mean.of_patches += run.of_patches / n;
+    mean.chi2 += run.chi2 / n;
     mean.share_of_walks += run.share_of_walks / n;
     mean.stddev = std::hypot(mean.stddev, run.stddev / n);
   }
   return mean;
 }
 
-void WalkComparison::AddSums(const WalkComparison& other) {
-  chi2 += other.chi2, block_chi2 += other.block_chi2, share_of_walks += other.share_of_walks;
-  values += other.values, block_values += other.block_values;
-  block_chi2_without.resize(other.block_chi2_without.size(), 0.0);
-  for (size_t g = 0; g < block_chi2_without.size(); ++g) block_chi2_without[g] += other.block_chi2_without[g];
+Misfit MeanOf(const std::vector<Misfit>& runs) {
+  std::vector<PatchMisfit> patches, regions;
+  for (const Misfit& run : runs) patches.push_back(run.patches), regions.push_back(run.regions);
+  return {MeanOf(patches), MeanOf(regions)};
 }
 
-PatchMisfit WalkComparison::Left() const {
-  const auto patches = static_cast<double>(block_values), groups = static_cast<double>(block_chi2_without.size());
+void SumsOfPatches::Add(const SumsOfPatches& other) {
+  chi2 += other.chi2, values += other.values;
+  chi2_without.resize(other.chi2_without.size(), 0.0);
+  for (size_t g = 0; g < chi2_without.size(); ++g) chi2_without[g] += other.chi2_without[g];
+}
+
+PatchMisfit SumsOfPatches::Left(double share_of_walks) const {
+  const auto count = static_cast<double>(values), groups = static_cast<double>(chi2_without.size());
   double mean = 0, scatter = 0;
-  for (const double without : block_chi2_without) mean += without / groups;
-  for (const double without : block_chi2_without) scatter += std::pow(without - mean, 2);
-  return {block_chi2 / patches, share_of_walks / static_cast<double>(values), patches,
-          groups > 1.0 ? std::sqrt((groups - 1.0) / groups * scatter) / patches : 0.0};
+  for (const double without : chi2_without) mean += without / groups;
+  for (const double without : chi2_without) scatter += std::pow(without - mean, 2);
+  return {chi2 / count, share_of_walks, count,
+          groups > 1.0 ? std::sqrt((groups - 1.0) / groups * scatter) / count : 0.0};
+}
+
+void WalkComparison::AddSums(const WalkComparison& other) {
+  chi2 += other.chi2, share_of_walks += other.share_of_walks, values += other.values;
+  patches.Add(other.patches);
+  regions.Add(other.regions);
+}
+
+Misfit WalkComparison::Left() const {
+  const double share = share_of_walks / static_cast<double>(values);
+  return {patches.Left(share), regions.Left(share)};
 }
 
 std::vector<size_t> PlacesOf(const FitPixels& p, const PhotographCast& cast, int width) {
@@ -155,7 +215,7 @@ WalkComparison CompareWithWalks(const FitPixels& p, const PhotographCast& cast, 
   const auto root = [](const glm::dvec3& v) { return Eigen::Vector3d(std::sqrt(v.x), std::sqrt(v.y), std::sqrt(v.z)); };
   WalkComparison c;
   std::vector<Eigen::Vector3d> stddev, of_walks;
-  const Patches patches = PatchesOf(p, cast);
+  const Patches patches = PatchesOf(p, cast, kPatch);
   std::vector<double> together(p.pixels.size());  // how many pixels the patch has
   for (const auto& [place, members] : patches)
     for (const size_t i : members) together[i] = static_cast<double>(members.size());
@@ -187,7 +247,13 @@ WalkComparison CompareWithWalks(const FitPixels& p, const PhotographCast& cast, 
     c.of_walks.push_back(of_walks[i].asDiagonal() * correlation * of_walks[i].asDiagonal());
     c.share_of_walks += of_walks[i].cwiseQuotient(stddev[i]).squaredNorm();
   }
-  WeighPatches(patches, stddev, noise, c);
+  const Eigen::LLT<Eigen::Matrix3d> whitening(correlation);
+  const Whitening w{stddev, whitening, whitening.solve(noise).trace() / kChannels};
+  c.chi2 = PixelChi2(w, c);
+  c.values = kChannels * stddev.size();
+  c.patches = SumsOf(patches, w, c);
+  c.regions = SumsOf(PatchesOf(p, cast, WidthOfRegions(p, cast)), w, c);
+  WeighPatches(patches, w, c);
   return c;
 }
 

@@ -10,20 +10,37 @@
 
 namespace crownfit {
 
-/// What is left in patches, over its noise.
+/// What is left in patches: the mean of their squares over that of their noise.
 struct PatchMisfit {
-  double of_patches, share_of_walks, patches;  ///< of the walks in that noise; how many values
-  double stddev;                               ///< of `of_patches`, as other walks would scatter it (jackknife)
+  double chi2 = 0, share_of_walks = 0, values = 0;  ///< of the walks in that noise; how many squares
+  double stddev = 0;                                ///< of chi2, as other walks would scatter it (jackknife)
   /// By how much noise alone scatters it, that of the photographs and of the walks.
   double StddevByChance() const;
+  /// Over `limit`, and further from noise than chance makes it.
+  bool IsMoreThan(double limit) const;
   /// Of the difference between two of the same photographs, each by walks of its own.
   double StddevOfDifference(const PatchMisfit& other) const;
   /// What pictures without noise leave, over the photographs' own, in these units; and what may be told from it.
   double AsSeenByWalks(double of_photographs) const;
 };
 
+/// Of neighbouring pixels (kPatch), and of sixteenths of the picture: walks' noise hides in patches what goes on over
+/// many. Of regions no values: the model's own error would be larger than their noise.
+struct Misfit {
+  PatchMisfit patches, regions;
+};
+
 /// Of the same photographs, each by walks of its own.
-PatchMisfit MeanOf(const std::vector<PatchMisfit>& runs);
+Misfit MeanOf(const std::vector<Misfit>& runs);
+
+/// Sums of squares of sums over patches, over noise's own.
+struct SumsOfPatches {
+  double chi2 = 0;
+  size_t values = 0;
+  std::vector<double> chi2_without;  ///< every group of the prediction's paths, where it keeps groups
+  void Add(const SumsOfPatches& other);
+  PatchMisfit Left(double share_of_walks) const;
+};
 
 struct WalkComparison {
   std::vector<Eigen::Vector3d> residual;  ///< observed less predicted, per fitted pixel
@@ -34,14 +51,14 @@ struct WalkComparison {
   /// Huber's, of the pixel's whole patch (kPatch): less where neighbours are off together by more than noise. A single
   /// walked pixel has rare large values by nature, and is right only in the mean.
   std::vector<double> weight;
-  double chi2 = 0, block_chi2 = 0;  ///< sums of squares of pixels (clipped at 4), of patches, over noise's own
-  double share_of_walks = 0;        ///< in the variances of the residuals; sum over values
-  size_t values = 0, block_values = 0;
-  std::vector<double> block_chi2_without;  ///< every group of the prediction's paths, where it keeps groups
+  double chi2 = 0;            ///< sum of squares of pixels (clipped at 4) over noise's own
+  double share_of_walks = 0;  ///< in the variances of the residuals; sum over values
+  size_t values = 0;
+  SumsOfPatches patches, regions;
 
   /// Several photographs' sums; those that share walks have the same groups.
   void AddSums(const WalkComparison& other);
-  PatchMisfit Left() const;
+  Misfit Left() const;
 };
 
 /// Index into the picture of every sharp pixel (FitPixels::sources).

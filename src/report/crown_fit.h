@@ -52,7 +52,7 @@ struct PhotographResult {
   double level = 1.0;          ///< by which factor the photograph is brighter than its prediction
   double level_stddev = 0;     ///< of it, by what patches differ in
   double reduced_chi2 = 0;
-  std::optional<PatchMisfit> left;  ///< of the fit's photographs, by walks
+  std::optional<Misfit> left;  ///< of the fit's photographs, by walks
   int saturated_pixels = 0;
   Image photograph, prediction;   ///< linear sensor values; the prediction is 0 where nothing was cast
   std::vector<uint8_t> compared;  ///< the pixels that the errors are about
@@ -123,6 +123,7 @@ struct CrownFit {
   DataKnowledge knowledge;  ///< what its own photographs say of the free entries
   LinearScales scales;
   std::vector<PhotographResult> photographs;
+  Misfit left;  ///< of the fit's photographs together, by walks; of no values: by another model
   std::vector<ReadingResult> readings;
   std::vector<MovedCalibration> calibration;  ///< as far as the capture states its errors
   WidenedErrors widened{1, 1, 1, 1};

@@ -13,7 +13,6 @@ constexpr double kLevelCertain = 3.0;  // standard deviations
 constexpr double kFarMoved = 3.0;      // standard deviations, root mean square
 constexpr double kSceneryOff = 0.05;   // of tiles and scenery beside the object, whose reflectance is stated
 constexpr double kNotExplained = 1.5;  // of the square of noise, in patches of a photograph ...
-constexpr double kNotByChance = 4.0;   // ... and standard deviations
 constexpr double kMostOfWalks = 0.8;   // of a variance
 
 std::string Names(const CrownFit& fit, Status status) {
@@ -74,12 +73,16 @@ std::string SceneryThatIsOff(const std::vector<SceneryLevel>& levels) {
   return off;
 }
 
-/// "'edge' (4.4), 'back' (2.5)"; empty: noise explains what is left of every one.
+/// "'edge' (patches 4.4), 'back' (sixteenths 2.5)"; empty: noise explains what is left of every one.
 std::string PhotographsNotExplained(const std::vector<PhotographResult>& photographs) {
   std::string names;
-  for (const PhotographResult& p : photographs)
-    if (p.left && p.left->of_patches > std::max(kNotExplained, 1.0 + kNotByChance * p.left->StddevByChance()))
-      names += (names.empty() ? "'" : ", '") + p.name + "' (" + Number(p.left->of_patches) + ")";
+  for (const PhotographResult& p : photographs) {
+    std::string parts;
+    if (p.left && p.left->patches.IsMoreThan(kNotExplained)) parts = "patches " + Number(p.left->patches.chi2);
+    if (p.left && p.left->regions.IsMoreThan(kNotExplained))
+      parts += (parts.empty() ? "sixteenths " : ", sixteenths ") + Number(p.left->regions.chi2);
+    if (!parts.empty()) names += (names.empty() ? "'" : ", '") + p.name + "' (" + parts + ")";
+  }
   return names;
 }
 
@@ -139,7 +142,9 @@ std::vector<std::string> ModelCaveats(const CrownFit& fit) {
   }
   if (const std::string names = PhotographsNotExplained(fit.photographs); !names.empty())
     caveats.push_back(
-        "Patches of neighbouring pixels are further off than noise explains (squares over those of noise) in " + names +
+        "Patches of neighbouring pixels, or sixteenths of the picture, are further off than noise explains (squares "
+        "over those of noise) in " +
+        names +
         ". What the capture states of such a photograph may be wrong (pose, mask, lamps, scenery, "
         "polarisation, encoding), or of the object (surfaces, thickness, index); the report's maps of "
         "differences show where.");
@@ -219,6 +224,11 @@ void Judge(CrownFit& fit) {
                           " times the square of its noise (limit " + Number(kChi2Limit) +
                           "): the photographs, their calibration and the model contradict each other, or more walks "
                           "are needed (--walks)");
+  if (fit.left.regions.IsMoreThan(kChi2Limit))
+    fit.reasons.push_back("what is left in sixteenths of the photographs is " + Number(fit.left.regions.chi2) +
+                          " times the square of its noise (limit " + Number(kChi2Limit) +
+                          "), which hides in that of smaller patches: the photographs, their calibration and the model "
+                          "contradict each other");
   for (const StatementKind kind : kStatementKinds)
     if (fit.widened[static_cast<size_t>(kind)] >= kMostWidened)
       fit.reasons.push_back("the stated " + std::string(NameOf(kind)) + " are contradicted by the photographs, even " +
