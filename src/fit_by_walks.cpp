@@ -32,7 +32,7 @@ class WalkFit {
       return left.chi2 + moved / left.values > left.AsSeenByWalks(to_beat + moved_before / left.values);
     };
     unknowns_.ForgetCalibration();  // what shader moved made up for its own errors, by up to 23 stated ones
-    if (!problem_.errors.empty()) gatherer_.TakePixels(problem_.options.max_pixels_per_photograph);
+    gatherer_.TakePixels(std::min(kPixelsOfSearch, problem_.options.max_pixels_per_photograph));
     ChooseStart();
     if (const PatchMisfit left = ChooseValley(); !may_move && explains_less(left, 0.0)) return false;
     gatherer_.GoBy(last_);

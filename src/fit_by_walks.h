@@ -11,6 +11,8 @@ inline constexpr uint64_t kFitStream = 0x6669747365656bull;  ///< no photograph'
 // Of the paths that are asked for: what walks of model diffusion tell as much by, what a search walks handed over, and
 // what to their end.
 inline constexpr double kOfHandedOver = 0.2, kSearchShare = 0.1, kMiddleShare = 0.4;
+/// Of a photograph, for a search: every pixel takes its walks (FewestPaths), and derivatives three times as many.
+inline constexpr size_t kPixelsOfSearch = 2500;
 
 /// Beside so many paths for values in a long run, for derivatives, of which those of several runs are averaged. By a
 /// fifth of the fewest, a small tooth's tell a third as much.

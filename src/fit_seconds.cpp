@@ -106,12 +106,15 @@ double FitSeconds::ByWalks(double paths) const {
   // The start by shader, and pixels for the search and for long runs.
   double seconds = 3.0 * cast_.values + 2.0 * cast_.slopes + steps_of_shader_ * kOfVertex;
   for (const Shared& s : shared_) {
-    const auto at_least = [&](double n) { return std::max(n, fewest_ * s.pixels); };
+    Shared sought = s;
+    sought.pixels = std::min(s.pixels, static_cast<double>(kPixelsOfSearch));
+    const auto at_least = [&](const Shared& of, double n) { return std::max(n, fewest_ * of.pixels); };
     const double few = kSearchShare * paths, middle = kMiddleShare * paths;
-    seconds += searches * (Handed(s, nodes_of_search_, {at_least(few), kRaysOfValues, collisions_, false}) +
-                           Differentiated(s, nodes_of_search_, few)) +
-               middles * (at_least(middle) * kOfWalk + Differentiated(s, nodes_of_search_, middle)) +
-               runs * (at_least(paths) * (1.0 + kBeside) * kOfWalk + Differentiated(s, nodes_, SlopePaths(paths)));
+    seconds +=
+        searches * (Handed(sought, nodes_of_search_, {at_least(sought, few), kRaysOfValues, collisions_, false}) +
+                    Differentiated(sought, nodes_of_search_, few)) +
+        middles * (at_least(sought, middle) * kOfWalk + Differentiated(sought, nodes_of_search_, middle)) +
+        runs * (at_least(s, paths) * (1.0 + kBeside) * kOfWalk + Differentiated(s, nodes_, SlopePaths(paths)));
   }
   return seconds / kCores;
 }
