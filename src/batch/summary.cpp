@@ -14,7 +14,7 @@ constexpr double kAcceptable = 1.8;     // CIEDE2000, Paravina et al. 2015
 constexpr double kOutlier = 3.5;        // robust standard deviations, Iglewicz and Hoaglin 1993
 constexpr size_t kFewestToCompare = 5;  // crowns of a group, below which none stands out
 
-std::string Text(const std::optional<double>& v) { return v ? Text(*v) : ""; }
+std::string Text(const std::optional<double>& v) { return v ? Number(*v, 6) : ""; }
 
 std::string Hundredths(double v) { return Printed("%.2f", v); }
 
