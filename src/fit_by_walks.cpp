@@ -45,8 +45,7 @@ class WalkFit {
       const double moved = unknowns_.CalibrationCost();
       RunEstimate run = LongRun(Paths());
       if (may_move && made == 1 && explains_less(run.misfit.patches, moved)) return false;
-      const bool is_hopeless = made > 1 && (run.misfit.patches.chi2 > kChi2Limit ||  // more runs would be refused too
-                                            run.misfit.regions.IsMoreThan(kChi2Limit));
+      const bool is_hopeless = made > 1 && run.misfit.IsMoreThan(kChi2Limit);  // more runs would be refused too
       runs_.Add(std::move(run));
       at_.converged = runs_.Conclude();
       if (is_hopeless) break;

@@ -92,7 +92,8 @@ void FitByTheModelThatSuffices(const FitProblem& problem, CrownInput& input, Fit
 }
 
 /// Of every weak entry: by fits with the rest free where the model is cheap, by slopes at half as
-/// many places where pictures are walked; else a parabola. `at` and `input` are left elsewhere.
+/// many places where pictures are walked; else, and where the model does not hold, a parabola. `at` and `input` are
+/// left elsewhere.
 std::vector<LikelihoodProfile> ProfilesOf(const FitProblem& problem, CrownInput& input, FitState& at,
                                           const CrownFit& fit, Progress& progress) {
   const auto& [capture, free, errors, options, others] = problem;
@@ -102,7 +103,8 @@ std::vector<LikelihoodProfile> ProfilesOf(const FitProblem& problem, CrownInput&
     if (IsWeak(free.entries[k], at.x[k], std::sqrt(covariance(k, k)))) weak.push_back(k);
   std::vector<LikelihoodProfile> profiles;
   if (weak.empty()) return profiles;
-  if (!at.converged || options.profile_points == 0 || !others.names.empty()) {
+  const bool holds = at.converged && !at.left.IsMoreThan(kChi2Limit);
+  if (!holds || options.profile_points == 0 || !others.names.empty()) {
     for (const int k : weak) profiles.push_back(QuadraticProfile(free, at.x, covariance, k));
     return profiles;
   }

@@ -28,6 +28,8 @@ struct PatchMisfit {
 /// many. Of regions no values: the model's own error would be larger than their noise.
 struct Misfit {
   PatchMisfit patches, regions;
+  /// Either is; regions not by chance.
+  bool IsMoreThan(double limit) const { return patches.chi2 > limit || regions.IsMoreThan(limit); }
 };
 
 /// Of the same photographs, each by walks of its own.
