@@ -143,7 +143,7 @@ bool AnyBlurred(const Capture& capture) {
 Predictor PredictorByShader(const CrownInput& input, const CastState& state, const Material& material,
                             const LinearScales& scales, int threads) {
   return [&input, &state, &material, &scales, threads](size_t photograph) {
-    return PredictPixels(input.capture, state, photograph, material, scales.light, threads);
+    return PredictedPixels{PredictPixels(input.capture, state, photograph, material, scales.light, threads)};
   };
 }
 
@@ -170,7 +170,7 @@ std::vector<PhotographResult> ComparePhotographs(const CrownInput& input, const 
     r.photograph = photo.linear;
     r.prediction = Image(photo.linear.width, photo.linear.height, 3);
     r.compared.assign(photo.usable.size(), 0);
-    const std::vector<glm::dvec3> values = predict(i);
+    const auto [values, variances] = predict(i);
 
     r.exposure = spec.exposure_scale;
     if (const auto group = exposure_of_group.find(ExposureGroup(spec)); group != exposure_of_group.end()) {
@@ -196,7 +196,8 @@ std::vector<PhotographResult> ComparePhotographs(const CrownInput& input, const 
       const size_t place = static_cast<size_t>(pixel.y) * photo.linear.width + pixel.x;
       r.compared[place] = 1;
       if (axis) r.thirds[place] = static_cast<uint8_t>(1 + ThirdOf(axis->At(PositionOf(*state.crown, pixel.at))));
-      const glm::dvec3 variance = VarianceAt(photo, pixel);
+      glm::dvec3 variance = VarianceAt(photo, pixel);
+      if (!variances.empty()) variance += r.exposure * r.exposure * variances[k];
       const glm::dvec3 seen = ValueAt(photo.linear, pixel), predicted = ValueAt(r.prediction, pixel);
       for (int c = 0; c < kChannels; ++c) chi2 += std::pow(predicted[c] - seen[c], 2) / variance[c];
       level.Add(pixel, seen, predicted);

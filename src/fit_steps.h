@@ -37,8 +37,12 @@ Eigen::VectorXd HalfWay(const FreeParameters& free, const Eigen::VectorXd& cast_
 /// Whether a photograph states its blur.
 bool AnyBlurred(const Capture& capture);
 
-/// Values at exposure 1 of a photograph's pixels, in the order of its cast.
-using Predictor = std::function<std::vector<glm::dvec3>(size_t photograph)>;
+/// A photograph's pixels at exposure 1, in the order of its cast.
+struct PredictedPixels {
+  std::vector<glm::dvec3> values;
+  std::vector<glm::dvec3> variances = {};  ///< by the model's own random walks; empty: it has none
+};
+using Predictor = std::function<PredictedPixels(size_t photograph)>;
 /// All must outlive it.
 Predictor PredictorByShader(const CrownInput& input, const CastState& state, const Material& material,
                             const LinearScales& scales, int threads);

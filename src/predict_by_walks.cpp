@@ -84,7 +84,7 @@ Predictor PredictorByWalks(const FitProblem& problem, const CrownInput& input, c
     const Camera& camera = input.capture.photographs[photograph].camera;
     const std::vector<glm::dvec3> shader = PredictPixels(
         input.capture, at.cast, photograph, MaterialAt(problem.free, at.x), at.scales.light, problem.options.threads);
-    if (cast.pixels.empty()) return shader;
+    if (cast.pixels.empty()) return PredictedPixels{shader};
     const WalkedValues& walked = pictures->at(photograph);
     std::vector<size_t> pixel_at(walked.size(), shader.size());  // of the cast; none: their number
     for (size_t k = 0; k < shader.size(); ++k)
@@ -99,16 +99,34 @@ Predictor PredictorByWalks(const FitProblem& problem, const CrownInput& input, c
         }
     };
     std::vector<glm::dvec3> seen = shader;
+    // Of walks' variance: what the mean over neighbours leaves, and what a pixel differs from it by.
+    std::vector<double> left(seen.size(), 0.0), apart(seen.size(), 0.0);
     ParallelFor(seen.size(), problem.options.threads, [&](size_t k) {
       const PixelCast& pixel = cast.pixels[k];
       glm::dvec3 of_walks(0.0), of_shader(0.0);
+      double weights = 0, squares = 0;
       around(pixel, kReach, [&](size_t place, int distance2) {
         const double weight = std::exp(-0.5 * distance2 / kReach);
         of_walks += weight * *walked[place];
         of_shader += weight * shader[pixel_at[place]];
+        weights += weight, squares += weight * weight;
       });
       for (int c = 0; c < kChannels; ++c)
         if (of_shader[c] > 0) seen[k][c] *= of_walks[c] / of_shader[c];
+      if (weights <= 0) return;
+      left[k] = squares / (weights * weights);
+      apart[k] = 1.0 - 2.0 / weights + left[k];  // it is in its mean itself
+    });
+    std::vector<glm::dvec3> variances(seen.size(), glm::dvec3(0.0));
+    ParallelFor(seen.size(), problem.options.threads, [&](size_t k) {
+      double of_walks = 0;
+      around(cast.pixels[k], kReach, [&](size_t place, int) {
+        const size_t near = pixel_at[place];
+        const glm::dvec3 off = *walked[place] - seen[near];
+        variances[k] += off * off;
+        of_walks += apart[near];
+      });
+      if (of_walks > 0) variances[k] *= left[k] / of_walks;
     });
     // Shader's detail may be wrong: of a lamp that a nearly smooth surface mirrors its few samples make dots. Walks
     // stand as they are where they are further from it than their noise, which most places show.
@@ -129,9 +147,11 @@ Predictor PredictorByWalks(const FitProblem& problem, const CrownInput& input, c
     const double usual = sorted[sorted.size() / 2];
     for (size_t k = 0; k < seen.size(); ++k) {
       const auto& here = walked[static_cast<size_t>(cast.pixels[k].y) * camera.width + cast.pixels[k].x];
-      if (here && off[k] > kWrong * usual) seen[k] = *here;
+      if (!here || off[k] <= kWrong * usual) continue;
+      seen[k] = *here;
+      if (left[k] > 0) variances[k] /= left[k];
     }
-    return seen;
+    return PredictedPixels{seen, variances};
   };
 }
 
