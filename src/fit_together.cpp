@@ -282,6 +282,7 @@ CrownFit Joined(const std::vector<CrownFit>& fits) {
     all.converged &= f.converged;
     all.uncertainty.reduced_chi2 = std::max(all.uncertainty.reduced_chi2, f.uncertainty.reduced_chi2);
     all.uncertainty.block_chi2 = std::max(all.uncertainty.block_chi2, f.uncertainty.block_chi2);
+    if (f.left.regions.IsMoreThan(kChi2Limit)) all.left = f.left;  // what refuses one refuses all
     all.walked_paths += f.walked_paths;
     all.fitted_pixels += f.fitted_pixels;
     all.iterations += f.iterations;

@@ -103,6 +103,11 @@ TEST_F(TwoCaptures, TellTogetherWhatOneWithAllTheirPhotographsTells) {
   CrownFit readings = fits[0];
   readings.model = "layered";
   EXPECT_EQ(Joined({readings, fits[1]}).model, "shader") << "whichever comes first";
+  for (const size_t refused : {0, 1}) {
+    std::vector<CrownFit> with = fits;
+    with[refused].left.regions = {12.0, 0.9, 96.0, 1.0};
+    EXPECT_FALSE(Joined(with).usable) << refused << ": noise does not explain what its photographs leave";
+  }
 }
 
 TEST_F(TwoCaptures, OfDifferentMaterialsAreFoundOut) {
