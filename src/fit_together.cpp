@@ -258,6 +258,7 @@ CrownFit Joined(const std::vector<CrownFit>& fits) {
   CrownFit all = first == fits.end() ? fits[0] : *first;
   all.photographs.clear();
   all.readings.clear();
+  all.scenery.clear();
   all.caveats.clear();
   all.messages.clear();
   all.uncertainty.block_chi2 = 0;
@@ -265,12 +266,18 @@ CrownFit Joined(const std::vector<CrownFit>& fits) {
   std::vector<Capture> captures;
   for (const CrownFit& f : fits) captures.push_back(f.capture);
   const std::vector<std::string> names = NamesOf(captures);
+  std::vector<std::string> refused;
   for (size_t i = 0; i < fits.size(); ++i) {
     const CrownFit& f = fits[i];
+    if (!f.usable) refused.push_back("'" + names[i] + "' is not usable: " + f.reasons.front());
     all.together.push_back({names[i], OwnParameters(f, all.capture), f.uncertainty.block_chi2, f.usable});
     for (PhotographResult p : f.photographs) {
       p.name = names[i] + "_" + p.name;
       all.photographs.push_back(std::move(p));
+    }
+    for (SceneryLevel level : f.scenery) {
+      level.photograph = names[i] + "_" + level.photograph;
+      all.scenery.push_back(std::move(level));
     }
     for (ReadingResult r : f.readings) {
       r.measurement = names[i] + "_" + r.measurement;
@@ -282,7 +289,7 @@ CrownFit Joined(const std::vector<CrownFit>& fits) {
     all.converged &= f.converged;
     all.uncertainty.reduced_chi2 = std::max(all.uncertainty.reduced_chi2, f.uncertainty.reduced_chi2);
     all.uncertainty.block_chi2 = std::max(all.uncertainty.block_chi2, f.uncertainty.block_chi2);
-    if (f.left.regions.IsMoreThan(kChi2Limit)) all.left = f.left;  // what refuses one refuses all
+    if (f.left.regions.IsMoreThan(kChi2Limit)) all.left = f.left;
     all.walked_paths += f.walked_paths;
     all.fitted_pixels += f.fitted_pixels;
     all.iterations += f.iterations;
@@ -290,6 +297,7 @@ CrownFit Joined(const std::vector<CrownFit>& fits) {
     if (all.advice.empty()) all.advice = f.advice;
   }
   Judge(all);
+  if (all.usable) Judge(all, refused);  // what refuses one refuses all
   return all;
 }
 

@@ -77,16 +77,21 @@ std::optional<SceneryLevel> LevelOf(const std::string& name, const Photograph& p
   return level;
 }
 
-/// Of a photograph's brightness, relative: of its exposure, and of the least well known one of its lamps.
-double StatedError(const Capture& capture, const PhotographSpec& spec) {
+/// Of a photograph's brightness, relative: of its exposure, and of the least well known one of its lamps, as stated or,
+/// where they are free, as the fit found them. `found`: of the lights' intensities; empty where the fit does not tell.
+double ErrorOfBrightness(const Capture& capture, const PhotographSpec& spec, const PhotographResult& result,
+                         const std::vector<double>& found) {
   double of_lamp = 0;
   for (const size_t l : spec.lights) {
     const Light& light = capture.lights[l];
     const auto place = PlaceOf(light, spec.camera_from_object.Inverse());
     const double of_place = place ? 2.0 * light.Stddev_mm() / glm::length(*place) : 0.0;
-    of_lamp = std::max(of_lamp, std::hypot(light.intensity_stddev, of_place));
+    const double of_intensity = light.scale_is_free && !found.empty() ? found[l] : light.intensity_stddev;
+    of_lamp = std::max(of_lamp, std::hypot(of_intensity / light.intensity_scale, of_place));
   }
-  return std::hypot(spec.exposure_stddev, of_lamp);
+  return std::hypot(
+      spec.exposure_is_free ? result.exposure_stddev / result.exposure : spec.exposure_stddev / spec.exposure_scale,
+      of_lamp);
 }
 
 }  // namespace
@@ -133,7 +138,10 @@ std::vector<SceneryLevel> SceneryLevelsOf(const FitProblem& problem, CrownInput&
       const double exposure = spec.exposure_is_free ? results[i].exposure : spec.exposure_scale;
       auto level = LevelOf(results[i].name, input.photographs[i], exposure, beside[i], walked[k]);
       if (!level) continue;
-      level->stated = StatedError(input.capture, spec);
+      level->stated = ErrorOfBrightness(input.capture, spec, results[i], at.knowledge.scales_stddev.light);
+      if (spec.backing) level->shows.push_back(input.capture.backings[*spec.backing].name);
+      for (const size_t s : spec.scenery) level->shows.push_back(input.capture.scenery[s].name);
+      for (const size_t l : spec.lights) level->lights.push_back(input.capture.lights[l].name);
       levels.push_back(*level);
     }
   }

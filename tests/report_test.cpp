@@ -203,6 +203,34 @@ TEST(Verdict, RefusesWhatIsLeftOfRegionsThoughNoiseHidesItInPatches) {
   EXPECT_TRUE(Says(fit.reasons, "sixteenths of the photographs is 12 times"));
 }
 
+TEST(Verdict, RefusesLightThatTilesAndSceneryOfSeveralReflectancesDenyAlike) {
+  CrownFit fit = SomeFit();
+  fit.model = "path";
+  fit.converged = true;
+  fit.entries.clear();
+  const auto usable = [&](const std::vector<SceneryLevel>& levels) {
+    fit.scenery = levels;
+    Judge(fit);
+    return fit.usable;
+  };
+  const SceneryLevel black{"black", {"black"}, {"left"}, {0.88, 0.89, 0.88}, {0.004, 0.004, 0.004}, 0.01};
+  SceneryLevel white = black, bright = black, uncertain = black;
+  white.shows = {"white"};
+  bright.shows = {"blade"}, bright.ratio = {1.01, 1.0, 1.0};
+  uncertain.shows = {"white"}, uncertain.stated = 0.05;
+  EXPECT_TRUE(usable({black, black})) << "its reflectance may be stated wrongly";
+  EXPECT_TRUE(usable({black, white, bright})) << "one photograph shows that the light is right";
+  EXPECT_TRUE(usable({black, uncertain})) << "the other may be as stated";
+  EXPECT_FALSE(usable({black, white}));
+  EXPECT_TRUE(Says(fit.reasons, "in every photograph by 'left'"));
+  bright.lights = {"right"};
+  EXPECT_FALSE(usable({black, white, bright})) << "another light may be right";
+  white.ratio = {1.12, 0.88, 1.12};
+  EXPECT_FALSE(usable({black, white})) << "green alone is off alike";
+  white.ratio = {0.7, 0.72, 0.71};
+  EXPECT_TRUE(usable({black, white})) << "reflectances that were guessed are not off alike";
+}
+
 TEST(Caveats, NameThePriorThatPhotographsContradict) {
   CrownFit fit = SomeFit();
   fit.model = "path";

@@ -107,6 +107,10 @@ TEST_F(TwoCaptures, TellTogetherWhatOneWithAllTheirPhotographsTells) {
     std::vector<CrownFit> with = fits;
     with[refused].left.regions = {12.0, 0.9, 96.0, 1.0};
     EXPECT_FALSE(Joined(with).usable) << refused << ": noise does not explain what its photographs leave";
+    with = fits;
+    with[refused].widened[0] = kMostWidened;
+    Judge(with[refused]);
+    EXPECT_FALSE(Joined(with).usable) << refused << ": its own statements are contradicted";
   }
 }
 

@@ -100,8 +100,9 @@ struct MovedCalibration {
 /// How much brighter than stated a photograph's tile and scenery are beside the object, by channel.
 struct SceneryLevel {
   std::string photograph;
+  std::vector<std::string> shows, lights;  ///< names of tile and scenery; of what lights them
   std::array<double, kChannels> ratio{}, stddev{};
-  double stated = 0;  ///< by how much it may be off by what the capture states of its errors, a standard deviation
+  double stated = 0;  ///< by how much it may be off by errors of exposure and lamps, a standard deviation
 };
 
 /// One of several captures fitted together.
@@ -153,8 +154,8 @@ std::vector<std::string> PhotographCaveats(const Capture& capture, const std::ve
 /// What the model leaves out, and what the fit had to move, in words.
 std::vector<std::string> ModelCaveats(const CrownFit& fit);
 
-/// Fills usable, reasons and verdict from the rest (the contract's rules).
-void Judge(CrownFit& fit);
+/// Fills usable, reasons and verdict from the rest (the contract's rules). `reasons`: such as are known beforehand.
+void Judge(CrownFit& fit, std::vector<std::string> reasons = {});
 
 /// So far from the cut at an open scan's neck its surroundings count for less.
 inline constexpr double kNeckReachMm = 3.0;

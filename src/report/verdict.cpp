@@ -1,5 +1,7 @@
 #include <algorithm>
 #include <cmath>
+#include <map>
+#include <set>
 
 #include "base/text.h"
 #include "fit/entry_knowledge.h"
@@ -57,20 +59,57 @@ std::string FurthestOff(const CrownFit& fit, StatementKind kind) {
          (furthest->share > 0 ? "more" : "less") + " than stated, which is " + errors;
 }
 
+/// 1 and -1: brighter and darker than stated, beyond doubt; 0: as stated.
+int IsOff(const SceneryLevel& level, int channel) {
+  const double off = level.ratio[channel] - 1;
+  const double limit = std::max(kSceneryOff, kLevelCertain * std::hypot(level.stddev[channel], level.stated));
+  return std::abs(off) <= limit ? 0 : off > 0 ? 1 : -1;
+}
+
+std::string InWords(const std::array<double, kChannels>& ratio) {
+  std::string words;
+  for (int c = 0; c < kChannels; ++c) words += (c ? ", " : "") + Number(ratio[c]);
+  return words;
+}
+
 /// "'front' 0.92, 0.92, 0.91 times"; empty: all are as bright as predicted.
 std::string SceneryThatIsOff(const std::vector<SceneryLevel>& levels) {
   std::string off;
   for (const SceneryLevel& level : levels) {
     bool is_off = false;
-    std::string ratios;
-    for (int c = 0; c < kChannels; ++c) {
-      is_off |= std::abs(level.ratio[c] - 1) >
-                std::max(kSceneryOff, kLevelCertain * std::hypot(level.stddev[c], level.stated));
-      ratios += (c ? ", " : "") + Number(level.ratio[c]);
-    }
-    if (is_off) off += (off.empty() ? "" : "; ") + ("'" + level.photograph + "' " + ratios + " times");
+    for (int c = 0; c < kChannels; ++c) is_off |= IsOff(level, c) != 0;
+    if (is_off) off += (off.empty() ? "" : "; ") + ("'" + level.photograph + "' " + InWords(level.ratio) + " times");
   }
   return off;
+}
+
+/// Whether things of several reflectances are off by the same factor, so that it is no reflectance that is stated
+/// wrongly but the light (dark ones whose reflectance was guessed, or under a veil, are not).
+bool DenyTheirLight(const std::vector<const SceneryLevel*>& levels) {
+  std::set<std::vector<std::string>> kinds;
+  std::array<double, kChannels> mean{};
+  for (const SceneryLevel* level : levels) {
+    kinds.insert(level->shows);
+    for (int c = 0; c < kChannels; ++c) mean[c] += level->ratio[c] / static_cast<double>(levels.size());
+  }
+  if (kinds.size() < 2) return false;
+  for (int c = 0; c < kChannels; ++c)
+    if (std::all_of(levels.begin(), levels.end(), [&](const SceneryLevel* l) {
+          return IsOff(*l, c) != 0 && std::abs(l->ratio[c] / mean[c] - 1) < kSceneryOff;
+        }))
+      return true;
+  return false;
+}
+
+/// "'left', 'right'": lights that all photographs which show their light beside the object deny; empty: there is none.
+std::string LightsThatSceneryDenies(const std::vector<SceneryLevel>& levels) {
+  std::map<std::string, std::vector<const SceneryLevel*>> by_light;
+  for (const SceneryLevel& level : levels)
+    for (const std::string& light : level.lights) by_light[light].push_back(&level);
+  std::string names;
+  for (const auto& [light, lit] : by_light)
+    if (DenyTheirLight(lit)) names += (names.empty() ? "'" : ", '") + light + "'";
+  return names;
 }
 
 /// "'edge' (patches 4.4), 'back' (sixteenths 2.5)"; empty: noise explains what is left of every one.
@@ -209,8 +248,8 @@ std::vector<std::string> ModelCaveats(const CrownFit& fit) {
   return caveats;
 }
 
-void Judge(CrownFit& fit) {
-  fit.reasons.clear();
+void Judge(CrownFit& fit, std::vector<std::string> reasons) {
+  fit.reasons = std::move(reasons);
   const Uncertainty& u = fit.uncertainty;
   if (!fit.converged) fit.reasons.push_back("the optimiser did not converge");
   // Of few readings a larger one is no rarity.
@@ -235,6 +274,13 @@ void Judge(CrownFit& fit) {
                             "were their errors " + Number(kMostWidened) +
                             " times as large as stated: one of these is wrong, or the model does not hold (" +
                             FurthestOff(fit, kind) + ")");
+  if (const std::string lights = LightsThatSceneryDenies(fit.scenery); !lights.empty())
+    fit.reasons.push_back("in every photograph by " + lights +
+                          " that shows tile or scenery these are brighter or darker than stated by the same factor, "
+                          "whatever they are made of (" +
+                          SceneryThatIsOff(fit.scenery) +
+                          "): lamps, exposures or encoding are stated wrongly, and absorption follows such an error "
+                          "many times over");
   const auto any_is = [&](std::initializer_list<Status> which) {
     return std::any_of(u.parameters.begin(), u.parameters.end(), [&](const FittedParameter& p) {
       return std::any_of(which.begin(), which.end(), [&](Status s) { return !p.ChannelsThatAre(s).empty(); }) &&
