@@ -79,6 +79,7 @@ CaptureCheck CheckCapture(const Capture& stated, const FitOptions& options, Prog
                      "Look for lengths, coefficients or lamps that are off by powers of ten.");
   check.requirements = SceneRequirements(problem, check.input, at, progress);
   if (free.count() == 0) return check;
+  check.exact = ExactStatements(problem, at);
   const FitSeconds seconds(problem, check.input, at);
   check.shader_s = seconds.ByShader();
   check.path_s = seconds.ByWalks(static_cast<double>(options.paths_per_photograph));

@@ -13,7 +13,7 @@ namespace crownfit {
 namespace {
 
 std::string AsJson(const Capture& capture, const CaptureCheck& check) {
-  JsonValue::Array photographs, measurements, free_names, foreseen, requirements;
+  JsonValue::Array photographs, measurements, free_names, foreseen, requirements, exact;
   for (const auto& m : capture.measurements)
     measurements.push_back(JsonValue::Object{{"name", m.name}, {"use", m.is_holdout ? "holdout" : "fit"}});
   for (const auto& p : capture.photographs)
@@ -31,6 +31,11 @@ std::string AsJson(const Capture& capture, const CaptureCheck& check) {
                                              {"parameter", r.parameter},
                                              {"shift_in_stddevs", r.shift},
                                              {"needed", r.is_needed}});
+  for (const ExactStatement& s : check.exact) {
+    JsonValue::Object shifts;
+    for (const auto& [parameter, share] : s.shifts) shifts.emplace_back(parameter, share);
+    exact.push_back(JsonValue::Object{{"name", s.name}, {"value", s.value}, {"error", s.error}, {"shifts", shifts}});
+  }
   return ToJsonText(
       JsonValue::Object{{"valid", true},
                         {"photographs", photographs},
@@ -40,6 +45,7 @@ std::string AsJson(const Capture& capture, const CaptureCheck& check) {
                         {"foreseen", foreseen},
                         {"weak_directions", check.weak_directions},
                         {"requirements", requirements},
+                        {"exact", exact},
                         {"advice", check.advice},
                         {"seconds", JsonValue::Object{{"shader", check.shader_s}, {"path", check.path_s}}}});
 }
@@ -117,6 +123,20 @@ void PrintRequirements(const CaptureCheck& check) {
                 r.parameter.c_str(), r.is_needed ? "" : "  (not needed)");
 }
 
+void PrintExact(const CaptureCheck& check) {
+  if (check.exact.empty()) return;
+  std::printf(
+      "\nWhat the capture states as exact. Were it off by so much, fitted values would be off by about so much, which "
+      "intervals do not hold and photographs may not show:\n");
+  for (const ExactStatement& s : check.exact) {
+    std::string shifts;
+    for (const auto& [parameter, share] : s.shifts)
+      shifts += (shifts.empty() ? "" : ", ") + parameter + " " + Number(100 * share, 2) + " %";
+    std::printf("  %-28s %-8s by %-6s %s\n", s.name.c_str(), Number(s.value).c_str(), s.error.c_str(), shifts.c_str());
+  }
+  std::printf("  What is not known so well, state as {\"initial\": v, \"prior\": {\"mean\": v, \"log_stddev\": s}}.\n");
+}
+
 }  // namespace
 
 int RunCheck(const CommandLine& line) {
@@ -139,6 +159,7 @@ int RunCheck(const CommandLine& line) {
   PrintScene(capture, check);
   PrintForeseen(check);
   PrintRequirements(check);
+  PrintExact(check);
   return 0;
 }
 

@@ -4,6 +4,7 @@
 
 #include <cmath>
 
+#include "exact_statements.h"
 #include "exchange/material_file.h"
 #include "fit/image_residuals.h"
 #include "fit/solve.h"
@@ -130,6 +131,34 @@ TEST_F(Foreseen, WhatLeavingATileOutShiftsIsWhatAFitWithoutItFinds) {
     most = std::max(most, std::abs(solved.x[k] - at.x[k]) * e.jacobian.col(k).norm());
   EXPECT_GT(tile->shift, most / 2.0) << "of " << tile->parameter;
   EXPECT_LT(tile->shift, most * 2.0) << "of " << tile->parameter;
+}
+
+TEST_F(Foreseen, WhatAWrongIndexShiftsIsWhatAFitWithItFinds) {
+  Capture capture = With({"front_black", "front_white"});
+  for (LayerSpec& layer : capture.layers)
+    for (ParameterSpec& p : layer.parameters) p.fixed = true;
+  capture.layers[1][Quantity::kAbsorption].fixed = false;
+  const FreeParameters free = FreeParametersOf(capture);
+  const auto [input, at] = FittedAtStart(capture, free);
+  const auto statements = ExactStatements({capture, free, no_errors_, options_}, at);
+  const std::string name = capture.layers[1].name + ".ior";
+  const auto index = std::ranges::find(statements, name, &ExactStatement::name);
+  ASSERT_NE(index, statements.end());
+  const auto shift = std::ranges::find(index->shifts, capture.layers[1].name + ".absorption_per_mm",
+                                       &ExactStatement::Shift::parameter);
+  ASSERT_NE(shift, index->shifts.end());
+
+  Capture wrong = capture;
+  wrong.layers[1][Quantity::kIor].value = {index->value + 0.05, index->value + 0.05, index->value + 0.05};
+  const FreeParameters same = FreeParametersOf(wrong);
+  const SolveResult solved =
+      Solve(ImageResiduals(wrong, at.cast, same, at.pixels, {}, {0.0, 0}), same, at.x, {}, [](int, double) {});
+  double most = 0;
+  for (int k = 0; k < free.count(); ++k)
+    if (free.entries[k].quantity == Quantity::kAbsorption)
+      most = std::max(most, std::abs(std::expm1(solved.x[k] - at.x[k])));
+  EXPECT_GT(shift->share, most / 1.5);
+  EXPECT_LT(shift->share, most * 1.5);
 }
 
 }  // namespace
