@@ -134,6 +134,8 @@ void PrintExact(const CaptureCheck& check) {
       shifts += (shifts.empty() ? "" : ", ") + parameter + " " + Number(100 * share, 2) + " %";
     std::printf("  %-28s %-8s by %-6s %s\n", s.name.c_str(), Number(s.value).c_str(), s.error.c_str(), shifts.c_str());
   }
+  std::printf(
+      "  (Nor are g and roughness in intervals where they are fixed; this model does not tell what they do.)\n");
   std::printf("  What is not known so well, state as {\"initial\": v, \"prior\": {\"mean\": v, \"log_stddev\": s}}.\n");
 }
 

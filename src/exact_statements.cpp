@@ -10,16 +10,16 @@
 namespace crownfit {
 namespace {
 
-/// As far apart as measurements of one material lie, or as a careful hand is off; in the parameter's own scale. No
-/// roughness: what it does to light that goes through the surface is not in model `shader`.
+/// As far apart as measurements of one material lie, or as a careful hand is off; in the parameter's own scale. Neither
+/// g nor roughness: model `shader` knows neither what g does beside reduced scattering, nor what a rough surface does
+/// to light that goes through it.
 struct UsualError {
   double size;
   const char* words;
 };
 const std::map<Quantity, UsualError> kUsualErrors = {{Quantity::kThickness, {0.1, "10 %"}},
                                                      {Quantity::kThicknessScale, {0.1, "10 %"}},
-                                                     {Quantity::kIor, {0.05, "0.05"}},
-                                                     {Quantity::kAsymmetry, {0.1, "0.1"}}};
+                                                     {Quantity::kIor, {0.05, "0.05"}}};
 
 /// The capture with what its layers fix, and errors are usual of, free.
 Capture Freed(Capture capture) {

@@ -20,7 +20,7 @@ struct ExactStatement {
   std::vector<Shift> shifts;  ///< largest first; below 1 % left out
 };
 
-/// What errors of index, g and thickness would do to what is fitted, where the capture fixes them: to first order, by
+/// What errors of index and thickness would do to what is fitted, where the capture fixes them: to first order, by
 /// derivatives of model `shader` where the fit stands. Those that would do nothing are left out.
 std::vector<ExactStatement> ExactStatements(const FitProblem& problem, const FitState& at);
 
