@@ -130,6 +130,19 @@ TEST(PlainWords, SayHowSureEachParameterIs) {
   EXPECT_TRUE(Says(verdict.sentences, "No photograph was held out"));
 }
 
+TEST(Verdict, NamesWhatCountsAsExact) {
+  CrownFit fit = SomeFit();
+  fit.converged = true;
+  Judge(fit);
+  EXPECT_NE(fit.verdict.find("with no share in the intervals: the scan."), std::string::npos) << fit.verdict;
+  fit.uncertainty.parameters.push_back({"dentine.ior", 0, Quantity::kIor, {1.54}, {}, {}, {}, Status::kFixed});
+  fit.uncertainty.parameters.push_back({"surface.wetness", kSurfaceOwner, Quantity::kWetness, {0}, {}, {}, {}});
+  Judge(fit);
+  EXPECT_NE(fit.verdict.find("Counted as exact, as stated, with no share in the intervals: the scan, dentine.ior."),
+            std::string::npos)
+      << fit.verdict;
+}
+
 TEST(PlainWords, TellChannelsApartOfWhichOneIsNotIdentified) {
   CrownFit fit = SomeFit();
   fit.converged = true;

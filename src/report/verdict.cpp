@@ -138,6 +138,22 @@ std::string PriorsContradicted(const CrownFit& fit) {
   return names;
 }
 
+/// Of the object, what the capture fixes and photographs hardly show to be wrong. Beside photographs the innermost
+/// layer's depth, and one that ends at a mesh, is the scan's.
+std::string CountedAsExact(const CrownFit& fit) {
+  const std::vector<LayerSpec>& layers = fit.capture.layers;
+  const bool has_scan = !fit.photographs.empty();
+  std::string names = has_scan ? "the scan" : "";
+  for (const FittedParameter& p : fit.uncertainty.parameters) {
+    const bool is_scans = has_scan && (p.layer + 1 >= layers.size() || layers[p.layer + 1].surface);
+    if (p.status == Status::kFixed &&
+        (p.quantity == Quantity::kIor || p.quantity == Quantity::kAsymmetry || p.quantity == Quantity::kRoughness ||
+         (p.quantity == Quantity::kThickness && !is_scans)))
+      names += (names.empty() ? "" : ", ") + p.name;
+  }
+  return names;
+}
+
 /// What speaks in this fit.
 std::string SourceOf(const CrownFit& fit) {
   return fit.photographs.empty() ? "measurements"
@@ -314,6 +330,8 @@ void Judge(CrownFit& fit, std::vector<std::string> reasons) {
                 part(Status::kPrior, "Held by its prior, not measured: ") +
                 part(Status::kNotIdentified, "Not identified by these " + SourceOf(fit) + ": ") +
                 part(Status::kAtBound, "At a bound: ");
+  if (const std::string names = CountedAsExact(fit); any && !names.empty())
+    fit.verdict += "Counted as exact, as stated, with no share in the intervals: " + names + ". ";
   if (fit.verdict.empty()) fit.verdict = "Nothing was free to fit. ";
   fit.verdict.pop_back();
   if (!fit.usable)
