@@ -131,7 +131,8 @@ void PrintExact(const CaptureCheck& check) {
   for (const ExactStatement& s : check.exact) {
     std::string shifts;
     for (const auto& [parameter, share] : s.shifts)
-      shifts += (shifts.empty() ? "" : ", ") + parameter + " " + Number(100 * share, 2) + " %";
+      shifts +=
+          (shifts.empty() ? "" : ", ") + parameter + (share > 1 ? " over 100" : " " + Number(100 * share, 2)) + " %";
     std::printf("  %-28s %-8s by %-6s %s\n", s.name.c_str(), Number(s.value).c_str(), s.error.c_str(), shifts.c_str());
   }
   std::printf(
