@@ -61,14 +61,14 @@ int main(int argc, char** argv) {
     const double albedo = walked.value.reflectance_collimated / share;
     const auto within = [&](double r) { return albedo * Term::NormalisedDiffusionWithin(albedo, 1 / extinction, r); };
     for (size_t i = 0; i + 1 < radii.size(); ++i) {
-      const double a = radii[i], b = radii[i + 1], area = std::numbers::pi * (b * b - a * a),
-                   window = area * std::exp(std::numbers::egamma);  // of the table's ring with these edges
+      // Shares of the table's rings, whose windows overlap, add up to all the light, as those of rings do.
+      const double a = radii[i], b = radii[i + 1], area = std::numbers::pi * (b * b - a * a);
       const int ring = static_cast<int>(i);
       std::printf("%g,%.6g,%.6g,%.6g,%.6g,%.6g,%.6g,%.6g,%.6g,%.6g,%.6g\n", thickness, a, b,
                   walked.radial_reflectance_per_mm2[i] / share, walked.radial_reflectance_stddev[i] / share,
                   walked.radial_transmittance_per_mm2[i] / share, walked.radial_transmittance_stddev[i] / share,
-                  table.Reflected(place, ring) / window, table.Transmitted(place, ring) / window,
-                  RingMean(dipole, a, b), (within(b) - within(a)) / area);
+                  table.Reflected(place, ring) / area, table.Transmitted(place, ring) / area, RingMean(dipole, a, b),
+                  (within(b) - within(a)) / area);
     }
   }
 }
