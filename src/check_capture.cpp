@@ -77,10 +77,10 @@ CaptureCheck CheckCapture(const Capture& stated, const FitOptions& options, Prog
   if (!e.finite)
     throw InputError(capture.file, "object", "at its start values model shader predicts no finite picture",
                      "Look for lengths, coefficients or lamps that are off by powers of ten.");
-  check.requirements = SceneRequirements(problem, check.input, at, progress);
+  const FitSeconds seconds(problem, check.input, at);
+  check.requirements = SceneRequirements(problem, check.input, at, seconds, progress);
   if (free.count() == 0) return check;
   check.exact = ExactStatements(problem, at);
-  const FitSeconds seconds(problem, check.input, at);
   check.shader_s = seconds.ByShader();
   check.path_s = seconds.ByWalks(static_cast<double>(options.paths_per_photograph));
 

@@ -30,6 +30,8 @@ std::string AsJson(const Capture& capture, const CaptureCheck& check) {
                                              {"de00", r.de00},
                                              {"parameter", r.parameter},
                                              {"shift_in_stddevs", r.shift},
+                                             {"saves_shader_s", r.shader_s},
+                                             {"saves_path_s", r.path_s},
                                              {"needed", r.is_needed}});
   for (const ExactStatement& s : check.exact) {
     JsonValue::Object shifts;
@@ -116,11 +118,13 @@ void PrintForeseen(const CaptureCheck& check) {
 
 void PrintRequirements(const CaptureCheck& check) {
   if (check.requirements.empty()) return;
-  std::printf("\nWhat the scene requires: without it the picture changes by CIEDE2000, and a fit would miss by\n");
+  std::printf(
+      "\nWhat the scene requires: without it the picture changes by CIEDE2000, and a fit would save seconds (by "
+      "shader, by path) and miss by\n");
   for (const auto& r : check.requirements)
-    std::printf("  %-28s %6.2f in '%s'%*s %8.2g standard deviations of %s%s\n", r.what.c_str(), r.de00,
-                r.photograph.c_str(), std::max(0, 14 - static_cast<int>(r.photograph.size())), "", r.shift,
-                r.parameter.c_str(), r.is_needed ? "" : "  (not needed)");
+    std::printf("  %-28s %6.2f in '%s'%*s %5.1f s %5.1f s %8.2g standard deviations of %s%s\n", r.what.c_str(), r.de00,
+                r.photograph.c_str(), std::max(0, 14 - static_cast<int>(r.photograph.size())), "", r.shader_s, r.path_s,
+                r.shift, r.parameter.c_str(), r.is_needed ? "" : "  (not needed)");
 }
 
 void PrintExact(const CaptureCheck& check) {

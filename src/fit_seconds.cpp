@@ -27,16 +27,16 @@ bool IsDifferenced(const FreeEntry& e) {
   return e.quantity == Quantity::kThickness || e.quantity == Quantity::kThicknessScale || e.quantity == Quantity::kIor;
 }
 
-CastSeconds CastOf(const FitProblem& problem, const FitState& at) {
+CastSeconds CastOf(const Capture& capture, const FitState& at) {
   const double vertices = static_cast<double>(at.cast.crown->fine.vertices.size());
-  const std::vector<CalibrationError> errors = StatedErrors(problem.capture);
+  const std::vector<CalibrationError> errors = StatedErrors(capture);
   constexpr double kRaysOfMoved = 2 * kStrataOfMoved * kStrataOfMoved;  // to either side
   double rays = 0, of_slopes = 0;
   for (const FitPixels& p : at.pixels) {
-    const PhotographSpec& spec = problem.capture.photographs[p.photograph];
+    const PhotographSpec& spec = capture.photographs[p.photograph];
     const CastOptions strata;
     for (const size_t light : spec.lights) {
-      const int times = IsAllAround(problem.capture.lights[light].shape) ? 4 : 1;
+      const int times = IsAllAround(capture.lights[light].shape) ? 4 : 1;
       rays += strata.strata * strata.strata * times;
       for (const CalibrationError& e : errors) of_slopes += e.light == light ? kRaysOfMoved * times : 0;
     }
@@ -47,8 +47,29 @@ CastSeconds CastOf(const FitProblem& problem, const FitState& at) {
 
 }  // namespace
 
-FitSeconds::FitSeconds(const FitProblem& problem, const CrownInput& input, const FitState& at)
-    : cast_(CastOf(problem, at)) {
+void FitSeconds::Count(const Capture& capture, const FitState& at) {
+  cast_ = CastOf(capture, at);
+  shared_.clear();
+  std::vector<size_t> photographs;
+  for (const FitPixels& p : at.pixels) photographs.push_back(p.photograph);
+  for (const std::vector<size_t>& together : WhichShareWalks(capture, photographs)) {
+    Shared& s = shared_.emplace_back();
+    for (const size_t k : together) {
+      s.photographs += 1.0;
+      s.lamps += static_cast<double>(capture.photographs[photographs[k]].lights.size());
+      s.pixels = std::max(s.pixels, static_cast<double>(at.pixels[k].sources.size()));
+    }
+  }
+}
+
+FitSeconds FitSeconds::Of(const Capture& capture, const FitState& at) const {
+  FitSeconds other = *this;
+  other.Count(capture, at);
+  return other;
+}
+
+FitSeconds::FitSeconds(const FitProblem& problem, const CrownInput& input, const FitState& at) {
+  Count(problem.capture, at);
   const std::vector<FreeEntry>& entries = problem.free.entries;
   const auto any = [&](const auto& is) { return std::any_of(entries.begin(), entries.end(), is); };
   // A free depth is sought from five places.
@@ -57,17 +78,6 @@ FitSeconds::FitSeconds(const FitProblem& problem, const CrownInput& input, const
       (has_depth ? 150.0 : 30.0) * static_cast<double>(at.cast.crown->fine.vertices.size() * at.pixels.size());
   pictures_beside_ = 2.0 * static_cast<double>(std::count_if(entries.begin(), entries.end(), IsDifferenced));
   has_rough_ = any([](const FreeEntry& e) { return e.quantity == Quantity::kRoughness; });
-
-  std::vector<size_t> photographs;
-  for (const FitPixels& p : at.pixels) photographs.push_back(p.photograph);
-  for (const std::vector<size_t>& together : WhichShareWalks(problem.capture, photographs)) {
-    Shared& s = shared_.emplace_back();
-    for (const size_t k : together) {
-      s.photographs += 1.0;
-      s.lamps += static_cast<double>(problem.capture.photographs[photographs[k]].lights.size());
-      s.pixels = std::max(s.pixels, static_cast<double>(at.pixels[k].sources.size()));
-    }
-  }
 
   const Material material = MaterialAt(problem.free, at.x);
   fewest_ = FewestPaths(material);

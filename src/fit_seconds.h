@@ -19,6 +19,8 @@ class FitSeconds {
  public:
   /// `at`: the start values, cast. Builds the body and its lattices there.
   FitSeconds(const FitProblem& problem, const CrownInput& input, const FitState& at);
+  /// The same fit of the same photographs, had they less in their scene.
+  FitSeconds Of(const Capture& capture, const FitState& at) const;
   double ByShader() const;
   /// With so many walks a photograph; few are made more, as derivatives need.
   double ByWalks(double paths) const;
@@ -34,6 +36,7 @@ class FitSeconds {
     int collisions;
     bool has_slopes;
   };
+  void Count(const Capture& capture, const FitState& at);
   double Handed(const Shared& s, double nodes, const Picture& picture) const;
   double Differentiated(const Shared& s, double nodes, double paths) const;
 

@@ -50,6 +50,12 @@ std::vector<Part> PartsOf(const Capture& capture, const Material& material) {
   return parts;
 }
 
+Capture Without(const Part& part, Capture capture) {
+  for (PhotographSpec& p : capture.photographs)
+    if (part.leave_out(p) && part.light) std::erase(p.lights, *part.light);
+  return capture;
+}
+
 /// Leaves parts out of a scene that a fit has cast.
 class LeaveOut {
  public:
@@ -74,7 +80,8 @@ class LeaveOut {
   /// Nothing when no photograph has it.
   std::optional<SceneRequirement> Without(const Part& part) const {
     constexpr double kSeen = 0.1, kShifts = 0.25;
-    SceneRequirement r{part.what, {}, 0, {}, 0, false};
+    SceneRequirement r;
+    r.what = part.what;
     Material changed = material_;
     part.change(changed);
     std::vector<double> light = at_.scales.light;
@@ -157,13 +164,19 @@ class LeaveOut {
 }  // namespace
 
 std::vector<SceneRequirement> SceneRequirements(const FitProblem& problem, const CrownInput& input, const FitState& at,
-                                                Progress& progress) {
+                                                const FitSeconds& seconds, Progress& progress) {
   const LeaveOut leave_out(problem, input, at);
   const std::vector<Part> parts = PartsOf(input.capture, MaterialAt(problem.free, at.x));
   std::vector<SceneRequirement> requirements;
   for (size_t i = 0; i < parts.size(); ++i) {
     progress.Show("what the scene requires", static_cast<double>(i) / static_cast<double>(parts.size()), parts[i].what);
-    if (const auto r = leave_out.Without(parts[i])) requirements.push_back(*r);
+    auto r = leave_out.Without(parts[i]);
+    if (!r) continue;
+    const FitSeconds less = seconds.Of(Without(parts[i], problem.capture), at);
+    const auto walks = static_cast<double>(problem.options.paths_per_photograph);
+    r->shader_s = seconds.ByShader() - less.ByShader();
+    r->path_s = seconds.ByWalks(walks) - less.ByWalks(walks);
+    requirements.push_back(*r);
   }
   return requirements;
 }

@@ -4,22 +4,24 @@
 #include <string>
 #include <vector>
 
+#include "fit_seconds.h"
 #include "fit_state.h"
 
 namespace crownfit {
 
 struct SceneRequirement {
-  std::string what;        ///< "light 'left'", "tile 'white'", "the surface's reflection"
-  std::string photograph;  ///< in which it changes most
-  double de00 = 0;         ///< CIEDE2000 there, median over blocks
-  std::string parameter;   ///< of the free entries: which moves most
-  double shift = 0;        ///< by how many standard deviations of what the photographs tell by themselves
-  bool is_needed = false;  ///< more than CIEDE2000 0.1, or a quarter of a standard deviation
+  std::string what;                 ///< "light 'left'", "tile 'white'", "the surface's reflection"
+  std::string photograph;           ///< in which it changes most
+  double de00 = 0;                  ///< CIEDE2000 there, median over blocks
+  std::string parameter;            ///< of the free entries: which moves most
+  double shift = 0;                 ///< by how many standard deviations of what the photographs tell by themselves
+  double shader_s = 0, path_s = 0;  ///< which a fit without it would save, on two cores
+  bool is_needed = false;           ///< more than CIEDE2000 0.1, or a quarter of a standard deviation
 };
 
 /// Lights beside others, tiles, scenery, the surface's reflection and its film of water, each left out in turn, by
 /// model `shader` where the fit stands. Shifts are to first order: the step by which a fit without it would miss.
 std::vector<SceneRequirement> SceneRequirements(const FitProblem& problem, const CrownInput& input, const FitState& at,
-                                                Progress& progress);
+                                                const FitSeconds& seconds, Progress& progress);
 
 }  // namespace crownfit

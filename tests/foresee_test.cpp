@@ -108,7 +108,7 @@ TEST_F(Foreseen, WhatLeavingATileOutShiftsIsWhatAFitWithoutItFinds) {
   const auto [input, at] = FittedAtStart(capture, free);
   Progress silent(ProgressMode::kNone);
   const FitProblem problem{capture, free, no_errors_, options_};
-  const auto requirements = SceneRequirements(problem, input, at, silent);
+  const auto requirements = SceneRequirements(problem, input, at, FitSeconds(problem, input, at), silent);
   const auto tile = std::find_if(requirements.begin(), requirements.end(),
                                  [](const SceneRequirement& r) { return r.what == "tile 'black'"; });
   ASSERT_NE(tile, requirements.end());
