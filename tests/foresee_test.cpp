@@ -34,6 +34,15 @@ class Foreseen : public testing::Test {
     return capture;
   }
 
+  /// Of the layers nothing else is free.
+  Capture WithDentinesAbsorptionFree(const std::vector<std::string>& names) const {
+    Capture capture = With(names);
+    for (LayerSpec& layer : capture.layers)
+      for (ParameterSpec& p : layer.parameters) p.fixed = true;
+    capture.layers[1][Quantity::kAbsorption].fixed = false;
+    return capture;
+  }
+
   /// As if a fit had ended at the start values.
   static std::pair<CrownInput, FitState> FittedAtStart(const Capture& capture, const FreeParameters& free) {
     Progress silent(ProgressMode::kNone);
@@ -100,10 +109,7 @@ TEST_F(Foreseen, NoPhotographIsAdvisedWhereAllIsKnown) {
 }
 
 TEST_F(Foreseen, WhatLeavingATileOutShiftsIsWhatAFitWithoutItFinds) {
-  Capture capture = With({"front_black", "front_white"});
-  for (LayerSpec& layer : capture.layers)
-    for (ParameterSpec& p : layer.parameters) p.fixed = true;
-  capture.layers[1][Quantity::kAbsorption].fixed = false;
+  const Capture capture = WithDentinesAbsorptionFree({"front_black", "front_white"});
   const FreeParameters free = FreeParametersOf(capture);
   const auto [input, at] = FittedAtStart(capture, free);
   Progress silent(ProgressMode::kNone);
@@ -134,10 +140,7 @@ TEST_F(Foreseen, WhatLeavingATileOutShiftsIsWhatAFitWithoutItFinds) {
 }
 
 TEST_F(Foreseen, WhatAWrongIndexShiftsIsWhatAFitWithItFinds) {
-  Capture capture = With({"front_black", "front_white"});
-  for (LayerSpec& layer : capture.layers)
-    for (ParameterSpec& p : layer.parameters) p.fixed = true;
-  capture.layers[1][Quantity::kAbsorption].fixed = false;
+  const Capture capture = WithDentinesAbsorptionFree({"front_black", "front_white"});
   const FreeParameters free = FreeParametersOf(capture);
   const auto [input, at] = FittedAtStart(capture, free);
   const auto statements = ExactStatements({capture, free, no_errors_, options_}, at);
