@@ -118,6 +118,32 @@ TEST(FlatReading, SlidesOfTheSamplesIndexChangeNothing) {
   EXPECT_GT(ReadBand(capture, {m}, material, 0)[0].reflectance, bare.reflectance + 0.01) << "glass mirrors";
 }
 
+TEST(FlatReading, ChangesAreWhatDifferencesTendTo) {
+  const Capture capture = OneLayer(1.5, 0.8);
+  const Material material = Truth(capture, glm::dvec3(2), glm::dvec3(0.05));
+  FlatMeasurement wide = TotalsOf(1.0, 0.01), small = wide;
+  wide.slide = Slide{1.52, 1.0};
+  wide.has_specular = true;
+  small.geometry = MeasuredAt::k45_0;
+  small.aperture_mm = 3.0;
+  small.backing = 1;
+  constexpr double kStep = 1e-4;
+  for (const FlatMeasurement& m : {wide, small})
+    for (const Quantity q :
+         {Quantity::kReducedScattering, Quantity::kAbsorption, Quantity::kAsymmetry, Quantity::kIor}) {
+      MaterialStep step{material, material};
+      step.from.layers[0][q][0] *= 1 - kStep;
+      step.to.layers[0][q][0] *= 1 + kStep;
+      const BandReading change = ReadBandChanges(capture, {m}, material, 0, {step})[0][0],
+                        from = ReadBand(capture, {m}, step.from, 0)[0], to = ReadBand(capture, {m}, step.to, 0)[0];
+      const double tolerance = 1e-4 * std::abs(change.reflectance) + 1e-9;  // of the differences' curvature and roundings
+      EXPECT_NEAR(change.reflectance, to.reflectance - from.reflectance, tolerance) << static_cast<int>(q);
+      EXPECT_NEAR(change.transmittance, to.transmittance - from.transmittance, tolerance) << static_cast<int>(q);
+      EXPECT_NEAR(change.edge_loss, to.edge_loss - from.edge_loss, tolerance) << static_cast<int>(q);
+      EXPECT_EQ(ReadBandChanges(capture, {m}, material, 1, {step})[0][0].reflectance, 0.0) << "another band";
+    }
+}
+
 TEST(MeasurementFit, ReflectanceAndTransmittanceOfAnotherProgramGiveTheCoefficientsBack) {
   // Adding-doubling of S. Prahl's `ad` at 64 angles: n 1.54, g 0.8, in air, totals. For the first and the
   // seventh his inverse program finds no solution: absorption next to nothing.

@@ -186,6 +186,82 @@ TEST(ViewSlab, IsContinuousWhereIndicesMeet) {
   }
 }
 
+/// Every number of every layer that does something to light, in turn.
+struct NumberOfLayer {
+  size_t layer;
+  double SlabLayer::*number;
+  double step;  ///< a thousandth of it
+};
+std::vector<NumberOfLayer> NumbersOf(const Slab& slab) {
+  std::vector<NumberOfLayer> numbers;
+  for (size_t l = 0; l < slab.layers.size(); ++l) {
+    const SlabLayer& layer = slab.layers[l];
+    if (layer.scattering_per_mm + layer.absorption_per_mm == 0) continue;
+    for (double SlabLayer::*number :
+         {&SlabLayer::scattering_per_mm, &SlabLayer::absorption_per_mm, &SlabLayer::thickness_mm, &SlabLayer::ior})
+      numbers.push_back({l, number, 1e-3 * layer.*number});
+    for (double SlabLayer::*number : {&SlabLayer::g, &SlabLayer::isotropic_fraction})
+      numbers.push_back({l, number, 1e-3});
+  }
+  return numbers;
+}
+
+TEST(ViewSlab, ChangesAreWhatDifferencesTendTo) {
+  Slab contact = Of({{1.63, 0.96, 0, 6, 0.03, 0.6}, {1.54, 0.0, 0.2, 2, 1.5, 1.1}});
+  contact.backing_contact = true;
+  const Slab slabs[] = {Of({{1.54, 0.8, 0.1, 15, 0.03, 1}}),                                     // ceramic
+                        Of({{1.63, 0.9, 0.1, 6, 0.03, 0.6}, {1.54, 0.85, 0.05, 20, 0.1, 1.1}}),  // tooth
+                        Of({{1.5, -0.3, 0.1, 0.01, 0.001, 0.1}}),                                // next to nothing
+                        Of({{1.5, 0, 0, 0, 0, 1}, {1.54, 0.7, 0.1, 40, 0.01, 5}, {1.5, 0, 0, 0, 0, 1}}),  // slides
+                        contact};
+  for (const Slab& slab : slabs)
+    for (const MeasuredAt geometry : {MeasuredAt::k45_0, MeasuredAt::kD_8, MeasuredAt::k0_D, MeasuredAt::kD_D}) {
+      const auto view = [&](Slab there) {
+        std::vector<double> mm;
+        for (const SlabLayer& layer : there.layers) mm.push_back(layer.thickness_mm);
+        return ViewSlab(there, {mm}, geometry)[0];
+      };
+      std::vector<std::vector<SlabLayer>> changes;
+      std::vector<double> mm;
+      for (const SlabLayer& layer : slab.layers) mm.push_back(layer.thickness_mm);
+      const std::vector<NumberOfLayer> numbers = NumbersOf(slab);
+      for (const NumberOfLayer& n : numbers) {
+        changes.emplace_back(slab.layers.size(), SlabLayer{0, 0, 0, 0, 0, 0});
+        changes.back()[n.layer].*n.number = n.step;
+      }
+      const ViewedSlab here = view(slab);
+      const std::vector<ViewedSlab> found = ViewSlabChanges(slab, {mm}, geometry, changes)[0];
+      for (size_t k = 0; k < numbers.size(); ++k) {
+        const auto at = [&](double steps) {
+          Slab there = slab;
+          there.layers[numbers[k].layer].*numbers[k].number += steps * numbers[k].step;
+          return view(there);
+        };
+        const ViewedSlab one = at(1), less = at(-1), two = at(2), two_less = at(-2);
+        const auto expect = [&](double ViewedSlab::*seen) {
+          // Richardson; looked along a direction that carries 1e-12 of the light, answers are exact to some 1e-10.
+          const double want = (8 * (one.*seen - less.*seen) - (two.*seen - two_less.*seen)) / 12;
+          EXPECT_NEAR(found[k].*seen, want, 1e-6 * std::abs(want) + 1e-6 * numbers[k].step + 1e-9)
+              << "layer " << numbers[k].layer << ", number " << k;
+        };
+        for (double ViewedSlab::*seen : {&ViewedSlab::reflectance, &ViewedSlab::mirrored, &ViewedSlab::transmittance,
+                                         &ViewedSlab::emergence, &ViewedSlab::reflectance_below})
+          expect(seen);
+        EXPECT_NEAR(here.ChangeOver(0.8, found[k]),
+                    (8 * (one.Over(0.8) - less.Over(0.8)) - (two.Over(0.8) - two_less.Over(0.8))) / 12,
+                    1e-5 * numbers[k].step + 1e-9);
+      }
+    }
+}
+
+TEST(ViewSlab, AnIndexAtItsLeastStillHasAChange) {
+  const std::vector<SlabLayer> change{{1, 0, 0, 0, 0, 0}};
+  const auto by_index = [&](double ior) {
+    return ViewSlabChanges(Of({{ior, 0.5, 0, 5, 0.1, 1}}), {{1.0}}, MeasuredAt::k0_D, {change})[0][0].transmittance;
+  };
+  EXPECT_NEAR(by_index(1.0), by_index(1.002), 0.1 * by_index(1.002)) << "totally reflected: as the root of its step";
+}
+
 TEST(AddingDoubling, DiffuseTransmittanceIsTheSameFromBothSides) {
   const SlabLayer a = Tissue(.05, 6, .9, 1.62, 1), b = Tissue(.3, 28, .93, 1.4, 2);
   EXPECT_NEAR(Layered(Of({a, b})).UTU, Layered(Of({b, a})).UTU, 1e-9);

@@ -18,16 +18,13 @@ constexpr double kStep = 1e-4;  // in ln, or in the unit: rounding and curvature
 /// Readings of several measurements in each band.
 using Bands = std::array<std::vector<BandReading>, kChannels>;
 
-bool Differs(const Material& a, const Material& b, int channel) {
-  for (size_t l = 0; l < a.layers.size(); ++l)
-    for (size_t i = 0; i < kParameters.size(); ++i)
-      if (a.layers[l].values[i][channel] != b.layers[l].values[i][channel]) return true;
-  return false;
+Eigen::VectorXd Values(const FlatMeasurement& m, const std::array<BandReading, kChannels>& bands) {
+  const std::vector<double> values = PredictedValues(m, bands);
+  return Eigen::Map<const Eigen::VectorXd>(values.data(), static_cast<Eigen::Index>(values.size()));
 }
 
 Eigen::VectorXd Values(const FlatMeasurement& m, const Bands& bands, size_t number) {
-  const std::vector<double> values = PredictedValues(m, {bands[0][number], bands[1][number], bands[2][number]});
-  return Eigen::Map<const Eigen::VectorXd>(values.data(), static_cast<Eigen::Index>(values.size()));
+  return Values(m, {bands[0][number], bands[1][number], bands[2][number]});
 }
 
 /// One over the standard deviation of every value.
@@ -93,22 +90,32 @@ void FlatResiduals::Evaluate(const Group& group, const Eigen::VectorXd& x, Evalu
     rows(shared.col(group.column_of[k]), i,
          (Values(group.members[i], bands, group.members.size() + k) - Values(group.members[i], bands, i)) / stddevs);
   }
-  for (int p = 0; e.jacobian.size() > 0 && p < free_.count(); ++p) {
+  if (e.jacobian.size() == 0) return;
+  // Coefficients change by small steps of the free parameters; readings by their exact derivatives by coefficients.
+  std::vector<MaterialStep> steps;
+  Eigen::VectorXd width(free_.count());
+  for (int p = 0; p < free_.count(); ++p) {
     Eigen::VectorXd up = x, down = x;
     up[p] = std::min(x[p] + kStep, free_.entries[p].high);
     down[p] = std::max(x[p] - kStep, free_.entries[p].low);
-    const auto at = [&](const Eigen::VectorXd& there) {
-      const Material material = MaterialAt(free_, there);
-      Bands changed = bands;
-      for (int c = 0; c < kChannels; ++c)
-        if (Differs(here, material, c)) changed[c] = ReadBand(capture_, group.members, material, c);
-      return changed;
-    };
-    const Bands above = at(up), below = at(down);
-    for (size_t i = 0; i < group.members.size(); ++i)
-      rows(e.jacobian.col(p), i,
-           (Values(group.members[i], above, i) - Values(group.members[i], below, i)) / (up[p] - down[p]));
+    width[p] = up[p] - down[p];
+    steps.push_back({MaterialAt(free_, down), MaterialAt(free_, up)});
   }
+  std::array<std::vector<std::vector<BandReading>>, kChannels> changes;
+  for (int c = 0; c < kChannels; ++c) changes[c] = ReadBandChanges(capture_, group.members, here, c, steps);
+  for (int p = 0; p < free_.count(); ++p)
+    for (size_t i = 0; i < group.members.size(); ++i) {
+      const auto moved = [&](double share) {
+        std::array<BandReading, kChannels> there;
+        for (int c = 0; c < kChannels; ++c) {
+          there[c] = bands[c][i];
+          there[c].reflectance += share * changes[c][i][p].reflectance;
+          there[c].transmittance += share * changes[c][i][p].transmittance;
+        }
+        return Values(group.members[i], there);
+      };
+      rows(e.jacobian.col(p), i, (moved(0.5) - moved(-0.5)) / width[p]);
+    }
 }
 
 FlatResiduals::Evaluation FlatResiduals::Evaluate(const Eigen::VectorXd& x, bool with_jacobian) const {

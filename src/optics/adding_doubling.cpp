@@ -1,15 +1,19 @@
 #include "optics/adding_doubling.h"
 
+#include <Eigen/LU>
+#include <algorithm>
+#include <array>
 #include <cmath>
 #include <numbers>
 
 #include "base/error.h"
-#include "optics/stack.h"
+#include "optics/layer_modes.h"
 
 namespace crownfit {
 namespace {
 
 using Eigen::Index;
+using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
 /// The medium that the backing lies in: one in contact has no other before it.
@@ -39,18 +43,106 @@ struct Assembly {
     }
   }
   /// By the first surface, per direction.
-  VectorXd Mirrored() const { return Interface(above, inside[0]).reflect_down; }
+  VectorXd Mirrored() const { return Boundary(0).reflect_down; }
+  /// Above layer `i`; after the last, below it.
+  Interface Boundary(size_t i) const {
+    return {i == 0 ? above : inside[i - 1], i == inside.size() ? below : inside[i]};
+  }
   Stack OfThicknesses(const std::vector<double>& mm) const {
-    Stack stack = Add(Interface(above, inside[0]), modes[0].OfThickness(mm[0]));
-    for (size_t i = 1; i < modes.size(); ++i)
-      stack = Add(Add(stack, Interface(inside[i - 1], inside[i])), modes[i].OfThickness(mm[i]));
-    return Add(stack, Interface(inside.back(), below));
+    Stack stack = Add(Boundary(0), modes[0].OfThickness(mm[0]));
+    for (size_t i = 1; i < modes.size(); ++i) stack = Add(Add(stack, Boundary(i)), modes[i].OfThickness(mm[i]));
+    return Add(stack, Boundary(modes.size()));
   }
   AllDirections all;
   Directions above, below;
   std::vector<Directions> inside;
   std::vector<LayerModes> modes;
 };
+
+/// A slab, the light that an instrument sends and what it sees of it.
+class SlabView {
+ public:
+  SlabView(const Slab& slab, MeasuredAt geometry, const AddingDoublingOptions& options)
+      : assembly_(slab, options.nodes, Looked(geometry)) {
+    for (const double index : IndicesOf(slab)) Check(index >= slab.ior_above, "a slab is seen from its rarest medium");
+    const VectorXd in = assembly_.above.FluxWeights(), out = assembly_.below.FluxWeights();
+    const bool is_lit_around = geometry == MeasuredAt::kD_8 || geometry == MeasuredAt::kD_D;
+    // Basic radiance that arrives, of flux 1: from everywhere, or from straight above; and what is seen of it.
+    above_ = {VectorXd::Constant(in.size(), 1.0 / in.sum()), in};
+    if (!is_lit_around) {
+      const Index normal = assembly_.all.NormalIncidence();
+      above_.light = VectorXd::Unit(in.size(), normal) / in[normal];
+    }
+    if (!Looked(geometry).empty()) above_.sight = VectorXd::Unit(in.size(), assembly_.all.View(0));
+    below_ = {VectorXd::Constant(out.size(), 1.0 / out.sum()), out};
+    mirrored_ = above_.sight.dot(assembly_.Mirrored().cwiseProduct(above_.light));
+  }
+
+  ViewedSlab At(const std::vector<double>& mm) const {
+    const Stack stack = assembly_.OfThicknesses(mm);
+    return {Share(above_.sight.dot(stack.reflect_down * above_.light) - mirrored_), mirrored_,
+            below_.sight.dot(stack.transmit_down * above_.light), above_.sight.dot(stack.transmit_up * below_.light),
+            below_.sight.dot(stack.reflect_up * below_.light)};
+  }
+
+  /// To first order, indices aside: for each layer by the light that arrives at it, and the weight with which light
+  /// that leaves it is seen.
+  std::vector<ViewedSlab> Changes(const std::vector<double>& mm,
+                                  const std::vector<std::vector<SlabLayer>>& changes) const {
+    const size_t layers = mm.size();
+    std::vector<Stack> layer, over{AsStack(assembly_.Boundary(0))}, under{AsStack(assembly_.Boundary(layers))};
+    for (size_t l = 0; l < layers; ++l) layer.push_back(assembly_.modes[l].OfThickness(mm[l]));
+    for (size_t l = 1; l < layers; ++l) {
+      over.push_back(Add(Add(over.back(), layer[l - 1]), assembly_.Boundary(l)));
+      under.insert(under.begin(), Add(assembly_.Boundary(layers - l), Add(layer[layers - l], under.front())));
+    }
+    std::vector<ViewedSlab> seen(changes.size());
+    for (size_t l = 0; l < layers; ++l) {
+      std::vector<LayerModes::Change> of_layer;
+      for (const auto& change : changes) of_layer.push_back(assembly_.modes[l].ChangeBy(change[l]));
+      if (std::all_of(of_layer.begin(), of_layer.end(), [](const auto& c) { return c.IsNone(); })) continue;
+      const Index n = assembly_.inside[l].size();
+      // Round the layer: what it sends up comes back down, and the other way round.
+      MatrixXd around = MatrixXd::Zero(2 * n, 2 * n), through(2 * n, 2 * n);
+      around.topLeftCorner(n, n) = over[l].reflect_up;
+      around.bottomRightCorner(n, n) = under[l].reflect_down;
+      through << layer[l].reflect_down, layer[l].transmit_up, layer[l].transmit_down, layer[l].reflect_up;
+      MatrixXd light = MatrixXd::Zero(2 * n, 2), sight = light;
+      light.col(0).head(n) = over[l].transmit_down * above_.light;
+      light.col(1).tail(n) = under[l].transmit_up * below_.light;
+      sight.col(0).head(n) = over[l].transmit_up.transpose() * above_.sight;
+      sight.col(1).tail(n) = under[l].transmit_down.transpose() * below_.sight;
+      const MatrixXd between = (MatrixXd::Identity(2 * n, 2 * n) - around * through).inverse();
+      const MatrixXd arriving = between * light;
+      sight += (sight.transpose() * through * between * around).transpose();  // (1 - through around)^-1, transposed
+      const std::vector<MatrixXd> more = assembly_.modes[l].SeenChanges(mm[l], of_layer, arriving, sight);
+      for (size_t k = 0; k < changes.size(); ++k) {
+        seen[k].reflectance += more[k](0, 0);
+        seen[k].transmittance += more[k](1, 0);
+        seen[k].emergence += more[k](0, 1);
+        seen[k].reflectance_below += more[k](1, 1);
+      }
+    }
+    return seen;
+  }
+
+ private:
+  struct Side {
+    VectorXd light, sight;
+  };
+  /// Cosines that are looked along; none where a sphere collects all.
+  static std::vector<double> Looked(MeasuredAt geometry) {
+    if (geometry == MeasuredAt::k0_D || geometry == MeasuredAt::kD_D) return {};
+    return {std::cos((geometry == MeasuredAt::kD_8 ? 8.0 : 45.0) * std::numbers::pi / 180.0)};
+  }
+
+  Assembly assembly_;
+  Side above_, below_;  ///< light from everywhere below, seen everywhere
+  double mirrored_;
+};
+
+constexpr std::array kSeen{&ViewedSlab::reflectance, &ViewedSlab::mirrored, &ViewedSlab::transmittance,
+                           &ViewedSlab::emergence, &ViewedSlab::reflectance_below};
 
 }  // namespace
 
@@ -78,29 +170,37 @@ SlabAnswer SolveByAddingDoubling(const Slab& slab, const AddingDoublingOptions& 
 
 std::vector<ViewedSlab> ViewSlab(const Slab& slab, const std::vector<std::vector<double>>& thicknesses_mm,
                                  MeasuredAt geometry, const AddingDoublingOptions& options) {
-  for (const double index : IndicesOf(slab)) Check(index >= slab.ior_above, "a slab is seen from its rarest medium");
-  const bool is_lit_around = geometry == MeasuredAt::kD_8 || geometry == MeasuredAt::kD_D;
-  const bool collects = geometry == MeasuredAt::k0_D || geometry == MeasuredAt::kD_D;
-  const double cosine = std::cos((geometry == MeasuredAt::kD_8 ? 8.0 : 45.0) * std::numbers::pi / 180.0);
-  const Assembly assembly(slab, options.nodes, collects ? std::vector<double>{} : std::vector{cosine});
-  const VectorXd in = assembly.above.FluxWeights(), out = assembly.below.FluxWeights();
-  const VectorXd every_below = VectorXd::Ones(out.size());
-  const Index normal = assembly.all.NormalIncidence();
-  // Basic radiance that arrives, of flux 1: from everywhere, or from straight above; and what is seen of it.
-  VectorXd light = VectorXd::Constant(in.size(), 1.0 / in.sum()), eye = in;
-  if (!is_lit_around) light = VectorXd::Unit(in.size(), normal) / in[normal];
-  if (!collects) eye = VectorXd::Unit(in.size(), assembly.all.View(0));
-  const double mirrored = eye.dot(assembly.Mirrored().cwiseProduct(light));
+  const SlabView view(slab, geometry, options);
   std::vector<ViewedSlab> views;
-  for (const auto& mm : thicknesses_mm) {
-    const Stack stack = assembly.OfThicknesses(mm);
-    ViewedSlab v;
-    v.mirrored = mirrored;
-    v.reflectance = Share(eye.dot(stack.reflect_down * light) - mirrored);
-    v.transmittance = out.dot(stack.transmit_down * light);
-    v.emergence = eye.dot(stack.transmit_up * every_below) / out.sum();
-    v.reflectance_below = out.dot(stack.reflect_up * every_below) / out.sum();
-    views.push_back(v);
+  for (const auto& mm : thicknesses_mm) views.push_back(view.At(mm));
+  return views;
+}
+
+std::vector<std::vector<ViewedSlab>> ViewSlabChanges(const Slab& slab,
+                                                     const std::vector<std::vector<double>>& thicknesses_mm,
+                                                     MeasuredAt geometry,
+                                                     const std::vector<std::vector<SlabLayer>>& changes,
+                                                     const AddingDoublingOptions& options) {
+  const SlabView view(slab, geometry, options);
+  std::vector<std::vector<ViewedSlab>> views;
+  for (const auto& mm : thicknesses_mm) views.push_back(view.Changes(mm, changes));
+  for (size_t k = 0; k < changes.size(); ++k) {
+    double largest = 0;
+    for (const SlabLayer& layer : changes[k]) largest = std::max(largest, std::abs(layer.ior));
+    if (largest == 0) continue;
+    // Directions go with an index, and so does all that is solved in them. No index is less than that above.
+    constexpr double kStep = 1e-3;
+    double room = kStep;
+    for (const SlabLayer& layer : slab.layers) room = std::min(room, layer.ior - slab.ior_above);
+    const auto displaced = [&](double step) {
+      Slab there = slab;
+      for (size_t l = 0; l < changes[k].size(); ++l) there.layers[l].ior += step / largest * changes[k][l].ior;
+      return ViewSlab(there, thicknesses_mm, geometry, options);
+    };
+    const auto up = displaced(kStep), down = displaced(-room);
+    for (size_t i = 0; i < views.size(); ++i)
+      for (const auto quantity : kSeen)
+        views[i][k].*quantity += largest * (up[i].*quantity - down[i].*quantity) / (kStep + room);
   }
   return views;
 }

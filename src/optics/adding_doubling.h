@@ -1,7 +1,7 @@
 #pragma once
 // The `layered` model: flat layers, uniformly lit, by adding (van de Hulst 1980) layers that are solved for any
 // thickness at once, with an index step at every boundary. Exact but for the number of directions; no lateral
-// transport. Eigen stands in stack.h and in the two .cpp files only.
+// transport. Eigen stands in stack.h, layer_modes.h and the .cpp files only.
 
 #include <vector>
 
@@ -30,11 +30,26 @@ struct ViewedSlab {
     return reflectance +
            transmittance * backing_reflectance * emergence / (1.0 - backing_reflectance * reflectance_below);
   }
+  /// How Over changes where each of these does by as much as `change` says.
+  double ChangeOver(double backing_reflectance, const ViewedSlab& change) const {
+    const double back = backing_reflectance / (1.0 - backing_reflectance * reflectance_below);
+    return change.reflectance + back * (change.transmittance * emergence + transmittance * change.emergence +
+                                        back * transmittance * emergence * change.reflectance_below);
+  }
 };
 
 /// The slab seen, with other thicknesses (mm, one per layer) in place of its own: one answer for each. Its backing's
 /// reflectance is not used. `backing_contact`: the backing lies in the last layer's medium, else in `ior_below`.
 std::vector<ViewedSlab> ViewSlab(const Slab& slab, const std::vector<std::vector<double>>& thicknesses_mm,
                                  MeasuredAt geometry, const AddingDoublingOptions& options = {16});
+
+/// How what is seen changes, to first order: one answer for each thickness and each change. `changes`: by how much
+/// every number of each layer changes (thickness too); a layer that changes scatters or absorbs. Exact but for indices,
+/// whose changes are differences: as much again as two answers.
+std::vector<std::vector<ViewedSlab>> ViewSlabChanges(const Slab& slab,
+                                                     const std::vector<std::vector<double>>& thicknesses_mm,
+                                                     MeasuredAt geometry,
+                                                     const std::vector<std::vector<SlabLayer>>& changes,
+                                                     const AddingDoublingOptions& options = {16});
 
 }  // namespace crownfit

@@ -21,6 +21,16 @@ bool AreAlike(const Capture& capture, const FlatMeasurement& a, const FlatMeasur
 std::vector<BandReading> ReadBand(const Capture& capture, const std::vector<FlatMeasurement>& alike,
                                   const Material& material, int channel);
 
+/// A small step between materials.
+struct MaterialStep {
+  Material from, to;
+};
+
+/// How each of the readings changes, to first order, with each step's difference: [measurement][step].
+std::vector<std::vector<BandReading>> ReadBandChanges(const Capture& capture, const std::vector<FlatMeasurement>& alike,
+                                                      const Material& material, int channel,
+                                                      const std::vector<MaterialStep>& steps);
+
 /// What the measurement states, in the order of its fields: reflectance, transmittance, lab.
 std::vector<const Reading*> ReadingsOf(const FlatMeasurement& m);
 

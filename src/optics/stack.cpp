@@ -15,14 +15,22 @@ namespace {
 using Matrix = Eigen::MatrixXd;
 using Vector = Eigen::VectorXd;
 
-/// Radau nodes on [low, 1]; found once, as finding them takes longer than a slab.
-Quadrature Radau(int nodes, double low) {
+enum class Rule { kRadau, kLegendre };
+
+/// A rule's nodes on [low, high]; those on [0, 1] are found once, as finding them takes longer than a slab.
+Quadrature Nodes(Rule rule, int count, double low, double high) {
   static std::mutex mutex;
-  static std::map<std::pair<int, double>, Quadrature> known;
-  const std::lock_guard<std::mutex> lock(mutex);
-  const auto [at, is_new] = known.try_emplace({nodes, low});
-  if (is_new) at->second = GaussRadau(nodes, low, 1.0);
-  return at->second;
+  static std::map<std::pair<Rule, int>, Quadrature> known;
+  Quadrature q;
+  {
+    const std::lock_guard<std::mutex> lock(mutex);
+    const auto [at, is_new] = known.try_emplace({rule, count});
+    if (is_new) at->second = rule == Rule::kRadau ? GaussRadau(count, 0.0, 1.0) : GaussLegendre(count, 0.0, 1.0);
+    q = at->second;
+  }
+  for (double& x : q.node) x = low + (high - low) * x;
+  for (double& w : q.weight) w *= high - low;
+  return q;
 }
 
 /// Cosine in the denser medium of light that grazes in the rarer; exact however little they differ.
@@ -44,7 +52,7 @@ AllDirections::AllDirections(const std::vector<double>& indices, int nodes, cons
     // Short of the group's fourth node nothing would resolve where the denser medium's cosines bend.
     const bool is_narrow = next < std::pow(6.0 / nodes, 2) * end;
     const double begin = is_narrow ? 0.2 * end : 0.0;
-    Quadrature q = k == 0 ? Radau(nodes, begin) : GaussLegendre(nodes, begin, end);
+    Quadrature q = Nodes(k == 0 ? Rule::kRadau : Rule::kLegendre, nodes, begin, end);
     if (k == 0) {
       constexpr double kNextToNothing = 1e-12;
       q.node.insert(q.node.end(), views.begin(), views.end());
@@ -52,7 +60,7 @@ AllDirections::AllDirections(const std::vector<double>& indices, int nodes, cons
     }
     if (is_narrow) {
       // Cosines next sinh(t) here and next cosh(t) there: t has nothing to resolve.
-      const Quadrature t = GaussLegendre(nodes, 0.0, std::asinh(begin / next));
+      const Quadrature t = Nodes(Rule::kLegendre, nodes, 0.0, std::asinh(begin / next));
       for (size_t i = 0; i < t.node.size(); ++i) {
         q.node.push_back(next * std::sinh(t.node[i]));
         q.weight.push_back(next * std::cosh(t.node[i]) * t.weight[i]);
@@ -95,87 +103,13 @@ Interface::Interface(const Directions& above, const Directions& below)
   }
 }
 
-LayerModes::LayerModes(const SlabLayer& layer, const Directions& d, int moments) {
-  const Eigen::Index n = d.size();
-  const double extinction = layer.scattering_per_mm + layer.absorption_per_mm;
-  const double albedo0 = extinction > 0 ? layer.scattering_per_mm / extinction : 0.0;
-  const auto moment = [&](int l) { return l == 0 ? 1.0 : (1.0 - layer.isotropic_fraction) * std::pow(layer.g, l); };
-  const double peak = moment(moments);
-  const double albedo = albedo0 * (1.0 - peak) / (1.0 - albedo0 * peak);
-  extinction_per_mm_ = (1.0 - albedo0 * peak) * extinction;
-  root_of_flux_ = d.cosine.cwiseProduct(d.weight).cwiseSqrt();
-  if (extinction_per_mm_ <= 0) return;
-
-  // Phase function of moments that change sign with the cosine, and of the others: for like and unlike cosines it is
-  // even + odd and even - odd.
-  Matrix even = Matrix::Zero(n, n), odd = Matrix::Zero(n, n);
-  Vector before = Vector::Zero(n), now = Vector::Ones(n);
-  for (int l = 0; l < moments; ++l) {
-    const double c = (2 * l + 1) * (moment(l) - peak) / (1.0 - peak);
-    (l % 2 == 0 ? even : odd).noalias() += c * now * now.transpose();
-    const Vector next = ((2 * l + 1) * d.cosine.cwiseProduct(now) - l * before) / (l + 1);
-    before = now;
-    now = next;
-  }
-  // The quadrature's error in the phase function's integral goes to the diagonal, so that nothing is gained or lost.
-  const Vector shortfall = Vector::Ones(n) - even * d.weight;
-  // With u, v the sum and difference of the radiances down and up, and D = sqrt(cosine weight):
-  // d (D u) / d depth = -E (D v), d (D v) / d depth = -F (D u), both symmetric.
-  const Vector root = d.weight.cwiseSqrt(), inverse_root = d.cosine.cwiseSqrt().cwiseInverse();
-  const auto symmetric = [&](const Matrix& phase) {
-    Matrix m = -albedo * (root.asDiagonal() * phase * root.asDiagonal());
-    m.diagonal() += (1.0 - albedo * shortfall.array()).matrix();
-    return Matrix(inverse_root.asDiagonal() * m * inverse_root.asDiagonal());
-  };
-  const Eigen::LLT<Matrix> factors(symmetric(odd));  // E = L L'
-  const Matrix lower = factors.matrixL();
-  // L'FL has the modes and their squared decays s. Solvers are exact to a share of the largest eigenvalue, and the s of
-  // grazing directions are too large for that; 1 / (1 + s) is small for those and at most 1.
-  Matrix one_plus = lower.transpose() * symmetric(even) * lower;
-  one_plus.diagonal().array() += 1.0;
-  const Eigen::SelfAdjointEigenSolver<Matrix> eigen(Matrix(one_plus.llt().solve(Identity(n))));
-  decay_ = (eigen.eigenvalues().cwiseInverse().array() - 1.0).cwiseMax(0.0).sqrt();
-  // The smallest is what a thick layer transmits by, and much less than 1. By its Rayleigh quotient in a form in which
-  // nothing cancels: what is absorbed, and differences between directions.
-  const double absorbed = layer.absorption_per_mm / extinction_per_mm_;  // 1 - albedo
-  const Vector y = (lower * eigen.eigenvectors().col(n - 1)).cwiseQuotient(root_of_flux_);
-  double square = absorbed * y.cwiseAbs2().dot(d.weight);
-  for (Eigen::Index i = 0; i < n; ++i)
-    for (Eigen::Index j = 0; j < i; ++j)
-      square += albedo * even(i, j) * d.weight[i] * d.weight[j] * (y[i] - y[j]) * (y[i] - y[j]);
-  decay_[n - 1] = std::sqrt(std::max(0.0, square));
-  absorbs_ = layer.absorption_per_mm > 0;
-  modes_ = factors.matrixU().solve(eigen.eigenvectors());
-}
-
-Stack LayerModes::OfThickness(double thickness_mm) const {
-  const Eigen::Index n = root_of_flux_.size();
-  const double half = 0.5 * extinction_per_mm_ * thickness_mm;
-  if (half <= 0) return {Matrix::Zero(n, n), Identity(n), Matrix::Zero(n, n), Identity(n)};
-  // Lit alike from both sides, v / u at the top is modes decay tanh(decay half) modes'; lit with opposite signs, coth.
-  // Reflected plus, and minus, transmitted is then 2 / (1 + v / u) - 1.
-  Vector like(n), unlike(n);
-  for (Eigen::Index i = 0; i < n; ++i) {
-    const double t = std::tanh(decay_[i] * half);
-    like[i] = decay_[i] * t;
-    unlike[i] = t > 1e-9 ? decay_[i] / t : 1.0 / half;
-  }
-  const auto inverse = [&](const Vector& of_mode) {
-    Matrix m = modes_ * of_mode.asDiagonal() * modes_.transpose();
-    m.diagonal().array() += 1.0;
-    return Matrix(m.llt().solve(Identity(n)));
-  };
-  const Matrix a = inverse(like), b = inverse(unlike);
-  const Vector back = root_of_flux_.cwiseInverse();
-  Matrix reflect = back.asDiagonal() * (a + b - Identity(n)) * root_of_flux_.asDiagonal(),
-         transmit = back.asDiagonal() * (a - b) * root_of_flux_.asDiagonal();
-  if (!absorbs_) {  // what comes in leaves, but for roundings
-    const Vector flux = root_of_flux_.cwiseAbs2();
-    const Vector kept = flux.cwiseQuotient((reflect + transmit).transpose() * flux);
-    reflect *= kept.asDiagonal();
-    transmit *= kept.asDiagonal();
-  }
-  return {reflect, transmit, reflect, transmit};
+Stack AsStack(const Interface& i) {
+  const Eigen::Index above = i.reflect_down.size(), below = i.reflect_up.size(), both = i.transmit.size();
+  Stack s{Matrix(i.reflect_down.asDiagonal()), Matrix::Zero(below, above), Matrix(i.reflect_up.asDiagonal()),
+          Matrix::Zero(above, below)};
+  s.transmit_down.diagonal().head(both) = i.transmit;
+  s.transmit_up.diagonal().head(both) = i.transmit;
+  return s;
 }
 
 // Between two parts light goes back and forth: (1 - R R)^-1.

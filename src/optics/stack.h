@@ -50,22 +50,7 @@ struct Interface {
   Eigen::VectorXd transmit;                  ///< of those that both media have
 };
 
-/// One homogeneous layer between boundaries of its own index, for any thickness: eigenvectors of its transfer equation
-/// in the directions given (Stamnes and Swanson 1981; symmetric form: Nakajima and Tanaka 1986). Phase function by
-/// Legendre moments, its forward peak cut off by delta-M (Wiscombe 1977).
-class LayerModes {
- public:
-  LayerModes(const SlabLayer& layer, const Directions& directions, int moments);
-  Stack OfThickness(double thickness_mm) const;
-
- private:
-  double extinction_per_mm_;
-  bool absorbs_ = true;
-  Eigen::VectorXd root_of_flux_;  ///< makes the matrices symmetric
-  Eigen::VectorXd decay_;         ///< per unit of optical depth
-  Eigen::MatrixXd modes_;
-};
-
+Stack AsStack(const Interface& interface);
 Stack Add(const Interface& a, const Stack& b);
 Stack Add(const Stack& a, const Interface& b);
 Stack Add(const Stack& a, const Stack& b);

@@ -88,6 +88,26 @@ void SlabByAddingDoubling(benchmark::State& state) {
 }
 BENCHMARK(SlabByAddingDoubling)->Arg(12)->Arg(16)->Arg(24)->Unit(benchmark::kMicrosecond);
 
+/// Likewise, what an instrument sees of it and how that changes with scattering, absorption, g, isotropic share and
+/// thickness.
+void ChangesOfASlab(benchmark::State& state) {
+  Slab slab;
+  slab.layers = {{1.54, 0.8, 0.1, 15.0, 0.03, 1.0}};
+  std::vector<std::vector<SlabLayer>> changes;
+  for (double SlabLayer::*number : {&SlabLayer::scattering_per_mm, &SlabLayer::absorption_per_mm, &SlabLayer::g,
+                                    &SlabLayer::isotropic_fraction, &SlabLayer::thickness_mm}) {
+    SlabLayer change{0, 0, 0, 0, 0, 0};
+    change.*number = 1.0;
+    changes.push_back({change});
+  }
+  const AddingDoublingOptions options{static_cast<int>(state.range(0))};
+  for (auto _ : state) {
+    benchmark::DoNotOptimize(ViewSlab(slab, {{1.0}}, MeasuredAt::k45_0, options)[0].reflectance);
+    benchmark::DoNotOptimize(ViewSlabChanges(slab, {{1.0}}, MeasuredAt::k45_0, changes, options)[0][0].reflectance);
+  }
+}
+BENCHMARK(ChangesOfASlab)->Arg(12)->Arg(16)->Arg(24)->Unit(benchmark::kMicrosecond);
+
 void WalkTheToothSlab(benchmark::State& state) {
   // Peers' tooth case: 338 scatterings a photon; MCML 74,000 photons/s and core.
   Slab slab;

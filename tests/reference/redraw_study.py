@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""redraw_study.py CROWNFIT REFERENCE WORK NAME [COUNT] [--seed N] [--walks N] [--calibration-error [exposure] [pose] [light]]:
+"""redraw_study.py CROWNFIT REFERENCE WORK NAME [COUNT] [--seed N] [--crowns N] [--walks N] [--calibration-error [exposure] [pose] [light]]:
 whether stated standard deviations are those with which fits scatter. The capture NAME (disc00, crown00, ...) that
 REFERENCE/acceptance/make_recipes.py draws for the seed is photographed COUNT (50) times, 64 x 64 pixels with noise of their
 own, and fitted every time by model path with walks of its own (left to itself a fit of such noisy photographs ends with shader,
@@ -26,13 +26,14 @@ def main():
     p.add_argument("name")
     p.add_argument("count", type=int, nargs="?", default=50)
     p.add_argument("--seed", type=int, default=1)
+    p.add_argument("--crowns", type=int, help="as many are drawn, and the first half's thicknesses are known; one more than its number: free")
     p.add_argument("--walks", default="100000")
     p.add_argument("--calibration-error", nargs="*", choices=["exposure", "pose", "light"])
     o = p.parse_args()
     sizes = {"exposure": 0.01, "pose_deg": 0.1, "pose_mm": 0.1, "light_mm": 1}
     wrong = {} if o.calibration_error is None else {k: v for k, v in sizes.items() if not o.calibration_error or k.split("_")[0] in o.calibration_error}
-    work = o.work / "_".join([f"seed{o.seed}", *sorted(wrong)])
-    many = str(int(o.name[-2:]) + 1)
+    many = str(o.crowns or int(o.name[-2:]) + 1)
+    work = o.work / "_".join([f"seed{o.seed}", *([f"of{many}"] if o.crowns else []), *sorted(wrong)])
     subprocess.run([sys.executable, o.reference / "acceptance/make_recipes.py", work / "recipes", "--seed", str(o.seed), "--discs", many, "--crowns", many,
                     "--pixels", "64", "--paths", "128"], check=True, stdout=subprocess.DEVNULL)
     file = work / "recipes" / o.name / "recipe.json"
