@@ -78,7 +78,7 @@ CaptureCheck CheckCapture(const Capture& stated, const FitOptions& options, Prog
     throw InputError(capture.file, "object", "at its start values model shader predicts no finite picture",
                      "Look for lengths, coefficients or lamps that are off by powers of ten.");
   const FitSeconds seconds(problem, check.input, at);
-  check.requirements = SceneRequirements(problem, check.input, at, seconds, progress);
+  check.requirements = SceneRequirements(problem, check.input, at, &seconds, progress);
   if (free.count() == 0) return check;
   check.exact = ExactStatements(problem, at);
   check.shader_s = seconds.ByShader();

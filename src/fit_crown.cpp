@@ -11,6 +11,7 @@
 #include "foresee_photographs.h"
 #include "material_priors.h"
 #include "optics/twelve_taps.h"
+#include "scene_requirements.h"
 #include "scenery_levels.h"
 #include "walk_profiles.h"
 
@@ -158,6 +159,7 @@ CrownFit FitCrown(const Capture& stated, const FitOptions& options, Progress& pr
   CheckShaderSupports(fit.capture);
 
   CrownInput input = ReadInput(fit.capture, options.threads);
+  fit.caveats = LeaveOut(options, input, progress);
   fit.capture = input.capture;  // with bounds that its crown sets
   FreeParameters free = FreeParametersOf(fit.capture);
   if (!options.prior.empty()) TakePriors(options.prior, fit.capture, free);
@@ -201,7 +203,7 @@ CrownFit FitCrown(const Capture& stated, const FitOptions& options, Progress& pr
   fit.calibration = HowFarMoved(errors, at.calibration.amounts);
   for (auto& scaled : HowFarScaled(fit.capture, at.pixels, at.scales)) fit.calibration.push_back(std::move(scaled));
   fit.widened = at.widened;
-  fit.caveats = PhotographCaveats(fit.capture, input.photographs);
+  for (auto& caveat : PhotographCaveats(fit.capture, input.photographs)) fit.caveats.push_back(std::move(caveat));
   if (const Foresight more = options.advises ? ForeseePhotographs(problem, input, at, progress) : Foresight{};
       more.IsWorthTaking())
     fit.advice = AdviceIn(free, more);

@@ -5,7 +5,10 @@
 #include <functional>
 #include <optional>
 
+#include "base/error.h"
 #include "base/linear_algebra.h"
+#include "base/text.h"
+#include "check_capture.h"
 #include "fit/image_residuals.h"
 #include "report/colour_difference.h"
 
@@ -16,18 +19,18 @@ namespace {
 struct Part {
   std::string what;
   std::function<bool(PhotographSpec&)> leave_out;  ///< false: this photograph does not have it
-  std::function<void(Material&)> change = [](Material&) {};
   bool casts_again = true;
   std::optional<size_t> light = {};  ///< that is left out: as if it were off
+  bool is_film = false;              ///< of water, which is everywhere
 };
 
-std::vector<Part> PartsOf(const Capture& capture, const Material& material) {
+std::vector<Part> PartsOf(const Capture& capture) {
   std::vector<Part> parts;
   for (size_t l = 0; l < capture.lights.size(); ++l)
     parts.push_back(
         {"light '" + capture.lights[l].name + "'",
          [l](PhotographSpec& p) { return p.lights.size() > 1 && std::count(p.lights.begin(), p.lights.end(), l) > 0; },
-         [](Material&) {}, false, l});
+         false, l});
   for (size_t b = 0; b < capture.backings.size(); ++b)
     parts.push_back({"tile '" + capture.backings[b].name + "'", [b](PhotographSpec& p) {
                        const bool has = p.backing == b;
@@ -43,23 +46,39 @@ std::vector<Part> PartsOf(const Capture& capture, const Material& material) {
                      if (has) p.polarisation = Polarisation::kCross, p.polarisation_memory_events = 0;
                      return has;
                    },
-                   [](Material&) {}, false});
-  if (material.surface[Quantity::kWetness][0] > 0)
-    parts.push_back({"the film of water", [](PhotographSpec&) { return true; },
-                     [](Material& m) { m.surface[Quantity::kWetness].fill(0.0); }, false});
+                   false});
+  if (const ParameterSpec& wetness = capture.surface[static_cast<size_t>(Quantity::kWetness)];
+      !wetness.fixed || wetness.value[0] > 0)
+    parts.push_back({"the film of water", [](PhotographSpec&) { return true; }, false, {}, true});
   return parts;
 }
 
+/// From the photographs that are fitted; others show what there is.
 Capture Without(const Part& part, Capture capture) {
   for (PhotographSpec& p : capture.photographs)
-    if (part.leave_out(p) && part.light) std::erase(p.lights, *part.light);
+    if (!p.is_holdout && part.leave_out(p) && part.light) std::erase(p.lights, *part.light);
+  if (part.is_film) {
+    ParameterSpec& wetness = capture.surface[static_cast<size_t>(Quantity::kWetness)];
+    wetness.value.fill(0.0);
+    wetness.fixed = true;
+  }
   return capture;
 }
 
+/// Those that some fitted photograph has, and could do without.
+std::vector<Part> PartsOfFitted(const Capture& capture) {
+  std::vector<Part> parts = PartsOf(capture);
+  std::erase_if(parts, [&](const Part& part) {
+    return std::none_of(capture.photographs.begin(), capture.photographs.end(),
+                        [&](PhotographSpec p) { return !p.is_holdout && part.leave_out(p); });
+  });
+  return parts;
+}
+
 /// Leaves parts out of a scene that a fit has cast.
-class LeaveOut {
+class PartsLeftOut {
  public:
-  LeaveOut(const FitProblem& problem, const CrownInput& input, const FitState& at)
+  PartsLeftOut(const FitProblem& problem, const CrownInput& input, const FitState& at)
       : problem_(problem), input_(input), at_(at), material_(MaterialAt(problem.free, at.x)), here_(at.cast) {
     cast_options_.threads = problem.options.threads;
     cast_options_.strata = cast_options_.gather_strata = 3;  // the same directions with a part and without it
@@ -79,11 +98,10 @@ class LeaveOut {
 
   /// Nothing when no photograph has it.
   std::optional<SceneRequirement> Without(const Part& part) const {
-    constexpr double kSeen = 0.1, kShifts = 0.25;
     SceneRequirement r;
     r.what = part.what;
     Material changed = material_;
-    part.change(changed);
+    if (part.is_film) changed.surface[Quantity::kWetness].fill(0.0);
     std::vector<double> light = at_.scales.light;
     if (part.light) light[*part.light] = 0.0;
     Eigen::VectorXd pull = Eigen::VectorXd::Zero(problem_.free.count());
@@ -107,7 +125,7 @@ class LeaveOut {
       r.shift = (covariance_ * pull).cwiseQuotient(covariance_.diagonal().cwiseSqrt()).cwiseAbs().maxCoeff(&most);
       r.parameter = problem_.free.entries[most].name;
     }
-    r.is_needed = r.de00 > kSeen || r.shift > kShifts;
+    r.is_needed = r.de00 > kSeenDe00 || r.shift > kToldShift;
     return r;
   }
 
@@ -164,21 +182,63 @@ class LeaveOut {
 }  // namespace
 
 std::vector<SceneRequirement> SceneRequirements(const FitProblem& problem, const CrownInput& input, const FitState& at,
-                                                const FitSeconds& seconds, Progress& progress) {
-  const LeaveOut leave_out(problem, input, at);
-  const std::vector<Part> parts = PartsOf(input.capture, MaterialAt(problem.free, at.x));
+                                                const FitSeconds* seconds, Progress& progress) {
+  const PartsLeftOut left_out(problem, input, at);
+  const std::vector<Part> parts = PartsOf(input.capture);
   std::vector<SceneRequirement> requirements;
   for (size_t i = 0; i < parts.size(); ++i) {
     progress.Show("what the scene requires", static_cast<double>(i) / static_cast<double>(parts.size()), parts[i].what);
-    auto r = leave_out.Without(parts[i]);
+    auto r = left_out.Without(parts[i]);
     if (!r) continue;
-    const FitSeconds less = seconds.Of(Without(parts[i], problem.capture), at);
-    const auto walks = static_cast<double>(problem.options.paths_per_photograph);
-    r->shader_s = seconds.ByShader() - less.ByShader();
-    r->path_s = seconds.ByWalks(walks) - less.ByWalks(walks);
+    if (seconds) {
+      const FitSeconds less = seconds->Of(Without(parts[i], problem.capture), at);
+      const auto walks = static_cast<double>(problem.options.paths_per_photograph);
+      r->shader_s = seconds->ByShader() - less.ByShader();
+      r->path_s = seconds->ByWalks(walks) - less.ByWalks(walks);
+    }
     requirements.push_back(*r);
   }
   return requirements;
+}
+
+std::vector<std::string> LeaveOut(const FitOptions& options, CrownInput& input, Progress& progress) {
+  constexpr const char* kUnneeded = "unneeded";
+  std::vector<std::string> names = options.leave_out, sentences;
+  for (const std::string& name : names) sentences.push_back("Left out of the scene: " + name + ", as was asked for.");
+  if (const auto all = std::find(names.begin(), names.end(), kUnneeded); all != names.end()) {
+    sentences.erase(sentences.begin() + (all - names.begin()));
+    names.erase(all);
+    const FreeParameters free = FreeParametersOf(input.capture);
+    const std::vector<CalibrationError> no_errors;
+    const FitProblem problem{input.capture, free, no_errors, options};
+    Evaluation ignored;
+    const FitState at = StateAtStart(problem, input, ignored, progress);
+    std::vector<SceneRequirement> least_first = SceneRequirements(problem, input, at, nullptr, progress);
+    std::sort(least_first.begin(), least_first.end(),
+              [](const SceneRequirement& a, const SceneRequirement& b) { return a.shift < b.shift; });
+    double de00 = 0, shift = 0;
+    for (const SceneRequirement& r : least_first) {
+      if (de00 + r.de00 > kSeenDe00 || shift + r.shift > kToldShift) continue;
+      de00 += r.de00, shift += r.shift;
+      if (std::count(names.begin(), names.end(), r.what)) continue;
+      names.push_back(r.what);
+      sentences.push_back("Left out of the scene as not needed: " + r.what + " (changes the picture by CIEDE2000 " +
+                          Number(r.de00, 2) + ", values by " + Number(r.shift, 2) + " standard deviations at most).");
+    }
+  }
+  for (const std::string& name : names) {
+    const std::vector<Part> parts = PartsOfFitted(input.capture);
+    const auto part = std::find_if(parts.begin(), parts.end(), [&](const Part& p) { return p.what == name; });
+    if (part == parts.end()) {
+      std::string known;
+      for (const Part& p : parts) known += (known.empty() ? "" : ", ") + p.what;
+      throw InputError(input.capture.file, "--leave-out",
+                       "no photograph that is fitted has, or could do without, " + name,
+                       "Possible are " + known + "; `unneeded` leaves out what the fit does not need.");
+    }
+    input.capture = Without(*part, input.capture);
+  }
+  return sentences;
 }
 
 }  // namespace crownfit

@@ -4,6 +4,7 @@
 
 #include <cmath>
 
+#include "base/error.h"
 #include "exact_statements.h"
 #include "exchange/material_file.h"
 #include "fit/image_residuals.h"
@@ -114,7 +115,7 @@ TEST_F(Foreseen, WhatLeavingATileOutShiftsIsWhatAFitWithoutItFinds) {
   const auto [input, at] = FittedAtStart(capture, free);
   Progress silent(ProgressMode::kNone);
   const FitProblem problem{capture, free, no_errors_, options_};
-  const auto requirements = SceneRequirements(problem, input, at, FitSeconds(problem, input, at), silent);
+  const auto requirements = SceneRequirements(problem, input, at, nullptr, silent);
   const auto tile = std::find_if(requirements.begin(), requirements.end(),
                                  [](const SceneRequirement& r) { return r.what == "tile 'black'"; });
   ASSERT_NE(tile, requirements.end());
@@ -137,6 +138,50 @@ TEST_F(Foreseen, WhatLeavingATileOutShiftsIsWhatAFitWithoutItFinds) {
     most = std::max(most, std::abs(solved.x[k] - at.x[k]) * e.jacobian.col(k).norm());
   EXPECT_GT(tile->shift, most / 2.0) << "of " << tile->parameter;
   EXPECT_LT(tile->shift, most * 2.0) << "of " << tile->parameter;
+}
+
+TEST_F(Foreseen, AFitWithoutWhatIsNotNeededFindsTheSame) {
+  Capture capture = WithDentinesAbsorptionFree({"front_black", "front_white", "side"});
+  capture.photographs.back().is_holdout = true;
+  const size_t dim = capture.photographs[0].lights[0];
+  for (PhotographSpec& p : capture.photographs)
+    if (!std::count(p.lights.begin(), p.lights.end(), dim)) p.lights.push_back(dim);
+  capture.lights[dim].intensity_scale *= 1e-4;
+  const std::string light = "light '" + capture.lights[dim].name + "'";
+  const FreeParameters free = FreeParametersOf(capture);
+  auto [input, at] = FittedAtStart(capture, free);
+  Progress silent(ProgressMode::kNone);
+  options_.leave_out = {"unneeded"};
+  const std::vector<std::string> sentences = LeaveOut(options_, input, silent);
+  ASSERT_EQ(sentences.size(), 1u);
+  EXPECT_NE(sentences[0].find(light), std::string::npos) << sentences[0];
+  for (const PhotographSpec& p : input.capture.photographs)
+    EXPECT_EQ(std::count(p.lights.begin(), p.lights.end(), dim), p.is_holdout ? 1 : 0) << p.name;
+
+  const Capture& without = input.capture;
+  const CastState cast = CastAll(input, ThicknessesOf(without, MaterialAt(free, at.x)), {}, silent);
+  const auto pixels = ChoosePixels(input, cast, 6000);
+  const SolveResult solved =
+      Solve(ImageResiduals(without, cast, free, pixels, {}, {0.0, 0}), free, at.x, {}, [](int, double) {});
+  for (int k = 0; k < free.count(); ++k) {
+    if (free.entries[k].quantity != Quantity::kAbsorption) continue;  // crossed polarisers show no roughness
+    EXPECT_NEAR(solved.x[k], at.x[k], 0.25 * std::sqrt(at.knowledge.covariance(k, k))) << free.entries[k].name;
+  }
+}
+
+TEST_F(Foreseen, APartThatASceneDoesNotHaveCannotBeLeftOut) {
+  const Capture capture = WithDentinesAbsorptionFree({"front_black"});
+  auto [input, at] = FittedAtStart(capture, FreeParametersOf(capture));
+  Progress silent(ProgressMode::kNone);
+  for (const char* part : {"tile 'blakc'", "tile 'white'", "the surface's reflection"}) {
+    options_.leave_out = {part};
+    try {
+      LeaveOut(options_, input, silent);
+      FAIL() << part;
+    } catch (const InputError& e) {
+      EXPECT_NE(std::string(e.what()).find("tile 'black'"), std::string::npos) << e.what();
+    }
+  }
 }
 
 TEST_F(Foreseen, WhatAWrongIndexShiftsIsWhatAFitWithItFinds) {

@@ -19,6 +19,7 @@ namespace crownfit {
 struct FitOptions {
   std::string model = "auto";  ///< shader, diffusion, path, layered, or auto: the cheapest that suffices
   FitOverrides overrides;
+  std::vector<std::string> leave_out;  ///< parts of the scene, as scene_requirements.h names them; "unneeded"
   bool use_priors = true;
   std::filesystem::path prior;  ///< material file that priors come from; empty: the parameters' own
   uint64_t seed = 1;

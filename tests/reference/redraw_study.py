@@ -33,7 +33,7 @@ def main():
     sizes = {"exposure": 0.01, "pose_deg": 0.1, "pose_mm": 0.1, "light_mm": 1}
     wrong = {} if o.calibration_error is None else {k: v for k, v in sizes.items() if not o.calibration_error or k.split("_")[0] in o.calibration_error}
     many = str(o.crowns or int(o.name[-2:]) + 1)
-    work = o.work / "_".join([f"seed{o.seed}", *([f"of{many}"] if o.crowns else []), *sorted(wrong)])
+    work = o.work / "_".join([f"seed{o.seed}", *([f"of{many}"] if o.crowns else []), *([f"walks{o.walks}"] if o.walks != "100000" else []), *sorted(wrong)])
     subprocess.run([sys.executable, o.reference / "acceptance/make_recipes.py", work / "recipes", "--seed", str(o.seed), "--discs", many, "--crowns", many,
                     "--pixels", "64", "--paths", "128"], check=True, stdout=subprocess.DEVNULL)
     file = work / "recipes" / o.name / "recipe.json"
