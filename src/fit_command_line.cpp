@@ -41,8 +41,8 @@ std::vector<CLI::Option*> AddFitOptions(CLI::App* fit, CommandLine& line, FitTex
       fit->add_option("--free", line.fit.overrides.free, "NAME: fit a parameter the capture holds fixed.")->take_all(),
       fit->add_option(
              "--leave-out", line.fit.leave_out,
-             "A part of the scene, in the words of `crownfit check`: \"tile 'black'\"; unneeded: all that check\n"
-             "finds not needed, together too. The fit is quicker by the seconds that check tells.")
+             "A part of the scene that `crownfit check` lists, such as tile:black; unneeded: all that it finds\n"
+             "not needed, together too. The fit is quicker by the seconds that check tells.")
           ->take_all(),
       fit->add_option(
              "--prior", line.fit.prior,

@@ -53,6 +53,15 @@ std::vector<Part> PartsOf(const Capture& capture) {
   return parts;
 }
 
+/// "tile:black" for "tile 'black'": what a cell of a batch's table can hold.
+std::string WithoutQuotes(std::string what) {
+  if (const size_t quote = what.find(" '"); quote != std::string::npos && what.back() == '\'') {
+    what.replace(quote, 2, ":");
+    what.pop_back();
+  }
+  return what;
+}
+
 /// From the photographs that are fitted; others show what there is.
 Capture Without(const Part& part, Capture capture) {
   for (PhotographSpec& p : capture.photographs)
@@ -73,6 +82,17 @@ std::vector<Part> PartsOfFitted(const Capture& capture) {
                         [&](PhotographSpec p) { return !p.is_holdout && part.leave_out(p); });
   });
   return parts;
+}
+
+/// As `crownfit check` says it, or as "tile:black". Throws InputError.
+Part PartNamed(const std::string& name, const Capture& capture) {
+  std::string known;
+  for (const Part& part : PartsOfFitted(capture)) {
+    if (part.what == name || WithoutQuotes(part.what) == name) return part;
+    known += (known.empty() ? "" : ", ") + WithoutQuotes(part.what);
+  }
+  throw InputError(capture.file, "--leave-out", "no photograph that is fitted has, or could do without, " + name,
+                   "Possible are " + known + "; `unneeded` leaves out what the fit does not need.");
 }
 
 /// Leaves parts out of a scene that a fit has cast.
@@ -203,40 +223,27 @@ std::vector<SceneRequirement> SceneRequirements(const FitProblem& problem, const
 
 std::vector<std::string> LeaveOut(const FitOptions& options, CrownInput& input, Progress& progress) {
   constexpr const char* kUnneeded = "unneeded";
-  std::vector<std::string> names = options.leave_out, sentences;
-  for (const std::string& name : names) sentences.push_back("Left out of the scene: " + name + ", as was asked for.");
-  if (const auto all = std::find(names.begin(), names.end(), kUnneeded); all != names.end()) {
-    sentences.erase(sentences.begin() + (all - names.begin()));
-    names.erase(all);
-    const FreeParameters free = FreeParametersOf(input.capture);
-    const std::vector<CalibrationError> no_errors;
-    const FitProblem problem{input.capture, free, no_errors, options};
-    Evaluation ignored;
-    const FitState at = StateAtStart(problem, input, ignored, progress);
-    std::vector<SceneRequirement> least_first = SceneRequirements(problem, input, at, nullptr, progress);
-    std::sort(least_first.begin(), least_first.end(),
-              [](const SceneRequirement& a, const SceneRequirement& b) { return a.shift < b.shift; });
-    double de00 = 0, shift = 0;
-    for (const SceneRequirement& r : least_first) {
-      if (de00 + r.de00 > kSeenDe00 || shift + r.shift > kToldShift) continue;
-      de00 += r.de00, shift += r.shift;
-      if (std::count(names.begin(), names.end(), r.what)) continue;
-      names.push_back(r.what);
-      sentences.push_back("Left out of the scene as not needed: " + r.what + " (changes the picture by CIEDE2000 " +
-                          Number(r.de00, 2) + ", values by " + Number(r.shift, 2) + " standard deviations at most).");
-    }
+  std::vector<std::string> sentences;
+  for (const std::string& name : options.leave_out) {
+    if (name == kUnneeded) continue;
+    input.capture = Without(PartNamed(name, input.capture), input.capture);
+    sentences.push_back("Left out of the scene: " + name + ", as was asked for.");
   }
-  for (const std::string& name : names) {
-    const std::vector<Part> parts = PartsOfFitted(input.capture);
-    const auto part = std::find_if(parts.begin(), parts.end(), [&](const Part& p) { return p.what == name; });
-    if (part == parts.end()) {
-      std::string known;
-      for (const Part& p : parts) known += (known.empty() ? "" : ", ") + p.what;
-      throw InputError(input.capture.file, "--leave-out",
-                       "no photograph that is fitted has, or could do without, " + name,
-                       "Possible are " + known + "; `unneeded` leaves out what the fit does not need.");
-    }
-    input.capture = Without(*part, input.capture);
+  if (!std::count(options.leave_out.begin(), options.leave_out.end(), kUnneeded)) return sentences;
+  const FreeParameters free = FreeParametersOf(input.capture);
+  const std::vector<CalibrationError> no_errors;
+  const FitProblem problem{input.capture, free, no_errors, options};
+  Evaluation ignored;
+  const FitState at = StateAtStart(problem, input, ignored, progress);
+  std::vector<SceneRequirement> least_first = SceneRequirements(problem, input, at, nullptr, progress);
+  std::ranges::sort(least_first, {}, &SceneRequirement::shift);
+  double de00 = 0, shift = 0;
+  for (const SceneRequirement& r : least_first) {
+    if (de00 + r.de00 > kSeenDe00 || shift + r.shift > kToldShift) continue;
+    de00 += r.de00, shift += r.shift;
+    input.capture = Without(PartNamed(r.what, input.capture), input.capture);
+    sentences.push_back("Left out of the scene as not needed: " + r.what + " (changes the picture by CIEDE2000 " +
+                        Number(r.de00, 2) + ", values by " + Number(r.shift, 2) + " standard deviations at most).");
   }
   return sentences;
 }

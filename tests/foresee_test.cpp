@@ -179,7 +179,7 @@ TEST_F(Foreseen, APartThatASceneDoesNotHaveCannotBeLeftOut) {
       LeaveOut(options_, input, silent);
       FAIL() << part;
     } catch (const InputError& e) {
-      EXPECT_NE(std::string(e.what()).find("tile 'black'"), std::string::npos) << e.what();
+      EXPECT_NE(std::string(e.what()).find("tile:black"), std::string::npos) << e.what();
     }
   }
 }
