@@ -164,7 +164,10 @@ Stack LayerModes::OfThickness(double thickness_mm) const {
     reflect *= kept.asDiagonal();
     transmit *= kept.asDiagonal();
   }
-  return {reflect, transmit, reflect, transmit};
+  Stack both{reflect, transmit, {}, {}};
+  both.reflect_up = std::move(reflect);
+  both.transmit_up = std::move(transmit);
+  return both;
 }
 
 LayerModes::Change LayerModes::ChangeBy(const SlabLayer& change) const {

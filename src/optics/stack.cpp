@@ -128,14 +128,16 @@ Stack Add(const Stack& a, const Interface& b) {
   return s;
 }
 
-Stack Add(const Interface& a, const Stack& b) {
+Stack Add(const Interface& a, Stack b) {
   // The same seen from below.
   const Interface turned = [&] {
     Interface i = a;
     std::swap(i.reflect_down, i.reflect_up);
     return i;
   }();
-  Stack s = Add(Stack{b.reflect_up, b.transmit_up, b.reflect_down, b.transmit_down}, turned);
+  std::swap(b.reflect_down, b.reflect_up);
+  std::swap(b.transmit_down, b.transmit_up);
+  Stack s = Add(b, turned);
   std::swap(s.reflect_down, s.reflect_up);
   std::swap(s.transmit_down, s.transmit_up);
   return s;

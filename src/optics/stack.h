@@ -51,7 +51,7 @@ struct Interface {
 };
 
 Stack AsStack(const Interface& interface);
-Stack Add(const Interface& a, const Stack& b);
+Stack Add(const Interface& a, Stack b);
 Stack Add(const Stack& a, const Interface& b);
 Stack Add(const Stack& a, const Stack& b);
 
