@@ -55,6 +55,9 @@ FitState StateAtStart(const FitProblem& problem, const CrownInput& input, Evalua
   at.pixels = ChoosePixels(input, at.cast, problem.options.max_pixels_by_walks());
   e = ImageResiduals(problem.capture, at.cast, problem.free, at.pixels, {}, {3.0, problem.options.threads})
           .Evaluate(at.x, true);
+  if (!e.finite)
+    throw InputError(problem.capture.file, "object", "at its start values model shader predicts no finite picture",
+                     "Look for lengths, coefficients or lamps that are off by powers of ten.");
   at.scales = e.scales;
   e.residuals.setZero();
   return at;
@@ -74,11 +77,8 @@ CaptureCheck CheckCapture(const Capture& stated, const FitOptions& options, Prog
   FitState at = StateAtStart(problem, check.input, e, progress);
   check.crown = at.cast.crown;
   check.caveats = PhotographCaveats(capture, check.input.photographs);
-  if (!e.finite)
-    throw InputError(capture.file, "object", "at its start values model shader predicts no finite picture",
-                     "Look for lengths, coefficients or lamps that are off by powers of ten.");
   const FitSeconds seconds(problem, check.input, at);
-  check.requirements = SceneRequirements(problem, check.input, at, &seconds, progress);
+  check.requirements = SceneRequirements(problem, check.input, at, seconds, progress);
   if (free.count() == 0) return check;
   check.exact = ExactStatements(problem, at);
   check.shader_s = seconds.ByShader();

@@ -28,7 +28,8 @@ struct CaptureCheck {
   double shader_s = 0, path_s = 0;  ///< of two cores, that nine of ten fits take at most (FitSeconds)
 };
 
-/// The start values as if a fit had ended there and the photographs agreed; `e`: with derivatives.
+/// The start values as if a fit had ended there and the photographs agreed; `e`: with derivatives. Throws InputError
+/// where the prediction is not finite.
 FitState StateAtStart(const FitProblem& problem, const CrownInput& input, Evaluation& e, Progress& progress);
 
 /// Reads and builds everything, and foresees at the start values, by the derivatives of model `shader` and the

@@ -42,7 +42,7 @@ std::vector<CLI::Option*> AddFitOptions(CLI::App* fit, CommandLine& line, FitTex
       fit->add_option(
              "--leave-out", line.fit.leave_out,
              "A part of the scene that `crownfit check` lists, such as tile:black; unneeded: all that it finds\n"
-             "not needed, together too. The fit is quicker by the seconds that check tells.")
+             "not needed, together too. The fit is quicker by the seconds that check tells, less some to find out.")
           ->take_all(),
       fit->add_option(
              "--prior", line.fit.prior,

@@ -159,7 +159,10 @@ CrownFit FitCrown(const Capture& stated, const FitOptions& options, Progress& pr
   CheckShaderSupports(fit.capture);
 
   CrownInput input = ReadInput(fit.capture, options.threads);
-  fit.caveats = LeaveOut(options, input, progress);
+  for (LeftOutPart& part : LeaveOut(options, input, progress)) {
+    fit.left_out.push_back(part.name);
+    fit.caveats.push_back(std::move(part.sentence));
+  }
   fit.capture = input.capture;  // with bounds that its crown sets
   FreeParameters free = FreeParametersOf(fit.capture);
   if (!options.prior.empty()) TakePriors(options.prior, fit.capture, free);

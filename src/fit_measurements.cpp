@@ -49,6 +49,9 @@ CrownFit FitMeasurements(const Capture& stated, const FitOptions& options, Progr
     throw InputError(stated.file, "--model",
                      "model " + options.model + " is for photographs, and this capture has none",
                      "Use auto or layered.");
+  if (!options.leave_out.empty())
+    throw InputError(stated.file, "--leave-out", "parts of a scene are for photographs, and this capture has none",
+                     "Leave the option away.");
   CrownFit fit;
   fit.options = options;
   fit.capture = stated;

@@ -12,6 +12,7 @@
 #include "fit_seconds.h"
 #include "path_derivatives.h"
 #include "report/colour_difference.h"
+#include "scene_requirements.h"
 #include "walk/path_photograph.h"
 
 namespace crownfit {
@@ -191,7 +192,8 @@ FitPlan PlanFit(const std::vector<Capture>& captures, const FitOptions& options,
   ApplyOverrides(capture, options.overrides);
   CheckShaderSupports(capture);
   progress.Show("reading", 0.0);
-  const CrownInput input = ReadInput(capture, options.threads);
+  CrownInput input = ReadInput(capture, options.threads);
+  LeaveOut(options, input, progress);
   const FreeParameters free = FreeParametersOf(input.capture);
   const std::vector<CalibrationError> no_errors;
   const FitProblem problem{input.capture, free, no_errors, options};

@@ -7,6 +7,7 @@
 #include "base/error.h"
 #include "base/files.h"
 #include "base/text.h"
+#include "scene_parts.h"
 
 namespace crownfit {
 namespace {
@@ -97,6 +98,23 @@ void CheckNoReadingTwice(const std::vector<Capture>& captures) {
                              "What two captures hold must be measured twice, or it counts twice.");
 }
 
+/// Whether a photograph that is fitted has a part of the scene that is to be left out; what is unneeded any may have.
+bool Has(const Capture& capture, const std::string& name) {
+  const std::vector<ScenePart> parts = PartsOf(capture);
+  const ScenePart* part = PartNamed(name, parts);
+  return std::any_of(capture.photographs.begin(), capture.photographs.end(), [&](PhotographSpec p) {
+    return !p.is_holdout && (name == "unneeded" || (part && part->leave_out(p)));
+  });
+}
+
+/// Before minutes are spent.
+void CheckPartsToLeaveOut(const std::vector<Capture>& captures, const std::vector<std::string>& parts) {
+  for (const std::string& part : parts)
+    if (std::none_of(captures.begin(), captures.end(), [&](const Capture& c) { return Has(c, part); }))
+      throw InputError(captures[0].file, "--leave-out", "no capture's scene has " + part,
+                       "Parts are named as in light:left, tile:black; `crownfit check` lists a capture's.");
+}
+
 class Together {
  public:
   Together(const std::vector<Capture>& captures, const FitOptions& options, Progress& progress)
@@ -136,6 +154,7 @@ class Together {
     progress_.NameWork(names_[i]);
     FitOptions options = options_;
     if (captures_[i].photographs.empty()) options.model = "auto";  // readings of flat samples
+    std::erase_if(options.leave_out, [&](const std::string& name) { return !Has(captures_[i], name); });
     CrownFit fit = FitCrown(captures_[i], options, progress_, beside);
     progress_.NameWork("");
     return fit;
@@ -246,6 +265,7 @@ std::vector<CrownFit> FitTogether(const std::vector<Capture>& captures, const Fi
   for (size_t i = 0; i < captures.size(); ++i)
     for (size_t j = 0; j < i; ++j) CheckSameMaterial(captures[j], captures[i]);
   for (size_t i = 0; i < captures.size(); ++i) CheckSharesALayer(captures, i);
+  CheckPartsToLeaveOut(captures, options.leave_out);
   CheckNoPhotographTwice(captures);
   CheckNoReadingTwice(captures);
   return Together(captures, options, progress).Run();

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <functional>
 #include <optional>
 
 #include "base/error.h"
@@ -10,90 +9,12 @@
 #include "base/text.h"
 #include "check_capture.h"
 #include "fit/image_residuals.h"
+#include "fit_pixels.h"
 #include "report/colour_difference.h"
+#include "scene_parts.h"
 
 namespace crownfit {
 namespace {
-
-/// One part of the scene, and how to leave it out.
-struct Part {
-  std::string what;
-  std::function<bool(PhotographSpec&)> leave_out;  ///< false: this photograph does not have it
-  bool casts_again = true;
-  std::optional<size_t> light = {};  ///< that is left out: as if it were off
-  bool is_film = false;              ///< of water, which is everywhere
-};
-
-std::vector<Part> PartsOf(const Capture& capture) {
-  std::vector<Part> parts;
-  for (size_t l = 0; l < capture.lights.size(); ++l)
-    parts.push_back(
-        {"light '" + capture.lights[l].name + "'",
-         [l](PhotographSpec& p) { return p.lights.size() > 1 && std::count(p.lights.begin(), p.lights.end(), l) > 0; },
-         false, l});
-  for (size_t b = 0; b < capture.backings.size(); ++b)
-    parts.push_back({"tile '" + capture.backings[b].name + "'", [b](PhotographSpec& p) {
-                       const bool has = p.backing == b;
-                       if (has) p.backing.reset();
-                       return has;
-                     }});
-  for (size_t s = 0; s < capture.scenery.size(); ++s)
-    parts.push_back(
-        {"scenery '" + capture.scenery[s].name + "'", [s](PhotographSpec& p) { return std::erase(p.scenery, s) > 0; }});
-  parts.push_back({"the surface's reflection",
-                   [](PhotographSpec& p) {
-                     const bool has = p.polarisation != Polarisation::kCross;
-                     if (has) p.polarisation = Polarisation::kCross, p.polarisation_memory_events = 0;
-                     return has;
-                   },
-                   false});
-  if (const ParameterSpec& wetness = capture.surface[static_cast<size_t>(Quantity::kWetness)];
-      !wetness.fixed || wetness.value[0] > 0)
-    parts.push_back({"the film of water", [](PhotographSpec&) { return true; }, false, {}, true});
-  return parts;
-}
-
-/// "tile:black" for "tile 'black'": what a cell of a batch's table can hold.
-std::string WithoutQuotes(std::string what) {
-  if (const size_t quote = what.find(" '"); quote != std::string::npos && what.back() == '\'') {
-    what.replace(quote, 2, ":");
-    what.pop_back();
-  }
-  return what;
-}
-
-/// From the photographs that are fitted; others show what there is.
-Capture Without(const Part& part, Capture capture) {
-  for (PhotographSpec& p : capture.photographs)
-    if (!p.is_holdout && part.leave_out(p) && part.light) std::erase(p.lights, *part.light);
-  if (part.is_film) {
-    ParameterSpec& wetness = capture.surface[static_cast<size_t>(Quantity::kWetness)];
-    wetness.value.fill(0.0);
-    wetness.fixed = true;
-  }
-  return capture;
-}
-
-/// Those that some fitted photograph has, and could do without.
-std::vector<Part> PartsOfFitted(const Capture& capture) {
-  std::vector<Part> parts = PartsOf(capture);
-  std::erase_if(parts, [&](const Part& part) {
-    return std::none_of(capture.photographs.begin(), capture.photographs.end(),
-                        [&](PhotographSpec p) { return !p.is_holdout && part.leave_out(p); });
-  });
-  return parts;
-}
-
-/// As `crownfit check` says it, or as "tile:black". Throws InputError.
-Part PartNamed(const std::string& name, const Capture& capture) {
-  std::string known;
-  for (const Part& part : PartsOfFitted(capture)) {
-    if (part.what == name || WithoutQuotes(part.what) == name) return part;
-    known += (known.empty() ? "" : ", ") + WithoutQuotes(part.what);
-  }
-  throw InputError(capture.file, "--leave-out", "no photograph that is fitted has, or could do without, " + name,
-                   "Possible are " + known + "; `unneeded` leaves out what the fit does not need.");
-}
 
 /// Leaves parts out of a scene that a fit has cast.
 class PartsLeftOut {
@@ -112,18 +33,19 @@ class PartsLeftOut {
     const int n = problem.free.count();
     jacobian_ = e.finite ? Eigen::MatrixXd(e.jacobian) : Eigen::MatrixXd::Zero(e.residuals.size(), n);
     Eigen::MatrixXd precision = jacobian_.transpose() * jacobian_;
-    for (int k = 0; k < n; ++k) precision(k, k) += std::pow(problem.free.entries[k].prior_stddev, -2.0);
+    const double held = problem.options.use_priors ? 1.0 : 1e-6;  // what nothing tells stays finite
+    for (int k = 0; k < n; ++k) precision(k, k) += held * std::pow(problem.free.entries[k].prior_stddev, -2.0);
     if (n > 0) covariance_ = InverseOfSymmetric(precision);
   }
 
   /// Nothing when no photograph has it.
-  std::optional<SceneRequirement> Without(const Part& part) const {
+  std::optional<SceneRequirement> Without(const ScenePart& part) const {
     SceneRequirement r;
     r.what = part.what;
     Material changed = material_;
     if (part.is_film) changed.surface[Quantity::kWetness].fill(0.0);
     std::vector<double> light = at_.scales.light;
-    if (part.light) light[*part.light] = 0.0;
+    for (const size_t l : part.lights) light[l] = 0.0;
     Eigen::VectorXd pull = Eigen::VectorXd::Zero(problem_.free.count());
     Eigen::Index row = 0;
     for (size_t g = 0; g < at_.pixels.size(); ++g) {
@@ -132,8 +54,9 @@ class PartsLeftOut {
       PhotographSpec& spec = without.photographs[p.photograph];
       if (part.leave_out(spec)) {
         CastState again;
-        if (part.casts_again) Cast(without, p.photograph, again = here_);
-        const CastState& cast = part.casts_again ? again : here_;
+        if (part.is_solid) Cast(without, p.photograph, again = here_);
+        const CastState& cast = part.is_solid ? again : here_;
+        if (part.is_solid && ShowsMore(p.photograph, cast)) r.hides = spec.name;
         const double de00 = Compare(g, spec, cast, Predict(without, cast, p.photograph, changed, light), row, pull);
         if (de00 >= r.de00) r.de00 = de00, r.photograph = spec.name;
       }
@@ -145,7 +68,7 @@ class PartsLeftOut {
       r.shift = (covariance_ * pull).cwiseQuotient(covariance_.diagonal().cwiseSqrt()).cwiseAbs().maxCoeff(&most);
       r.parameter = problem_.free.entries[most].name;
     }
-    r.is_needed = r.de00 > kSeenDe00 || r.shift > kToldShift;
+    r.is_needed = !(r.de00 <= kSeenDe00 && r.shift <= kToldShift);
     return r;
   }
 
@@ -156,6 +79,17 @@ class PartsLeftOut {
   std::vector<glm::dvec3> Predict(const Capture& capture, const CastState& cast, size_t photograph,
                                   const Material& material, const std::vector<double>& light) const {
     return PredictPixels(capture, cast, photograph, material, light, problem_.options.threads);
+  }
+
+  /// Whether pixels that would count as the object show something else.
+  bool ShowsMore(size_t photograph, const CastState& without) const {
+    if (photograph >= input_.photographs.size()) return false;
+    const auto count = [&](const CastState& cast) {
+      return ComparablePixels(input_.capture.photographs[photograph], cast.photographs[photograph],
+                              input_.photographs[photograph], 0)
+          .size();
+    };
+    return count(without) > count(here_);
   }
 
   /// The median difference of a photograph's fitted pixels, and how what changes there pulls at the free entries.
@@ -199,53 +133,88 @@ class PartsLeftOut {
   Eigen::MatrixXd jacobian_, covariance_;
 };
 
+[[noreturn]] void RefuseToLeaveOut(const std::string& name, const std::string& why, const Capture& capture) {
+  std::string known;
+  for (const ScenePart& part : PartsOf(capture)) known += (known.empty() ? "" : ", ") + part.name;
+  throw InputError(capture.file, "--leave-out", name + " can't be left out: " + why,
+                   "The scene has " + known + "; `unneeded` leaves out what the fit does not need.");
+}
+
 }  // namespace
 
 std::vector<SceneRequirement> SceneRequirements(const FitProblem& problem, const CrownInput& input, const FitState& at,
-                                                const FitSeconds* seconds, Progress& progress) {
+                                                const FitSeconds& seconds, Progress& progress) {
   const PartsLeftOut left_out(problem, input, at);
-  const std::vector<Part> parts = PartsOf(input.capture);
+  const std::vector<ScenePart> parts = PartsOf(input.capture);
   std::vector<SceneRequirement> requirements;
   for (size_t i = 0; i < parts.size(); ++i) {
     progress.Show("what the scene requires", static_cast<double>(i) / static_cast<double>(parts.size()), parts[i].what);
     auto r = left_out.Without(parts[i]);
     if (!r) continue;
-    if (seconds) {
-      const FitSeconds less = seconds->Of(Without(parts[i], problem.capture), at);
-      const auto walks = static_cast<double>(problem.options.paths_per_photograph);
-      r->shader_s = seconds->ByShader() - less.ByShader();
-      r->path_s = seconds->ByWalks(walks) - less.ByWalks(walks);
-    }
+    const FitSeconds less = seconds.Of(Without(parts[i], problem.capture), at);
+    const auto walks = static_cast<double>(problem.options.paths_per_photograph);
+    r->shader_s = seconds.ByShader() - less.ByShader();
+    r->path_s = seconds.ByWalks(walks) - less.ByWalks(walks);
     requirements.push_back(*r);
   }
   return requirements;
 }
 
-std::vector<std::string> LeaveOut(const FitOptions& options, CrownInput& input, Progress& progress) {
+std::vector<LeftOutPart> LeaveOut(const FitOptions& options, CrownInput& input, Progress& progress) {
   constexpr const char* kUnneeded = "unneeded";
-  std::vector<std::string> sentences;
-  for (const std::string& name : options.leave_out) {
-    if (name == kUnneeded) continue;
-    input.capture = Without(PartNamed(name, input.capture), input.capture);
-    sentences.push_back("Left out of the scene: " + name + ", as was asked for.");
-  }
-  if (!std::count(options.leave_out.begin(), options.leave_out.end(), kUnneeded)) return sentences;
+  std::vector<LeftOutPart> said;
+  if (options.leave_out.empty()) return said;
   const FreeParameters free = FreeParametersOf(input.capture);
   const std::vector<CalibrationError> no_errors;
   const FitProblem problem{input.capture, free, no_errors, options};
-  Evaluation ignored;
-  const FitState at = StateAtStart(problem, input, ignored, progress);
-  std::vector<SceneRequirement> least_first = SceneRequirements(problem, input, at, nullptr, progress);
-  std::ranges::sort(least_first, {}, &SceneRequirement::shift);
-  double de00 = 0, shift = 0;
-  for (const SceneRequirement& r : least_first) {
-    if (de00 + r.de00 > kSeenDe00 || shift + r.shift > kToldShift) continue;
-    de00 += r.de00, shift += r.shift;
-    input.capture = Without(PartNamed(r.what, input.capture), input.capture);
-    sentences.push_back("Left out of the scene as not needed: " + r.what + " (changes the picture by CIEDE2000 " +
-                        Number(r.de00, 2) + ", values by " + Number(r.shift, 2) + " standard deviations at most).");
+  Evaluation e;
+  const FitState at = StateAtStart(problem, input, e, progress);
+  const PartsLeftOut left_out(problem, input, at);
+  const std::vector<ScenePart> parts = PartsOf(input.capture);
+  std::vector<ScenePart> chosen;
+  for (const std::string& name : options.leave_out) {
+    if (name == kUnneeded) continue;
+    const ScenePart* part = PartNamed(name, parts);
+    const auto r = part ? left_out.Without(*part) : std::nullopt;
+    if (!r) RefuseToLeaveOut(name, "no photograph that is fitted has it, or could do without it", input.capture);
+    if (!r->hides.empty())
+      RefuseToLeaveOut(name, "it hides part of the object in '" + r->hides + "', which would be fitted as the object",
+                       input.capture);
+    if (PartNamed(name, chosen)) continue;
+    chosen.push_back(*part);
+    said.push_back({part->name, "Left out of the scene, as was asked for: " + part->what + "."});
   }
-  return sentences;
+
+  std::vector<std::pair<double, ScenePart>> unneeded;  // by the shift of each
+  if (std::count(options.leave_out.begin(), options.leave_out.end(), kUnneeded))
+    for (const ScenePart& part : parts) {
+      progress.Show("what the scene requires", 0.5, part.what);
+      // Beside walks tiles and scenery tell whether the light is as stated; a freed film is a question to the fit.
+      const bool asks = part.is_film && !input.capture.surface[static_cast<size_t>(Quantity::kWetness)].fixed;
+      if (asks || (part.is_solid && options.model != "shader") || PartNamed(part.name, chosen)) continue;
+      const auto r = left_out.Without(part);
+      if (r && !r->is_needed && r->hides.empty()) unneeded.emplace_back(r->shift, part);
+    }
+  std::ranges::sort(unneeded, {}, &std::pair<double, ScenePart>::first);
+  const auto together = [&] {
+    std::vector<ScenePart> all;
+    for (const auto& [shift, part] : unneeded) all.push_back(part);
+    return left_out.Without(AllOf(all));
+  };
+  for (; !unneeded.empty(); unneeded.pop_back()) {
+    const auto r = together();
+    if (!r || r->is_needed) continue;
+    for (const auto& [shift, part] : unneeded) {
+      chosen.push_back(part);
+      said.push_back({part.name, "Left out of the scene as not needed: " + part.what +
+                                     " (the picture changes by CIEDE2000 " + Number(r->de00, 2) + ", values by " +
+                                     Number(r->shift, 2) +
+                                     " standard deviations at most, by all that is not needed)."});
+    }
+    break;
+  }
+  input.capture = Without(AllOf(chosen), input.capture);
+  return said;
 }
 
 }  // namespace crownfit

@@ -16,6 +16,7 @@ struct SceneRequirement {
   std::string parameter;            ///< of the free entries: which moves most
   double shift = 0;                 ///< by how many standard deviations of what the photographs tell by themselves
   double shader_s = 0, path_s = 0;  ///< which a fit without it would save, on two cores
+  std::string hides;                ///< the photograph in which it hides part of the object; empty: in none
   bool is_needed = false;           ///< more than kSeenDe00 or kToldShift
 };
 
@@ -24,12 +25,16 @@ inline constexpr double kSeenDe00 = 0.1, kToldShift = 0.25;
 
 /// Lights beside others, tiles, scenery, the surface's reflection and its film of water, each left out in turn, by
 /// model `shader` where the fit stands. Shifts are to first order: the step by which a fit without it would miss.
-/// `seconds`: nothing, where nobody asks what would be saved.
 std::vector<SceneRequirement> SceneRequirements(const FitProblem& problem, const CrownInput& input, const FitState& at,
-                                                const FitSeconds* seconds, Progress& progress);
+                                                const FitSeconds& seconds, Progress& progress);
 
-/// Leaves out of the photographs that are fitted what the options name, by `what`; "unneeded" names all that, at the
-/// start values, is not needed even together. Says of each what it was. Throws InputError of what is not there.
-std::vector<std::string> LeaveOut(const FitOptions& options, CrownInput& input, Progress& progress);
+struct LeftOutPart {
+  std::string name, sentence;
+};
+
+/// Leaves out of the photographs that are fitted what the options name; "unneeded" names what, at the start values, is
+/// not needed even together. Nothing that hides the object is left out, and of what is unneeded no tile or scenery
+/// beside walks, which judge the light by them. Throws InputError.
+std::vector<LeftOutPart> LeaveOut(const FitOptions& options, CrownInput& input, Progress& progress);
 
 }  // namespace crownfit

@@ -115,7 +115,7 @@ TEST_F(Foreseen, WhatLeavingATileOutShiftsIsWhatAFitWithoutItFinds) {
   const auto [input, at] = FittedAtStart(capture, free);
   Progress silent(ProgressMode::kNone);
   const FitProblem problem{capture, free, no_errors_, options_};
-  const auto requirements = SceneRequirements(problem, input, at, nullptr, silent);
+  const auto requirements = SceneRequirements(problem, input, at, FitSeconds(problem, input, at), silent);
   const auto tile = std::find_if(requirements.begin(), requirements.end(),
                                  [](const SceneRequirement& r) { return r.what == "tile 'black'"; });
   ASSERT_NE(tile, requirements.end());
@@ -147,14 +147,13 @@ TEST_F(Foreseen, AFitWithoutWhatIsNotNeededFindsTheSame) {
   for (PhotographSpec& p : capture.photographs)
     if (!std::count(p.lights.begin(), p.lights.end(), dim)) p.lights.push_back(dim);
   capture.lights[dim].intensity_scale *= 1e-4;
-  const std::string light = "light '" + capture.lights[dim].name + "'";
   const FreeParameters free = FreeParametersOf(capture);
   auto [input, at] = FittedAtStart(capture, free);
   Progress silent(ProgressMode::kNone);
   options_.leave_out = {"unneeded"};
-  const std::vector<std::string> sentences = LeaveOut(options_, input, silent);
-  ASSERT_EQ(sentences.size(), 1u);
-  EXPECT_NE(sentences[0].find(light), std::string::npos) << sentences[0];
+  const std::vector<LeftOutPart> left_out = LeaveOut(options_, input, silent);
+  ASSERT_EQ(left_out.size(), 1u);
+  EXPECT_EQ(left_out[0].name, "light:" + capture.lights[dim].name);
   for (const PhotographSpec& p : input.capture.photographs)
     EXPECT_EQ(std::count(p.lights.begin(), p.lights.end(), dim), p.is_holdout ? 1 : 0) << p.name;
 
@@ -182,6 +181,65 @@ TEST_F(Foreseen, APartThatASceneDoesNotHaveCannotBeLeftOut) {
       EXPECT_NE(std::string(e.what()).find("tile:black"), std::string::npos) << e.what();
     }
   }
+}
+
+TEST_F(Foreseen, PartsThatAreNeededTogetherAreNotAllLeftOut) {
+  Capture capture = WithDentinesAbsorptionFree({"front_black", "front_white"});
+  Progress silent(ProgressMode::kNone);
+  options_.leave_out = {"unneeded"};
+  // Further lamps in the place of one, each as bright as is just not needed.
+  const size_t lamp = capture.photographs[0].lights[0];
+  std::vector<size_t> copies;
+  for (int i = 0; i < 4; ++i) {
+    copies.push_back(capture.lights.size());
+    capture.lights.push_back(capture.lights[lamp]);
+    capture.lights.back().name += std::to_string(i);
+    for (PhotographSpec& p : capture.photographs) p.lights.push_back(copies.back());
+  }
+  const auto dimmed_to = [&](double share) {
+    for (const size_t c : copies) capture.lights[c].intensity_scale = share * capture.lights[lamp].intensity_scale;
+    return FittedAtStart(capture, FreeParametersOf(capture));
+  };
+  constexpr double kDim = 1e-3;
+  const auto [dim_input, at] = dimmed_to(kDim);
+  const FreeParameters free = FreeParametersOf(capture);
+  const FitProblem problem{capture, free, no_errors_, options_};
+  double of_limit = 0;  // of one of them, which is in proportion to its light
+  for (const SceneRequirement& r :
+       SceneRequirements(problem, dim_input, at, FitSeconds(problem, dim_input, at), silent))
+    if (r.what == "light '" + capture.lights[copies[0]].name + "'")
+      of_limit = std::max(r.de00 / kSeenDe00, r.shift / kToldShift);
+  ASSERT_GT(of_limit, 0);
+  CrownInput input = dimmed_to(0.4 / of_limit * kDim).first;
+  EXPECT_EQ(LeaveOut(options_, input, silent).size(), 2u) << "of three or four the limit is passed";
+}
+
+TEST_F(Foreseen, AFilmThatIsFreeIsAQuestionToTheFit) {
+  Capture capture = WithDentinesAbsorptionFree({"front_black"});
+  ParameterSpec& wetness = capture.surface[static_cast<size_t>(Quantity::kWetness)];
+  wetness.value.fill(1e-6);
+  Progress silent(ProgressMode::kNone);
+  options_.leave_out = {"unneeded"};
+  for (const bool fixed : {true, false}) {
+    wetness.fixed = fixed;
+    CrownInput input = FittedAtStart(capture, FreeParametersOf(capture)).first;
+    const auto left_out = LeaveOut(options_, input, silent);
+    EXPECT_EQ(left_out.size(), fixed ? 1u : 0u);
+    EXPECT_EQ(input.capture.surface[static_cast<size_t>(Quantity::kWetness)].fixed, fixed);
+  }
+}
+
+TEST_F(Foreseen, WhatHidesTheObjectCannotBeLeftOut) {
+  const Capture capture = WithDentinesAbsorptionFree({"edge"});
+  auto [input, at] = FittedAtStart(capture, FreeParametersOf(capture));
+  for (glm::dvec3& v : input.scenery[0].vertices) v.x += 1.5;  // over a part of the crown
+  Progress silent(ProgressMode::kNone);
+  options_.leave_out = {"scenery:blade"};
+  EXPECT_THROW(LeaveOut(options_, input, silent), InputError);
+  options_ = {};
+  options_.model = "shader";
+  options_.leave_out = {"unneeded"};
+  for (const LeftOutPart& part : LeaveOut(options_, input, silent)) EXPECT_NE(part.name, "scenery:blade");
 }
 
 TEST_F(Foreseen, WhatAWrongIndexShiftsIsWhatAFitWithItFinds) {

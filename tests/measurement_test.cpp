@@ -243,6 +243,9 @@ TEST(MeasurementFit, CapturesOfOneDiscEachTellTogetherWhatOneOfAllDiscsTells) {
     }
   }
   EXPECT_THROW(FitTogether({each[0], each[0]}, options, quiet), InputError) << "readings that count twice";
+  options.leave_out = {"tile:black"};
+  EXPECT_THROW(FitTogether({each[0], each[1]}, options, quiet), InputError) << "tiles of photographs";
+  EXPECT_THROW(FitCrown(each[0], options, quiet), InputError) << "tiles of photographs";
 }
 
 TEST(MeasurementFit, ColoursThroughAnApertureOverBlackAndWhiteTellBoth) {

@@ -190,7 +190,7 @@ TEST(ViewSlab, IsContinuousWhereIndicesMeet) {
 struct NumberOfLayer {
   size_t layer;
   double SlabLayer::*number;
-  double step;  ///< a thousandth of it
+  double step;  ///< a thousandth of it, or of 0.01
 };
 std::vector<NumberOfLayer> NumbersOf(const Slab& slab) {
   std::vector<NumberOfLayer> numbers;
@@ -199,7 +199,7 @@ std::vector<NumberOfLayer> NumbersOf(const Slab& slab) {
     if (layer.scattering_per_mm + layer.absorption_per_mm == 0) continue;
     for (double SlabLayer::*number :
          {&SlabLayer::scattering_per_mm, &SlabLayer::absorption_per_mm, &SlabLayer::thickness_mm, &SlabLayer::ior})
-      numbers.push_back({l, number, 1e-3 * layer.*number});
+      numbers.push_back({l, number, 1e-3 * std::max(0.01, layer.*number)});
     for (double SlabLayer::*number : {&SlabLayer::g, &SlabLayer::isotropic_fraction})
       numbers.push_back({l, number, 1e-3});
   }
@@ -213,6 +213,7 @@ TEST(ViewSlab, ChangesAreWhatDifferencesTendTo) {
                         Of({{1.63, 0.9, 0.1, 6, 0.03, 0.6}, {1.54, 0.85, 0.05, 20, 0.1, 1.1}}),  // tooth
                         Of({{1.5, -0.3, 0.1, 0.01, 0.001, 0.1}}),                                // next to nothing
                         Of({{1.5, 0, 0, 0, 0, 1}, {1.54, 0.7, 0.1, 40, 0.01, 5}, {1.5, 0, 0, 0, 0, 1}}),  // slides
+                        Of({{1.54, 0.0, 0.0, 0.01, 2, 1}}),  // hardly scatters
                         contact};
   for (const Slab& slab : slabs)
     for (const MeasuredAt geometry : {MeasuredAt::k45_0, MeasuredAt::kD_8, MeasuredAt::k0_D, MeasuredAt::kD_D}) {
@@ -241,7 +242,7 @@ TEST(ViewSlab, ChangesAreWhatDifferencesTendTo) {
         const auto expect = [&](double ViewedSlab::*seen) {
           // Richardson; looked along a direction that carries 1e-12 of the light, answers are exact to some 1e-10.
           const double want = (8 * (one.*seen - less.*seen) - (two.*seen - two_less.*seen)) / 12;
-          EXPECT_NEAR(found[k].*seen, want, 1e-6 * std::abs(want) + 1e-6 * numbers[k].step + 1e-9)
+          EXPECT_NEAR(found[k].*seen, want, 1e-6 * std::abs(want) + 1e-9)
               << "layer " << numbers[k].layer << ", number " << k;
         };
         for (double ViewedSlab::*seen : {&ViewedSlab::reflectance, &ViewedSlab::mirrored, &ViewedSlab::transmittance,
@@ -249,9 +250,24 @@ TEST(ViewSlab, ChangesAreWhatDifferencesTendTo) {
           expect(seen);
         EXPECT_NEAR(here.ChangeOver(0.8, found[k]),
                     (8 * (one.Over(0.8) - less.Over(0.8)) - (two.Over(0.8) - two_less.Over(0.8))) / 12,
-                    1e-5 * numbers[k].step + 1e-9);
+                    1e-6 * std::abs(here.ChangeOver(0.8, found[k])) + 3e-9);
       }
     }
+}
+
+TEST(ViewSlab, ChangesOfASlabThatLosesNothingAreThoseOfOneThatHardlyDoes) {
+  const auto changes = [](double absorption) {
+    std::vector<std::vector<SlabLayer>> by(4, {SlabLayer{0, 0, 0, 0, 0, 0}});
+    by[0][0].scattering_per_mm = by[1][0].absorption_per_mm = by[2][0].g = by[3][0].thickness_mm = 1;
+    return ViewSlabChanges(Of({{1.5, 0.7, 0, 10, absorption, 2}}), {{2.0}}, MeasuredAt::k0_D, by)[0];
+  };
+  const auto none = changes(0), hardly = changes(1e-8);
+  for (size_t k = 0; k < none.size(); ++k) {
+    EXPECT_NEAR(none[k].reflectance, hardly[k].reflectance, 1e-5 * std::abs(hardly[k].reflectance) + 1e-7) << k;
+    EXPECT_NEAR(none[k].transmittance, hardly[k].transmittance, 1e-5 * std::abs(hardly[k].transmittance) + 1e-7) << k;
+    if (k == 1) continue;  // by the others nothing is lost
+    EXPECT_NEAR(none[k].reflectance + none[k].transmittance, 0.0, 1e-7) << k;
+  }
 }
 
 TEST(ViewSlab, AnIndexAtItsLeastStillHasAChange) {

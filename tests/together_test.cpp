@@ -132,6 +132,9 @@ TEST_F(TwoCaptures, ThatStateTheMaterialDifferentlyAreRefused) {
   EXPECT_THROW(FitTogether({With({0, 2}, "first"), other}, options_, silent_), InputError);
   EXPECT_THROW(FitTogether({With({0, 2}, "first"), With({2, 3}, "second")}, options_, silent_), InputError)
       << "one photograph is in both";
+  FitOptions without = options_;
+  without.leave_out = {"tile:of_nobody"};
+  EXPECT_THROW(FitTogether({With({0, 2}, "first"), With({1, 3}, "second")}, without, silent_), InputError);
   for (LayerSpec& layer : other.layers) layer.name += "_of_another";
   EXPECT_THROW(FitTogether({With({0, 2}, "first"), other}, options_, silent_), InputError) << "they share nothing";
 }

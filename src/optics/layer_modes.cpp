@@ -3,6 +3,8 @@
 #include <Eigen/Dense>
 #include <cmath>
 
+#include "base/error.h"
+
 namespace crownfit {
 namespace {
 
@@ -171,9 +173,13 @@ Stack LayerModes::OfThickness(double thickness_mm) const {
 }
 
 LayerModes::Change LayerModes::ChangeBy(const SlabLayer& change) const {
+  const bool keeps_coefficients = change.scattering_per_mm == 0 && change.absorption_per_mm == 0;
+  if (cut_.extinction_per_mm <= 0) {  // as thick as it may be, it does nothing
+    Check(keeps_coefficients, "a layer that scatters or absorbs before it changes in that");
+    return {};
+  }
   Change c{0.0, change.thickness_mm, {}, {}};
-  if (change.scattering_per_mm == 0 && change.absorption_per_mm == 0 && change.g == 0 && change.isotropic_fraction == 0)
-    return c;
+  if (keeps_coefficients && change.g == 0 && change.isotropic_fraction == 0) return c;
   const Cut cut = CutPeakChange(layer_, change, static_cast<int>(cut_.moments.size()));
   c.extinction_per_mm = cut.extinction_per_mm;
   Matrix alike = -cut.albedo * turned_.alike, unlike = -cut.albedo * turned_.unlike;

@@ -19,11 +19,11 @@ class LayerModes {
     bool IsNone() const { return thickness_mm == 0 && alike.size() == 0; }
   };
   /// `change`: by how much each number changes. The index is not looked at: directions go with it.
+  /// Coefficients of a perfectly clear layer must not change.
   Change ChangeBy(const SlabLayer& change) const;
   /// How what is seen of the layer changes. Columns are sources of light and ways to look; rows are, in turn, the
   /// directions at its top and those at its bottom: radiance that arrives there, and the weight with which radiance
-  /// that leaves there is seen in the end. One matrix for each change, a row for every sight. The layer is not
-  /// perfectly clear, its thickness more than 0.
+  /// that leaves there is seen in the end. One matrix for each change, a row for every sight. Thickness more than 0.
   std::vector<Eigen::MatrixXd> SeenChanges(double thickness_mm, const std::vector<Change>& changes,
                                            const Eigen::MatrixXd& arriving, const Eigen::MatrixXd& sights) const;
 

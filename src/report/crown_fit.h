@@ -19,7 +19,7 @@ namespace crownfit {
 struct FitOptions {
   std::string model = "auto";  ///< shader, diffusion, path, layered, or auto: the cheapest that suffices
   FitOverrides overrides;
-  std::vector<std::string> leave_out;  ///< parts of the scene, as scene_requirements.h names them; "unneeded"
+  std::vector<std::string> leave_out;  ///< parts of the scene, as scene_parts.h names them; "unneeded"
   bool use_priors = true;
   std::filesystem::path prior;  ///< material file that priors come from; empty: the parameters' own
   uint64_t seed = 1;
@@ -143,6 +143,7 @@ struct CrownFit {
   std::vector<double> rival_roughness;  ///< of other optima, as good as the result
   size_t fitted_pixels = 0;
   std::vector<std::string> messages;  ///< what was repaired in the input
+  std::vector<std::string> left_out;  ///< parts of the scene, by name
   std::vector<std::string> reasons;   ///< why the result is not usable, and parameters at their bounds
   std::vector<std::string> caveats;   ///< what can't be trusted, in words
   std::string verdict;                ///< what the photographs can tell

@@ -136,7 +136,7 @@ JsonValue ProvenanceJson(const CrownFit& fit) {
        JsonValue::Object{{"model", fit.options.model},
                          {"fix", fixed},
                          {"free", freed},
-                         {"leave_out", fit.options.leave_out},
+                         {"left_out", fit.left_out},
                          {"priors", fit.options.use_priors},
                          {"prior_sha256", fit.options.prior.empty() ? "" : Sha256OfFile(fit.options.prior)},
                          {"paths_per_photograph", static_cast<double>(fit.options.paths_per_photograph)},

@@ -82,7 +82,7 @@ class Capture:
         return copy
 
     def picture(self, name, photograph, edit):
-        out = self.work / f"{name}_{photograph}"
+        out = self.work / f"{name}_{photograph}_{self.paths}"
         if not (out / f"{photograph}.exr").exists():
             capture = self.edited(name, edit)
             subprocess.run([self.program, "render", capture, "--material", self.folder / "truth.json", "--photograph", photograph, "--model", "path",
@@ -163,7 +163,7 @@ def main():
                   f"{r['de00']:.3f} at start values{'' if r['needed'] else ': not needed'}", flush=True)
         full, full_s = capture.fit("full")
         required, required_s = capture.fit("required", "--leave-out", "unneeded")
-        left_out = [c.partition(": ")[2].partition(" (")[0] for c in json.loads((work / name / "required_result/material.json").read_text())["caveats"] if c.startswith("Left out")]
+        left_out = json.loads((work / name / "required_result/material.json").read_text())["provenance"]["options"]["left_out"]
         if not left_out:
             continue
         off = [abs(required[n][0] - full[n][0]) / full[n][1] for n in full]

@@ -1,0 +1,31 @@
+#pragma once
+// Parts of a scene, and the scene without them.
+
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "calibration/capture.h"
+
+namespace crownfit {
+
+struct ScenePart {
+  std::string what, name;                          ///< "light 'dome'" in words, "light:dome" on a command line
+  std::function<bool(PhotographSpec&)> leave_out;  ///< false: this photograph does not have it, or nothing beside it
+  std::vector<size_t> lights = {};                 ///< that are left out: as if they were off
+  bool is_solid = false;                           ///< tile or scenery: rays end elsewhere without it
+  bool is_film = false;                            ///< of water, which is everywhere
+};
+
+/// Lights, tiles, scenery, the surface's reflection and its film of water, where there is one.
+std::vector<ScenePart> PartsOf(const Capture& capture);
+
+ScenePart AllOf(const std::vector<ScenePart>& parts);
+
+/// Out of the photographs that are fitted; others show what there is.
+Capture Without(const ScenePart& part, Capture capture);
+
+/// By its name or in words; nothing where the scene has none such.
+const ScenePart* PartNamed(const std::string& name, const std::vector<ScenePart>& parts);
+
+}  // namespace crownfit
