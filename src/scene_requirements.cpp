@@ -92,7 +92,8 @@ class PartsLeftOut {
     return count(without) > count(here_);
   }
 
-  /// The median difference of a photograph's fitted pixels, and how what changes there pulls at the free entries.
+  /// The mean difference of a photograph's fitted pixels (a median would not see what changes less than half of them),
+  /// and how what changes there pulls at the free entries.
   double Compare(size_t g, const PhotographSpec& spec, const CastState& changed, const std::vector<glm::dvec3>& values,
                  Eigen::Index row, Eigen::VectorXd& pull) const {
     const FitPixels& p = at_.pixels[g];
@@ -120,7 +121,7 @@ class PartsLeftOut {
             exposure * (values[k][c] - was[c]) / p.stddev[i][c] * jacobian_.row(row + kChannels * i + c).transpose();
       }
     }
-    return ComparePictures(before, after, compared, spec.rgb_from_sensor).median;
+    return ComparePictures(before, after, compared, spec.rgb_from_sensor).mean;
   }
 
   const FitProblem& problem_;

@@ -12,7 +12,7 @@ namespace crownfit {
 struct SceneRequirement {
   std::string what;                 ///< "light 'left'", "tile 'white'", "the surface's reflection"
   std::string photograph;           ///< in which it changes most
-  double de00 = 0;                  ///< CIEDE2000 there, median over blocks
+  double de00 = 0;                  ///< CIEDE2000 there, mean over blocks
   std::string parameter;            ///< of the free entries: which moves most
   double shift = 0;                 ///< by how many standard deviations of what the photographs tell by themselves
   double shader_s = 0, path_s = 0;  ///< which a fit without it would save, on two cores

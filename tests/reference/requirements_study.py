@@ -105,7 +105,7 @@ class Capture:
         for file, pixels in zip(files, (with_it, without, np.repeat(whole[:, :, None], 3, 2))):
             write(file, pixels)
         said = subprocess.run([self.program, "compare", files[0], files[1], "--mask", files[2], "--json"], check=True, capture_output=True, text=True).stdout
-        return json.loads(said)["de00_median"]
+        return json.loads(said)["de00_mean"]
 
     def check(self, at_truth):
         folder = self.folder
@@ -154,13 +154,16 @@ def main():
             subprocess.run([o.crownfit, "synthesize", work / "recipes" / name / "recipe.json", "-o", folder, "--progress", "none"], check=True, stdout=subprocess.DEVNULL)
         capture = Capture(o.crownfit, folder, work / name, o.paths)
         at_truth = {r["without"]: r for r in capture.check(at_truth=True)}
-        for r in capture.check(at_truth=False):
+        required_parts = capture.check(at_truth=False)
+        for r in required_parts:
             found = capture.found(r["without"], r["photograph"])
             for where, foretold in (("true", at_truth[r["without"]]), ("start", r)):
                 if foretold["photograph"] == r["photograph"] and max(found, foretold["de00"]) > 0.1:
                     ratios[where].append(found / max(foretold["de00"], 1e-9))
             print(f"{name}: {r['without']} in '{r['photograph']}': CIEDE2000 {found:.3f} found, foretold {at_truth[r['without']]['de00']:.3f} at true values, "
                   f"{r['de00']:.3f} at start values{'' if r['needed'] else ': not needed'}", flush=True)
+        if all(r["needed"] for r in required_parts):
+            continue
         full, full_s = capture.fit("full")
         required, required_s = capture.fit("required", "--leave-out", "unneeded")
         left_out = json.loads((work / name / "required_result/material.json").read_text())["provenance"]["options"]["left_out"]
