@@ -121,10 +121,12 @@ void PrintRequirements(const CaptureCheck& check) {
   std::printf(
       "\nWhat the scene requires: without it the picture changes by CIEDE2000, and a fit would save seconds (by "
       "shader, by path) and miss by\n");
+  size_t width = 0;
+  for (const auto& r : check.requirements) width = std::max(width, r.what.size());
   for (const auto& r : check.requirements)
-    std::printf("  %-28s %6.2f in '%s'%*s %5.1f s %5.1f s %8.2g standard deviations of %s%s\n", r.what.c_str(), r.de00,
-                r.photograph.c_str(), std::max(0, 14 - static_cast<int>(r.photograph.size())), "", r.shader_s, r.path_s,
-                r.shift, r.parameter.c_str(), r.is_needed ? "" : "  (not needed)");
+    std::printf("  %-*s %6.2f in '%s'%*s %5.1f s %5.1f s %8.2g standard deviations of %s%s\n", static_cast<int>(width),
+                r.what.c_str(), r.de00, r.photograph.c_str(), std::max(0, 14 - static_cast<int>(r.photograph.size())),
+                "", r.shader_s, r.path_s, r.shift, r.parameter.c_str(), r.is_needed ? "" : "  (not needed)");
 }
 
 void PrintExact(const CaptureCheck& check) {

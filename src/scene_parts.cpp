@@ -36,6 +36,14 @@ std::vector<ScenePart> PartsOf(const Capture& capture) {
   return parts;
 }
 
+std::optional<ScenePart> StepBetweenLayers(const Capture& capture) {
+  if (capture.layers.size() < 2) return std::nullopt;
+  ScenePart step{"the step from '" + capture.layers[0].name + "' to '" + capture.layers[1].name + "'", "step",
+                 [](PhotographSpec&) { return true; }};
+  step.is_step = true;
+  return step;
+}
+
 ScenePart AllOf(const std::vector<ScenePart>& parts) {
   ScenePart all{"", "", [parts](PhotographSpec& p) {
                   bool has = false;

@@ -2,6 +2,7 @@
 // Parts of a scene, and the scene without them.
 
 #include <functional>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -15,10 +16,15 @@ struct ScenePart {
   std::vector<size_t> lights = {};                 ///< that are left out: as if they were off
   bool is_solid = false;                           ///< tile or scenery: rays end elsewhere without it
   bool is_film = false;                            ///< of water, which is everywhere
+  bool is_step = false;                            ///< from the first layer to the second
 };
 
 /// Lights, tiles, scenery, the surface's reflection and its film of water, where there is one.
 std::vector<ScenePart> PartsOf(const Capture& capture);
+
+/// Two layers in place of one, of which the outer would be made; that deeper ones differ `shader` does not see. A fit
+/// has the layers that the capture states, so that it is not among the others. Nothing where there is one layer.
+std::optional<ScenePart> StepBetweenLayers(const Capture& capture);
 
 ScenePart AllOf(const std::vector<ScenePart>& parts);
 

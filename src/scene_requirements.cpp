@@ -44,6 +44,9 @@ class PartsLeftOut {
     r.what = part.what;
     Material changed = material_;
     if (part.is_film) changed.surface[Quantity::kWetness].fill(0.0);
+    for (const Quantity q : {Quantity::kIor, Quantity::kAsymmetry, Quantity::kIsotropicFraction,
+                             Quantity::kReducedScattering, Quantity::kAbsorption})
+      if (part.is_step) changed.layers[1][q] = changed.layers[0][q];
     std::vector<double> light = at_.scales.light;
     for (const size_t l : part.lights) light[l] = 0.0;
     Eigen::VectorXd pull = Eigen::VectorXd::Zero(problem_.free.count());
@@ -146,7 +149,8 @@ class PartsLeftOut {
 std::vector<SceneRequirement> SceneRequirements(const FitProblem& problem, const CrownInput& input, const FitState& at,
                                                 const FitSeconds& seconds, Progress& progress) {
   const PartsLeftOut left_out(problem, input, at);
-  const std::vector<ScenePart> parts = PartsOf(input.capture);
+  std::vector<ScenePart> parts = PartsOf(input.capture);
+  if (const auto step = StepBetweenLayers(input.capture)) parts.push_back(*step);
   std::vector<SceneRequirement> requirements;
   for (size_t i = 0; i < parts.size(); ++i) {
     progress.Show("what the scene requires", static_cast<double>(i) / static_cast<double>(parts.size()), parts[i].what);

@@ -23,8 +23,9 @@ struct SceneRequirement {
 /// More than this is seen, or tells of the material.
 inline constexpr double kSeenDe00 = 0.1, kToldShift = 0.25;
 
-/// Lights beside others, tiles, scenery, the surface's reflection and its film of water, each left out in turn, by
-/// model `shader` where the fit stands. Shifts are to first order: the step by which a fit without it would miss.
+/// Lights beside others, tiles, scenery, the surface's reflection, its film of water and the step between the layers,
+/// each left out in turn, by model `shader` where the fit stands. Shifts are to first order: the step by which a fit
+/// without it would miss.
 std::vector<SceneRequirement> SceneRequirements(const FitProblem& problem, const CrownInput& input, const FitState& at,
                                                 const FitSeconds& seconds, Progress& progress);
 

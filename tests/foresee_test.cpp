@@ -214,6 +214,25 @@ TEST_F(Foreseen, PartsThatAreNeededTogetherAreNotAllLeftOut) {
   EXPECT_EQ(LeaveOut(options_, input, silent).size(), 2u) << "of three or four the limit is passed";
 }
 
+TEST_F(Foreseen, TwoLayersOfOneMaterialAreOne) {
+  Capture capture = WithDentinesAbsorptionFree({"front_black"});
+  Progress silent(ProgressMode::kNone);
+  const auto step = [&] {
+    const FreeParameters free = FreeParametersOf(capture);
+    const auto [input, at] = FittedAtStart(capture, free);
+    const FitProblem problem{capture, free, no_errors_, options_};
+    const auto all = SceneRequirements(problem, input, at, FitSeconds(problem, input, at), silent);
+    return all.back();
+  };
+  EXPECT_EQ(step().what, "the step from 'enamel' to 'dentine'");
+  EXPECT_TRUE(step().is_needed);
+  for (size_t i = 0; i < kParameters.size(); ++i)
+    if (kParameters[i].quantity != Quantity::kThickness)
+      capture.layers[1].parameters[i].value = capture.layers[0].parameters[i].value;
+  EXPECT_FALSE(step().is_needed);
+  EXPECT_EQ(step().de00, 0.0);
+}
+
 TEST_F(Foreseen, AFilmThatIsFreeIsAQuestionToTheFit) {
   Capture capture = WithDentinesAbsorptionFree({"front_black"});
   ParameterSpec& wetness = capture.surface[static_cast<size_t>(Quantity::kWetness)];

