@@ -144,6 +144,46 @@ class PartsLeftOut {
                    "The scene has " + known + "; `unneeded` leaves out what the fit does not need.");
 }
 
+constexpr const char* kUnneeded = "unneeded";
+
+std::vector<ScenePart> AskedFor(const FitOptions& options, const Capture& capture, const PartsLeftOut& left_out) {
+  const std::vector<ScenePart> parts = PartsOf(capture);
+  std::vector<ScenePart> asked;
+  for (const std::string& name : options.leave_out) {
+    if (name == kUnneeded || PartNamed(name, asked)) continue;
+    const ScenePart* part = PartNamed(name, parts);
+    const auto r = part ? left_out.Without(*part) : std::nullopt;
+    if (!r) RefuseToLeaveOut(name, "no photograph that is fitted has it, or could do without it", capture);
+    if (!r->hides.empty())
+      RefuseToLeaveOut(name, "it hides part of the object in '" + r->hides + "', which would be fitted as the object",
+                       capture);
+    asked.push_back(*part);
+    for (const PhotographSpec& p : Without(AllOf(asked), capture).photographs)
+      if (p.lights.empty()) RefuseToLeaveOut(name, "'" + p.name + "' would be left without light", capture);
+  }
+  return asked;
+}
+
+/// Not even together; beside `others`, which are left out in any case.
+std::vector<ScenePart> NotNeeded(const FitOptions& options, const Capture& capture,
+                                 const std::vector<ScenePart>& others, const PartsLeftOut& left_out,
+                                 Progress& progress) {
+  std::vector<std::pair<double, ScenePart>> by_shift;
+  for (const ScenePart& part : PartsOf(capture)) {
+    progress.Show("what the scene requires", 0.5, part.what);
+    // Beside walks tiles and scenery tell whether the light is as stated; a freed film is a question to the fit.
+    const bool asks = part.is_film && !capture.surface[static_cast<size_t>(Quantity::kWetness)].fixed;
+    if (asks || (part.is_solid && options.model != "shader") || PartNamed(part.name, others)) continue;
+    const auto r = left_out.Without(part);
+    if (r && !r->is_needed && r->hides.empty()) by_shift.emplace_back(r->shift, part);
+  }
+  std::ranges::sort(by_shift, {}, &std::pair<double, ScenePart>::first);
+  std::vector<ScenePart> parts;
+  for (const auto& [shift, part] : by_shift) parts.push_back(part);
+  while (!parts.empty() && left_out.Without(AllOf(parts))->is_needed) parts.pop_back();
+  return parts;
+}
+
 }  // namespace
 
 std::vector<SceneRequirement> SceneRequirements(const FitProblem& problem, const CrownInput& input, const FitState& at,
@@ -166,7 +206,6 @@ std::vector<SceneRequirement> SceneRequirements(const FitProblem& problem, const
 }
 
 std::vector<LeftOutPart> LeaveOut(const FitOptions& options, CrownInput& input, Progress& progress) {
-  constexpr const char* kUnneeded = "unneeded";
   std::vector<LeftOutPart> said;
   if (options.leave_out.empty()) return said;
   const FreeParameters free = FreeParametersOf(input.capture);
@@ -175,50 +214,18 @@ std::vector<LeftOutPart> LeaveOut(const FitOptions& options, CrownInput& input, 
   Evaluation e;
   const FitState at = StateAtStart(problem, input, e, progress);
   const PartsLeftOut left_out(problem, input, at);
-  const std::vector<ScenePart> parts = PartsOf(input.capture);
-  std::vector<ScenePart> chosen;
-  for (const std::string& name : options.leave_out) {
-    if (name == kUnneeded) continue;
-    const ScenePart* part = PartNamed(name, parts);
-    const auto r = part ? left_out.Without(*part) : std::nullopt;
-    if (!r) RefuseToLeaveOut(name, "no photograph that is fitted has it, or could do without it", input.capture);
-    if (!r->hides.empty())
-      RefuseToLeaveOut(name, "it hides part of the object in '" + r->hides + "', which would be fitted as the object",
-                       input.capture);
-    if (PartNamed(name, chosen)) continue;
-    chosen.push_back(*part);
-    said.push_back({part->name, "Left out of the scene, as was asked for: " + part->what + "."});
-  }
-
-  std::vector<std::pair<double, ScenePart>> unneeded;  // by the shift of each
+  std::vector<ScenePart> parts = AskedFor(options, input.capture, left_out);
+  for (const ScenePart& part : parts)
+    said.push_back({part.name, "Left out of the scene, as was asked for: " + part.what + "."});
   if (std::count(options.leave_out.begin(), options.leave_out.end(), kUnneeded))
-    for (const ScenePart& part : parts) {
-      progress.Show("what the scene requires", 0.5, part.what);
-      // Beside walks tiles and scenery tell whether the light is as stated; a freed film is a question to the fit.
-      const bool asks = part.is_film && !input.capture.surface[static_cast<size_t>(Quantity::kWetness)].fixed;
-      if (asks || (part.is_solid && options.model != "shader") || PartNamed(part.name, chosen)) continue;
-      const auto r = left_out.Without(part);
-      if (r && !r->is_needed && r->hides.empty()) unneeded.emplace_back(r->shift, part);
-    }
-  std::ranges::sort(unneeded, {}, &std::pair<double, ScenePart>::first);
-  const auto together = [&] {
-    std::vector<ScenePart> all;
-    for (const auto& [shift, part] : unneeded) all.push_back(part);
-    return left_out.Without(AllOf(all));
-  };
-  for (; !unneeded.empty(); unneeded.pop_back()) {
-    const auto r = together();
-    if (!r || r->is_needed) continue;
-    for (const auto& [shift, part] : unneeded) {
-      chosen.push_back(part);
+    for (const ScenePart& part : NotNeeded(options, input.capture, parts, left_out, progress)) {
+      const SceneRequirement r = *left_out.Without(part);
       said.push_back({part.name, "Left out of the scene as not needed: " + part.what +
-                                     " (the picture changes by CIEDE2000 " + Number(r->de00, 2) + ", values by " +
-                                     Number(r->shift, 2) +
-                                     " standard deviations at most, by all that is not needed)."});
+                                     " (the picture changes by CIEDE2000 " + Number(r.de00, 2) + ", values by " +
+                                     Number(r.shift, 2) + " standard deviations at most)."});
+      parts.push_back(part);
     }
-    break;
-  }
-  input.capture = Without(AllOf(chosen), input.capture);
+  input.capture = Without(AllOf(parts), input.capture);
   return said;
 }
 

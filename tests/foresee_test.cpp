@@ -183,6 +183,18 @@ TEST_F(Foreseen, APartThatASceneDoesNotHaveCannotBeLeftOut) {
   }
 }
 
+TEST_F(Foreseen, NoPhotographIsLeftWithoutLight) {
+  const Capture capture = WithDentinesAbsorptionFree({"front_black"});
+  CrownInput input = FittedAtStart(capture, FreeParametersOf(capture)).first;
+  Progress silent(ProgressMode::kNone);
+  for (const size_t light : capture.photographs[0].lights)
+    options_.leave_out.push_back("light:" + capture.lights[light].name);
+  EXPECT_THROW(LeaveOut(options_, input, silent), InputError);
+  options_.leave_out.pop_back();
+  EXPECT_EQ(LeaveOut(options_, input, silent).size(), 1u);
+  EXPECT_EQ(input.capture.photographs[0].lights.size(), capture.photographs[0].lights.size() - 1);
+}
+
 TEST_F(Foreseen, PartsThatAreNeededTogetherAreNotAllLeftOut) {
   Capture capture = WithDentinesAbsorptionFree({"front_black", "front_white"});
   Progress silent(ProgressMode::kNone);
