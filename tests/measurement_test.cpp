@@ -136,7 +136,8 @@ TEST(FlatReading, ChangesAreWhatDifferencesTendTo) {
       step.to.layers[0][q][0] *= 1 + kStep;
       const BandReading change = ReadBandChanges(capture, {m}, material, 0, {step})[0][0],
                         from = ReadBand(capture, {m}, step.from, 0)[0], to = ReadBand(capture, {m}, step.to, 0)[0];
-      const double tolerance = 1e-4 * std::abs(change.reflectance) + 1e-9;  // of the differences' curvature and roundings
+      const double tolerance =
+          1e-4 * std::abs(change.reflectance) + 1e-9;  // of the differences' curvature and roundings
       EXPECT_NEAR(change.reflectance, to.reflectance - from.reflectance, tolerance) << static_cast<int>(q);
       EXPECT_NEAR(change.transmittance, to.transmittance - from.transmittance, tolerance) << static_cast<int>(q);
       EXPECT_NEAR(change.edge_loss, to.edge_loss - from.edge_loss, tolerance) << static_cast<int>(q);

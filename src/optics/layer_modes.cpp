@@ -197,6 +197,7 @@ LayerModes::Change LayerModes::ChangeBy(const SlabLayer& change) const {
   return c;
 }
 
+// Divided differences in the modes (Daleckii and Krein 1965), here of a product of two matrices that both change:
 // v / u = f(s) of E = 1 and F = diag(s). Where they become 1 + e and s + d, it is (1 + e)^-1 f((1 + e) (s + d)); its
 // change has the elements (f_i - f_j) / (s_i - s_j) d_ij + (s_j f_i - s_i f_j) / (s_i - s_j) e_ij.
 std::vector<Matrix> LayerModes::SeenChanges(double thickness_mm, const std::vector<Change>& changes,
