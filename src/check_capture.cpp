@@ -11,15 +11,15 @@
 namespace crownfit {
 namespace {
 
-/// What a fit by walks would know where one by `shader` stands.
-DataKnowledge KnowledgeByWalks(const FitProblem& problem, const FitState& at) {
+/// What a fit by walks would know at x, where one by `shader` stands.
+DataKnowledge KnowledgeByWalks(const FitProblem& problem, const FitState& at, const Eigen::VectorXd& x) {
   const auto knowledge = [&](const std::vector<FitPixels>& pixels) {
     Evaluation e = ImageResiduals(problem.capture, at.cast, problem.free, pixels, {}, {0.0, problem.options.threads})
-                       .Evaluate(at.x, true);
+                       .Evaluate(x, true);
     e.residuals.setZero();
     for (int k = 0; k < problem.free.count(); ++k)
       if (!IsToldByWalks(problem.free.entries[k])) e.jacobian.col(k).setZero();
-    return KnowledgeByShader(at.cast, problem.free, at.x, e, pixels, /*with_model_errors=*/false);
+    return KnowledgeByShader(at.cast, problem.free, x, e, pixels, /*with_model_errors=*/false);
   };
   std::vector<FitPixels> walked;
   for (const FitPixels& p : at.pixels)
@@ -41,6 +41,9 @@ CaptureCheck CheckMeasurements(const Capture& capture, const FitOptions& options
         {free.entries[k].name, "",
          IntervalInWords(free.entries[k], std::sqrt(knowledge.Variance(Eigen::RowVectorXd::Unit(free.count(), k))))});
   check.weak_directions = Quantify(capture, free, StartVector(free), knowledge, options.use_priors).weak_directions;
+  check.shared = ScatteringThatMayBeShared(capture, [&](const Capture& other, const FreeParameters& others) {
+    return ForeseeMeasurements(other, others, options.threads);
+  });
   return check;
 }
 
@@ -85,7 +88,7 @@ CaptureCheck CheckCapture(const Capture& stated, const FitOptions& options, Prog
   check.path_s = seconds.ByWalks(static_cast<double>(options.paths_per_photograph));
 
   const DataKnowledge by_shader = KnowledgeByShader(at.cast, free, at.x, e, at.pixels);
-  at.knowledge = KnowledgeByWalks(problem, at);
+  at.knowledge = KnowledgeByWalks(problem, at, at.x);
   for (int k = 0; k < free.count(); ++k) {
     const auto interval = [&](const DataKnowledge& knowledge) {
       return IntervalInWords(free.entries[k], std::sqrt(knowledge.Variance(Eigen::RowVectorXd::Unit(free.count(), k))));
@@ -93,6 +96,10 @@ CaptureCheck CheckCapture(const Capture& stated, const FitOptions& options, Prog
     check.foreseen.push_back({free.entries[k].name, interval(by_shader), interval(at.knowledge)});
   }
   check.weak_directions = Quantify(capture, free, at.x, at.knowledge, options.use_priors).weak_directions;
+  check.shared = ScatteringThatMayBeShared(capture, [&](const Capture& other, const FreeParameters& others) {
+    progress.Show("what channels may share", 0.5);
+    return KnowledgeByWalks({other, others, no_errors, options}, at, StartVector(others));
+  });
   const Foresight more = ForeseePhotographs(problem, check.input, at, progress);
   if (more.IsWorthTaking()) check.advice = AdviceIn(free, more);
   return check;

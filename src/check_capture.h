@@ -8,6 +8,7 @@
 #include "fit/image_residuals.h"
 #include "foresee_photographs.h"
 #include "scene_requirements.h"
+#include "shared_scattering.h"
 
 namespace crownfit {
 
@@ -24,6 +25,7 @@ struct CaptureCheck {
   std::vector<std::string> weak_directions;  ///< in a fit by model path
   std::vector<SceneRequirement> requirements;
   std::vector<ExactStatement> exact;
+  std::vector<SharedScattering> shared;
   std::string advice;  ///< which photograph would tell a fit by walks more; empty: nothing is weak, or none
   double shader_s = 0, path_s = 0;  ///< of two cores, that nine of ten fits take at most (FitSeconds)
 };

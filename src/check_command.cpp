@@ -13,7 +13,7 @@ namespace crownfit {
 namespace {
 
 std::string AsJson(const Capture& capture, const CaptureCheck& check) {
-  JsonValue::Array photographs, measurements, free_names, foreseen, requirements, exact;
+  JsonValue::Array photographs, measurements, free_names, foreseen, requirements, exact, shared;
   for (const auto& m : capture.measurements)
     measurements.push_back(JsonValue::Object{{"name", m.name}, {"use", m.is_holdout ? "holdout" : "fit"}});
   for (const auto& p : capture.photographs)
@@ -38,6 +38,15 @@ std::string AsJson(const Capture& capture, const CaptureCheck& check) {
     for (const auto& [parameter, share] : s.shifts) shifts.emplace_back(parameter, share);
     exact.push_back(JsonValue::Object{{"name", s.name}, {"value", s.value}, {"error", s.error}, {"shifts", shifts}});
   }
+  for (const SharedScattering& s : check.shared)
+    shared.push_back(JsonValue::Object{{"name", s.parameter},
+                                       {"shared", Word(s.law)},
+                                       {"stated", s.is_stated},
+                                       {"departure_stddev", s.told},
+                                       {"departure_published", s.published},
+                                       {"narrows", s.narrows},
+                                       {"parameter", s.narrowed},
+                                       {"advised", s.IsAdvised()}});
   return ToJsonText(
       JsonValue::Object{{"valid", true},
                         {"photographs", photographs},
@@ -48,6 +57,7 @@ std::string AsJson(const Capture& capture, const CaptureCheck& check) {
                         {"weak_directions", check.weak_directions},
                         {"requirements", requirements},
                         {"exact", exact},
+                        {"shared", shared},
                         {"advice", check.advice},
                         {"seconds", JsonValue::Object{{"shader", check.shader_s}, {"path", check.path_s}}}});
 }
@@ -129,6 +139,26 @@ void PrintRequirements(const CaptureCheck& check) {
                 "", r.shader_s, r.path_s, r.shift, r.parameter.c_str(), r.is_needed ? "" : "  (not needed)");
 }
 
+std::string LawInWords(const SharedScattering& s) {
+  if (s.law == Sharing::kOneValue) return s.is_stated ? "one value, as stated" : "one value for a power law";
+  return s.is_stated ? "a power law, as stated" : "a power law for three values";
+}
+
+void PrintShared(const CaptureCheck& check) {
+  if (check.shared.empty()) return;
+  std::printf(
+      "\nWhat channels may share. Under a law with a number less all fitted values are better where the material "
+      "departs "
+      "from it by less than would be told otherwise (one standard deviation, channel furthest off), and worse where by "
+      "more:\n");
+  for (const SharedScattering& s : check.shared)
+    std::printf("  %-34s %-28s told to %s %%, published teeth depart by about %s %%: %s; narrows %s %.2f times\n",
+                s.parameter.c_str(), LawInWords(s).c_str(), Number(100 * s.told, 2).c_str(),
+                Number(100 * s.published, 2).c_str(), s.IsAdvised() ? "better shared" : "better apart",
+                s.narrowed.c_str(), s.narrows);
+  std::printf("  To try: crownfit fit --share NAME=none, NAME=power_law or NAME=channels.\n");
+}
+
 void PrintExact(const CaptureCheck& check) {
   if (check.exact.empty()) return;
   std::printf(
@@ -168,6 +198,7 @@ int RunCheck(const CommandLine& line) {
   PrintScene(capture, check);
   PrintForeseen(check);
   PrintRequirements(check);
+  PrintShared(check);
   PrintExact(check);
   return 0;
 }

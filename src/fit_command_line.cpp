@@ -40,6 +40,11 @@ std::vector<CLI::Option*> AddFitOptions(CLI::App* fit, CommandLine& line, FitTex
           ->take_all(),
       fit->add_option("--free", line.fit.overrides.free, "NAME: fit a parameter the capture holds fixed.")->take_all(),
       fit->add_option(
+             "--share", text.shares,
+             "NAME=channels, NAME=power_law or NAME=none: fit one value, a power law of wavelength, or a value\n"
+             "in each channel, whatever the capture says; `crownfit check` tells what that does.")
+          ->take_all(),
+      fit->add_option(
              "--leave-out", line.fit.leave_out,
              "A part of the scene that `crownfit check` lists, such as tile:black; unneeded: all that it finds\n"
              "not needed, together too. The fit is quicker by the seconds that check tells, less some to find out.")
@@ -96,6 +101,12 @@ void TakeFitText(const FitText& text, const std::function<void(const std::string
       complain("--fix " + name + ": what it is to be is said twice. Say it once, with --fix or with --free.");
     values.resize(kChannels, values.empty() ? 0.0 : values[0]);
     line.fit.overrides.fix.push_back({name, {values[0], values[1], values[2]}});
+  }
+  for (const auto& share : text.shares) {
+    const size_t equals = std::min(share.find('='), share.size());
+    const std::optional<Sharing> sharing = SharingOf(share.substr(std::min(equals + 1, share.size())));
+    if (!sharing) complain("--share " + share + ": expected NAME=channels, NAME=power_law or NAME=none");
+    line.fit.overrides.share.emplace_back(share.substr(0, equals), *sharing);
   }
 }
 

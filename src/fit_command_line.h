@@ -17,7 +17,7 @@ struct CommandLine;
 
 /// Values of `fit` that need more than CLI11's types.
 struct FitText {
-  std::vector<std::string> captures, fixes;
+  std::vector<std::string> captures, fixes, shares;
   std::optional<size_t> walks;
   bool no_priors = false;
 };

@@ -12,6 +12,7 @@
 #include "fit_pixels.h"
 #include "foresee_photographs.h"
 #include "scene_requirements.h"
+#include "shared_scattering.h"
 #include "support/synthetic_capture.h"
 #include "support/temporary_folder.h"
 
@@ -296,6 +297,116 @@ TEST_F(Foreseen, WhatAWrongIndexShiftsIsWhatAFitWithItFinds) {
       most = std::max(most, std::abs(std::expm1(solved.x[k] - at.x[k])));
   EXPECT_GT(shift->share, most / 1.5);
   EXPECT_LT(shift->share, most * 1.5);
+}
+
+TEST_F(Foreseen, AFitUnderALawThatScatteringDoesNotKeepMissesAsForeseen) {
+  constexpr double kDeparture = 0.03;  // of the middle channel from a power law
+  for (const auto& [law, freer] :
+       {std::pair{Sharing::kPowerLaw, Sharing::kNone}, std::pair{Sharing::kOneValue, Sharing::kPowerLaw}}) {
+    Capture capture = WithDentinesAbsorptionFree({"front_black", "front_white"});
+    ParameterSpec& scattering = capture.layers[1][Quantity::kReducedScattering];
+    scattering.fixed = false, scattering.sharing = freer;
+    const double level = scattering.value[1];
+    for (int c = 0; c < kChannels; ++c)
+      scattering.value[c] = level * std::pow(capture.wavelengths_nm[c] / capture.wavelengths_nm[1], -0.1);
+    if (freer == Sharing::kNone) scattering.value[1] *= std::exp(kDeparture);
+    const FreeParameters free = FreeParametersOf(capture);
+    const auto [input, at] = FittedAtStart(capture, free);
+    DataKnowledge unshared;
+    const auto asked = ScatteringThatMayBeShared(capture, [&](const Capture& other, const FreeParameters& others) {
+      const Eigen::VectorXd x = StartVector(others);
+      Evaluation e = ImageResiduals(other, at.cast, others, at.pixels, {}, {0.0, 0}).Evaluate(x, true);
+      e.residuals.setZero();
+      const DataKnowledge knowledge = KnowledgeByShader(at.cast, others, x, e, at.pixels, /*with_model_errors=*/false);
+      if (others.count() == free.count()) unshared = knowledge;
+      return knowledge;
+    });
+    const auto of_law = std::ranges::find(asked, law, &SharedScattering::law);
+    ASSERT_NE(of_law, asked.end());
+    EXPECT_FALSE(of_law->is_stated);
+
+    Capture shared = capture;
+    shared.layers[1][Quantity::kReducedScattering].sharing = law;
+    const FreeParameters fewer = FreeParametersOf(shared);
+    ASSERT_EQ(fewer.count(), free.count() - 1);
+    const SolveResult solved = Solve(ImageResiduals(shared, at.cast, fewer, at.pixels, {}, {0.0, 0}), fewer,
+                                     StartVector(fewer), {}, [](int, double) {});
+    // The departure in the channel furthest off: what three logarithms have beyond the law that is nearest to them.
+    Eigen::Vector3d beyond;
+    for (int c = 0; c < kChannels; ++c) beyond[c] = std::log(scattering.value[c]);
+    const PowerLawWeights line = WeightsOfPowerLaw(capture.wavelengths_nm);
+    double at_540 = 0, exponent = 0;
+    for (int c = 0; c < kChannels; ++c) at_540 += line.level[c] * beyond[c], exponent += line.exponent[c] * beyond[c];
+    if (law == Sharing::kOneValue) beyond.array() -= beyond.mean();
+    for (int c = 0; c < kChannels && law == Sharing::kPowerLaw; ++c)
+      beyond[c] -= at_540 - exponent * std::log(capture.wavelengths_nm[c] / 540.0);
+    const double departure = beyond.cwiseAbs().maxCoeff();
+    ASSERT_GT(departure, 0.01);
+
+    const auto before = std::ranges::find(free.entries, of_law->narrowed, &FreeEntry::name);
+    ASSERT_NE(before, free.entries.end());
+    const auto k = before - free.entries.begin();
+    const double stddev = std::sqrt(unshared.Variance(Eigen::RowVectorXd::Unit(free.count(), k)));
+    const double foreseen = stddev * std::sqrt(1.0 - std::pow(of_law->narrows, -2.0)) * departure / of_law->told;
+    const Material found = MaterialAt(fewer, solved.x);
+    const double missed = std::abs(std::log(found.layers[1][before->quantity][before->channel] /
+                                            capture.layers[1][before->quantity].value[before->channel]));
+    EXPECT_GT(of_law->narrows, 1.05);
+    EXPECT_NEAR(missed, foreseen, 0.3 * foreseen) << of_law->narrowed << " under " << Word(law);
+  }
+}
+
+TEST(SharedScattering, IsAdvisedWherePhotographsTellLessThanTeethDepart) {
+  TemporaryFolder folder;
+  WriteSyntheticCapture(folder.path, {.pixels = 20, .levels = 14});
+  Capture capture = ReadCapture(folder.path);
+  for (LayerSpec& layer : capture.layers)
+    for (ParameterSpec& p : layer.parameters) p.fixed = true;
+  for (ParameterSpec& p : capture.surface) p.fixed = true;
+  ParameterSpec& scattering = capture.layers[0][Quantity::kReducedScattering];
+  scattering.fixed = false, scattering.sharing = Sharing::kNone;
+  // Each channel told by itself, as well as the others.
+  const auto asked_at = [&](double stddev) {
+    const auto asked = ScatteringThatMayBeShared(capture, [&](const Capture&, const FreeParameters& free) {
+      DataKnowledge knowledge;
+      knowledge.covariance = stddev * stddev * Eigen::MatrixXd::Identity(free.count(), free.count());
+      knowledge.unseen = Eigen::MatrixXd(free.count(), 0);
+      return knowledge;
+    });
+    EXPECT_EQ(asked.size(), 1u);
+    return asked.at(0);
+  };
+  const SharedScattering sharp = asked_at(0.005), dull = asked_at(0.1);
+  EXPECT_FALSE(sharp.IsAdvised());
+  EXPECT_TRUE(dull.IsAdvised());
+  EXPECT_NEAR(dull.told / sharp.told, 20.0, 0.1);
+  // The channel in the middle departs most, and has the share told^2 / stddev^2 of its variance from the departure.
+  EXPECT_EQ(sharp.narrowed, capture.layers[0].name + ".reduced_scattering_per_mm[" + capture.channel_names[1] + "]");
+  EXPECT_NEAR(std::pow(sharp.narrows, -2.0), 1.0 - std::pow(sharp.told / 0.005, 2), 1e-6);
+  EXPECT_GE(std::pow(sharp.narrows, -2.0), 1.0 / 3.0);
+}
+
+TEST(Sharing, IsWhatTheOptionSaysAndKeepsTheStartOnTheLaw) {
+  TemporaryFolder folder;
+  WriteSyntheticCapture(folder.path, {.pixels = 20, .levels = 14});
+  Capture stated = ReadCapture(folder.path);
+  const std::string name = stated.layers[1].name + ".reduced_scattering_per_mm";
+  ParameterSpec& spec = stated.layers[1][Quantity::kReducedScattering];
+  spec.value = {1.9, 2.2, 2.3}, spec.sharing = Sharing::kNone;
+  const ChannelValues value = spec.value;
+  for (const auto& [sharing, less] : {std::pair{Sharing::kNone, 0}, {Sharing::kPowerLaw, 1}, {Sharing::kOneValue, 2}}) {
+    Capture capture = stated;
+    ApplyOverrides(capture, {{}, {}, {{name, sharing}}});
+    const FreeParameters free = FreeParametersOf(capture);
+    EXPECT_EQ(free.count(), FreeParametersOf(stated).count() - less) << Word(sharing);
+    const ChannelValues start = MaterialAt(free, StartVector(free)).layers[1][Quantity::kReducedScattering];
+    double mean = 0;  // of logarithms: what every law keeps
+    for (int c = 0; c < kChannels; ++c) mean += std::log(start[c] / value[c]);
+    EXPECT_NEAR(mean, 0.0, 1e-12) << Word(sharing);
+  }
+  Capture capture = stated;
+  EXPECT_THROW(ApplyOverrides(capture, {{}, {}, {{"surface.roughness", Sharing::kNone}}}), InputError);
+  EXPECT_THROW(ApplyOverrides(capture, {{{name, value}}, {}, {{name, Sharing::kNone}}}), InputError);
 }
 
 }  // namespace

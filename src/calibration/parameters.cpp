@@ -27,6 +27,24 @@ std::array<double, kChannels> ReadValues(const JsonNode& node, const ParameterRo
 
 }  // namespace
 
+const char* Word(Sharing sharing) {
+  switch (sharing) {
+    case Sharing::kOneValue:
+      return "channels";
+    case Sharing::kNone:
+      return "none";
+    case Sharing::kPowerLaw:
+      return "power_law";
+  }
+  return "";
+}
+
+std::optional<Sharing> SharingOf(const std::string& word) {
+  for (const Sharing s : {Sharing::kOneValue, Sharing::kNone, Sharing::kPowerLaw})
+    if (word == Word(s)) return s;
+  return std::nullopt;
+}
+
 std::array<double, kChannels> ReadPhysicalValues(const JsonNode& node, const ParameterRow& row) {
   const std::array<double, kChannels> values = ReadValues(node, row, PhysicalRange(row));
   if (!row.per_channel && (values[1] != values[0] || values[2] != values[0]))
@@ -63,8 +81,8 @@ ParameterSpec ReadParameterSpec(const JsonNode& node, const ParameterRow& row) {
   if (fixed) read(*fixed, PhysicalRange(row));
   if (initial) read(*initial, {row.low, row.high});
   if (const auto shared = object.Find("shared")) {
-    const std::string word = shared->OneOf({"channels", "none", "power_law"});
-    spec.sharing = word == "channels" ? Sharing::kOneValue : word == "none" ? Sharing::kNone : Sharing::kPowerLaw;
+    spec.sharing =
+        *SharingOf(shared->OneOf({Word(Sharing::kOneValue), Word(Sharing::kNone), Word(Sharing::kPowerLaw)}));
     if (!row.per_channel && spec.sharing != Sharing::kOneValue)
       shared->Fail("this parameter has one value for all channels");
   }

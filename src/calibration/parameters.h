@@ -68,6 +68,10 @@ constexpr const ParameterRow& RowOf(Quantity quantity) { return kParameters[stat
 
 enum class Sharing { kOneValue, kNone, kPowerLaw };  ///< one value, one per channel, or s0 (wavelength / 540 nm)^-b
 
+/// As files and options name it: "channels", "none", "power_law".
+const char* Word(Sharing sharing);
+std::optional<Sharing> SharingOf(const std::string& word);
+
 /// What a capture says about one parameter.
 struct ParameterSpec {
   bool fixed = true;

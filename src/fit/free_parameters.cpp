@@ -10,14 +10,19 @@ namespace {
 
 constexpr double kReferenceWavelength_nm = 540.0;
 
-ParameterSpec& SpecNamed(Capture& capture, const std::string& name, const std::string& option) {
+struct Named {
+  ParameterSpec& spec;
+  const ParameterRow& row;
+};
+
+Named SpecNamed(Capture& capture, const std::string& name, const std::string& option) {
   const size_t dot = name.rfind('.');
   const std::string owner = name.substr(0, dot), key = dot == std::string::npos ? "" : name.substr(dot + 1);
   for (size_t i = 0; i < kParameters.size(); ++i) {
     if (kParameters[i].key != key) continue;
-    if (owner == "surface" && kParameters[i].owner == Owner::kSurface) return capture.surface[i];
+    if (owner == "surface" && kParameters[i].owner == Owner::kSurface) return {capture.surface[i], kParameters[i]};
     for (auto& layer : capture.layers)
-      if (layer.name == owner && kParameters[i].owner == Owner::kLayer) return layer.parameters[i];
+      if (layer.name == owner && kParameters[i].owner == Owner::kLayer) return {layer.parameters[i], kParameters[i]};
   }
   std::string known;
   for (const auto& row : kParameters) {
@@ -112,7 +117,7 @@ PowerLawWeights WeightsOfPowerLaw(const std::array<double, kChannels>& wavelengt
 
 void ApplyOverrides(Capture& capture, const FitOverrides& overrides) {
   for (const auto& [name, values] : overrides.fix) {
-    ParameterSpec& spec = SpecNamed(capture, name, "--fix");
+    ParameterSpec& spec = SpecNamed(capture, name, "--fix").spec;
     const double low = spec.low, high = spec.high;
     for (double value : values)
       if (!(value >= low && value <= high))
@@ -124,10 +129,18 @@ void ApplyOverrides(Capture& capture, const FitOverrides& overrides) {
     spec.value = values;
   }
   for (const auto& name : overrides.free) {
-    ParameterSpec& spec = SpecNamed(capture, name, "--free");
+    ParameterSpec& spec = SpecNamed(capture, name, "--free").spec;
     spec.fixed = false;
     spec.stated = true;
     for (double& v : spec.value) v = std::clamp(v, spec.low, spec.high);
+  }
+  for (const auto& [name, sharing] : overrides.share) {
+    const auto& [spec, row] = SpecNamed(capture, name, "--share");
+    if (!row.per_channel && sharing != Sharing::kOneValue)
+      throw InputError("", "--share", name + " has one value for all channels");
+    if (spec.fixed) throw InputError("", "--share", name + " is not fitted", "Say --free " + name + " as well.");
+    spec.sharing = sharing;
+    if (sharing == Sharing::kOneValue) spec.value.fill(std::cbrt(spec.value[0] * spec.value[1] * spec.value[2]));
   }
 }
 

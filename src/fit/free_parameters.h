@@ -42,9 +42,10 @@ struct FreeParameters {
 struct FitOverrides {
   std::vector<std::pair<std::string, std::array<double, kChannels>>> fix;  ///< "layer.key" or "surface.key", values
   std::vector<std::string> free;
+  std::vector<std::pair<std::string, Sharing>> share;
 };
 
-/// Applies --fix and --free to the capture. Throws InputError naming the option.
+/// Applies --fix, --free and --share to the capture. Throws InputError naming the option.
 void ApplyOverrides(Capture& capture, const FitOverrides& overrides);
 
 /// Throws InputError where a power law has but one wavelength.

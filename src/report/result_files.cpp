@@ -123,10 +123,12 @@ JsonValue ProvenanceJson(const CrownFit& fit) {
   if (!fit.options.prior.empty()) inputs.push_back(fit.options.prior);
   for (const auto& file : inputs)
     digests.emplace_back(std::filesystem::relative(file, fit.capture.folder).generic_string(), Sha256OfFile(file));
-  JsonValue::Array fixed, freed;
+  JsonValue::Array fixed, freed, shared;
   for (const auto& [name, value] : fit.options.overrides.fix)
     fixed.push_back(JsonValue::Object{{"name", name}, {"value", std::vector<double>(value.begin(), value.end())}});
   for (const auto& name : fit.options.overrides.free) freed.push_back(name);
+  for (const auto& [name, sharing] : fit.options.overrides.share)
+    shared.push_back(JsonValue::Object{{"name", name}, {"shared", Word(sharing)}});
   return JsonValue::Object{
       {"crownfit", CROWNFIT_VERSION},
       {"inputs_sha256", digests},
@@ -136,6 +138,7 @@ JsonValue ProvenanceJson(const CrownFit& fit) {
        JsonValue::Object{{"model", fit.options.model},
                          {"fix", fixed},
                          {"free", freed},
+                         {"shared", shared},
                          {"left_out", fit.left_out},
                          {"priors", fit.options.use_priors},
                          {"prior_sha256", fit.options.prior.empty() ? "" : Sha256OfFile(fit.options.prior)},
