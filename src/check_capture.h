@@ -6,9 +6,9 @@
 
 #include "exact_statements.h"
 #include "fit/image_residuals.h"
+#include "fit/scattering_laws.h"
 #include "foresee_photographs.h"
 #include "scene_requirements.h"
-#include "shared_scattering.h"
 
 namespace crownfit {
 

@@ -57,6 +57,17 @@ class WalkFit {
     return true;
   }
 
+  WalkedStep::Solution Ask() {
+    const double paths = kMiddleShare * Paths();
+    gatherer_.GoBy(last_);
+    gatherer_.ResolveFields();
+    gatherer_.TakePixels(problem_.options.max_pixels_by_walks());
+    const GatheredWalks g = gatherer_.Gather(paths, SlopePaths(paths), "what channels share");
+    WalkedStep::Solution s = g.step.Solve(unknowns_.RangesAlone(), unknowns_.Untold());
+    s.covariance += s.covariance * g.model_scatter * s.covariance;
+    return s;
+  }
+
  private:
   static constexpr double kExplained = 1.5;  // of the square of patches' noise
   static constexpr double kLess = 0.97;      // of what is left: more than chance takes off
@@ -303,6 +314,10 @@ class WalkFit {
 };
 
 }  // namespace
+
+WalkedStep::Solution StepByWalks(const FitProblem& problem, CrownInput& input, FitState& at, Progress& progress) {
+  return WalkFit(problem, input, at, progress).Ask();
+}
 
 bool FitByWalks(const FitProblem& problem, CrownInput& input, FitState& at, bool must_explain_more,
                 Progress& progress) {

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 
+#include "fit/walked_step.h"
 #include "fit_state.h"
 
 namespace crownfit {
@@ -28,6 +29,9 @@ inline double SlopePaths(double paths) {
 /// from explains the photographs better: after the search, or, where what is calibrated may move within stated errors,
 /// after it has in long runs; what was moved counts. Then it is false, and `at` is as it was.
 bool FitByWalks(const FitProblem& problem, CrownInput& input, FitState& at, bool must_explain_more, Progress& progress);
+
+/// Where the photographs alone would have the unknowns go from where a fit stands, by one run of few walks.
+WalkedStep::Solution StepByWalks(const FitProblem& problem, CrownInput& input, FitState& at, Progress& progress);
 
 /// Pictures of every photograph, held-out ones included, to look at: walks at the solution; where they are noisier than
 /// shader's picture is wrong, shader's detail times the ratio of both over a few pixels.

@@ -92,6 +92,30 @@ void FitByTheModelThatSuffices(const FitProblem& problem, CrownInput& input, Fit
   }
 }
 
+/// Of scattering that channels share: how far off its law the photographs would have it.
+std::vector<LawDeparture> DeparturesOf(const FitProblem& problem, CrownInput& input, FitState& at, bool is_by_walks,
+                                       Progress& progress) {
+  const Capture freed = WithoutLaws(problem.capture, MaterialAt(problem.free, at.x));
+  const FreeParameters free = FreeParametersOf(freed);
+  const int n = free.count();
+  if (n == problem.free.count() || !at.converged) return {};
+  FitState there = at;
+  there.x = StartVector(free);
+  if (!is_by_walks) {
+    const ImageResiduals residuals(freed, at.cast, free, at.pixels, at.calibration, {3.0, problem.options.threads});
+    SolveOptions solve_options;
+    solve_options.use_priors = problem.options.use_priors;
+    progress.Show("what channels share", 0.5);
+    const Eigen::VectorXd x = Solve(residuals, free, there.x, solve_options, [](int, double) {}).x;
+    return DeparturesFromLaws(problem.capture, free, x - there.x,
+                              KnowledgeByShader(at.cast, free, x, residuals.Evaluate(x, true), at.pixels));
+  }
+  const WalkedStep::Solution s = StepByWalks({freed, free, problem.errors, problem.options}, input, there, progress);
+  at.walked_paths = there.walked_paths;
+  return DeparturesFromLaws(problem.capture, free, s.step.head(n),
+                            std::max(1.0, at.knowledge.inflation) * s.covariance.topLeftCorner(n, n));
+}
+
 /// Of every weak entry: by fits with the rest free where the model is cheap, by slopes at half as
 /// many places where pictures are walked; else, and where the model does not hold, a parabola. `at` and `input` are
 /// left elsewhere.
@@ -176,6 +200,8 @@ CrownFit FitCrown(const Capture& stated, const FitOptions& options, Progress& pr
   fit.material = MaterialAt(free, at.x);
   fit.knowledge = at.knowledge;
   fit.uncertainty = Quantify(fit.capture, free, at.x, at.knowledge.With(beside.others), options.use_priors);
+  if (beside.start.size() == 0)  // together with others it is asked of each alone
+    fit.departures = DeparturesOf(problem, input, at, fit.is_by_walks(), progress);
   fit.scales = at.scales;
   fit.iterations = at.iterations;
   fit.casts = at.casts;

@@ -41,6 +41,21 @@ const CastState kNoCast{};
 const std::vector<FitPixels> kNoPixels{};
 const CalibrationState kNoCalibration{};
 
+/// Of scattering that channels share: how far off its law the readings would have it.
+std::vector<LawDeparture> DeparturesOf(const CrownFit& fit, const FreeParameters& fitted) {
+  const Capture freed = WithoutLaws(fit.capture, fit.material);
+  const FreeParameters free = FreeParametersOf(freed);
+  if (free.count() == fitted.count()) return {};
+  const ImageResiduals residuals(freed, kNoCast, free, kNoPixels, kNoCalibration, {0.0, fit.options.threads});
+  SolveOptions solve_options;
+  solve_options.use_priors = fit.options.use_priors;
+  const Eigen::VectorXd start = StartVector(free),
+                        x = Solve(residuals, free, start, solve_options, [](int, double) {}).x;
+  return DeparturesFromLaws(fit.capture, free, x - start,
+                            KnowledgeByShader(kNoCast, free, x, residuals.Evaluate(x, true), kNoPixels,
+                                              /*with_model_errors=*/false));
+}
+
 }  // namespace
 
 CrownFit FitMeasurements(const Capture& stated, const FitOptions& options, Progress& progress,
@@ -89,6 +104,7 @@ CrownFit FitMeasurements(const Capture& stated, const FitOptions& options, Progr
                         /*with_model_errors=*/false, held.isZero() ? Eigen::MatrixXd() : held);
   fit.knowledge = knowledge;
   fit.uncertainty = Quantify(fit.capture, free, solved.x, knowledge.With(beside.others), options.use_priors);
+  if (beside.start.size() == 0) fit.departures = DeparturesOf(fit, free);
   fit.profiles = ProfilesOf(residuals, free, fit, beside.others.names.empty());
   fit.readings = CompareMeasurements(fit.capture, fit.material);
   fit.caveats = ModelCaveats(fit);

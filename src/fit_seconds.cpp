@@ -78,6 +78,9 @@ FitSeconds::FitSeconds(const FitProblem& problem, const CrownInput& input, const
       (has_depth ? 150.0 : 30.0) * static_cast<double>(at.cast.crown->fine.vertices.size() * at.pixels.size());
   pictures_beside_ = 2.0 * static_cast<double>(std::count_if(entries.begin(), entries.end(), IsDifferenced));
   has_rough_ = any([](const FreeEntry& e) { return e.quantity == Quantity::kRoughness; });
+  has_law_ = any([](const FreeEntry& e) {
+    return e.quantity == Quantity::kReducedScattering && e.role != FreeEntry::Role::kOneChannel;
+  });
 
   const Material material = MaterialAt(problem.free, at.x);
   fewest_ = FewestPaths(material);
@@ -111,7 +114,7 @@ double FitSeconds::ByWalks(double paths) const {
   // A free roughness is searched for from several places, a thickness sometimes from two.
   const bool has_beside = pictures_beside_ > 0;
   const double searches = has_rough_ || has_beside ? 12 : 8;
-  const double middles = has_rough_ ? 8 : has_beside ? 4 : 2;
+  const double middles = (has_rough_ ? 8 : has_beside ? 4 : 2) + (has_law_ ? 1 : 0);
   const double runs = has_rough_ ? 10 : 6;
   // The start by shader, and pixels for the search and for long runs.
   double seconds = 3.0 * cast_.values + 2.0 * cast_.slopes + steps_of_shader_ * kOfVertex;

@@ -44,7 +44,7 @@ class FitSeconds {
   double steps_of_shader_ = 0;  ///< times vertices and photographs
   std::vector<Shared> shared_;
   double pictures_beside_ = 0;  ///< per derivatives: of thicknesses and indices that are free
-  bool has_rough_ = false;
+  bool has_rough_ = false, has_law_ = false;
   double nodes_of_search_ = 0, nodes_ = 0;
   int fewest_ = 1, collisions_ = 0, collisions_that_tell_ = 0;
 };

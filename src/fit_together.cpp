@@ -140,7 +140,9 @@ class Together {
       for (size_t i = 0; i < fits_.size(); ++i) {
         const Eigen::VectorXd start = Start(i);
         const Eigen::VectorXd before = fits_[i].best;
+        const std::vector<LawDeparture> alone = std::move(fits_[i].departures);
         fits_[i] = Fit(i, {KnownByOthers(i), start});
+        fits_[i].departures = alone;
         settled &= HasSettled(i, round == 0 ? start : before);
       }
     }

@@ -205,6 +205,36 @@ TEST_F(SelfConsistency, PhotographsThatContradictEachOtherAreFoundOut) {
   EXPECT_NE(fit.reasons[0].find("chi2"), std::string::npos) << fit.reasons[0];
 }
 
+TEST_F(SelfConsistency, ScatteringThatChannelsDoNotShareIsDenied) {
+  WriteSyntheticCapture(folder.path, {.pixels = 24, .size = 0.5, .initial_factor = 1.0});
+  Capture capture = ReadCapture(folder.path);
+  Material truth = TruthOf(capture);
+  constexpr double kExponent = 1.5;
+  for (int c = 0; c < kChannels; ++c)
+    truth.layers[1][Quantity::kReducedScattering][c] *= std::pow(capture.wavelengths_nm[c] / 540.0, -kExponent);
+  RenderTruth(capture, truth);
+  capture = ReadCapture(folder.path);
+  FitOptions options;
+  Keep({0, 1, 2}, capture, options);
+  for (PhotographSpec& p : capture.photographs) p.files.noise.relative = 0.1;  // in which a wrong law hides
+  for (const Sharing law : {Sharing::kPowerLaw, Sharing::kOneValue}) {
+    options.overrides.share = {{"dentine.reduced_scattering_per_mm", law}};
+    const CrownFit fit = Fit(capture, options);
+    ASSERT_EQ(fit.departures.size(), 1u) << Word(law);
+    const LawDeparture& d = fit.departures[0];
+    const bool holds = law == Sharing::kPowerLaw;
+    EXPECT_EQ(d.freedom, holds ? 1 : 2);
+    EXPECT_EQ(fit.usable, holds) << (fit.reasons.empty() ? "" : fit.reasons[0]);
+    for (int c = 0; c < kChannels && holds; ++c) EXPECT_LT(std::abs(d.off[c]), 0.3 * d.stddev[c]);
+    if (holds) continue;
+    EXPECT_LT(d.off[0], 0.0);
+    EXPECT_GT(d.off[2], 0.0);
+    ASSERT_FALSE(fit.reasons.empty());
+    EXPECT_NE(fit.reasons[0].find("dentine.reduced_scattering_per_mm' is not one value"), std::string::npos)
+        << fit.reasons[0];
+  }
+}
+
 TEST_F(SelfConsistency, APredictionsOwnNoiseDoesNotMakeThePhotographLookDarkerOrFurtherOff) {
   const Capture capture = Make({.pixels = 48, .initial_factor = 1.0});
   const CrownInput input = ReadInput(capture, 0);

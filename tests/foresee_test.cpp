@@ -8,11 +8,11 @@
 #include "exact_statements.h"
 #include "exchange/material_file.h"
 #include "fit/image_residuals.h"
+#include "fit/scattering_laws.h"
 #include "fit/solve.h"
 #include "fit_pixels.h"
 #include "foresee_photographs.h"
 #include "scene_requirements.h"
-#include "shared_scattering.h"
 #include "support/synthetic_capture.h"
 #include "support/temporary_folder.h"
 
@@ -384,6 +384,38 @@ TEST(SharedScattering, IsAdvisedWherePhotographsTellLessThanTeethDepart) {
   EXPECT_EQ(sharp.narrowed, capture.layers[0].name + ".reduced_scattering_per_mm[" + capture.channel_names[1] + "]");
   EXPECT_NEAR(std::pow(sharp.narrows, -2.0), 1.0 - std::pow(sharp.told / 0.005, 2), 1e-6);
   EXPECT_GE(std::pow(sharp.narrows, -2.0), 1.0 / 3.0);
+}
+
+TEST(LawDeparture, IsWhatChannelsHaveBeyondTheLawAlone) {
+  TemporaryFolder folder;
+  WriteSyntheticCapture(folder.path, {.pixels = 20, .levels = 14});
+  Capture capture = ReadCapture(folder.path);
+  for (LayerSpec& layer : capture.layers)
+    for (ParameterSpec& p : layer.parameters) p.fixed = true;
+  ParameterSpec& scattering = capture.layers[0][Quantity::kReducedScattering];
+  scattering.fixed = false;
+  for (const auto& [law, freedom] : {std::pair{Sharing::kPowerLaw, 1}, {Sharing::kOneValue, 2}}) {
+    scattering.sharing = law;
+    const FreeParameters free = FreeParametersOf(
+        WithoutLaws(capture, MaterialAt(FreeParametersOf(capture), StartVector(FreeParametersOf(capture)))));
+    Eigen::VectorXd kept = Eigen::VectorXd::Zero(free.count());  // a level, and a slope
+    for (int k = 0; k < free.count(); ++k) {
+      const FreeEntry& e = free.entries[k];
+      if (e.quantity == Quantity::kReducedScattering)
+        kept[k] = 0.3 - (law == Sharing::kPowerLaw ? 0.7 * std::log(capture.wavelengths_nm[e.channel]) : 0.0);
+    }
+    const Eigen::MatrixXd covariance = 1e-4 * Eigen::MatrixXd::Identity(free.count(), free.count());
+    const LawDeparture same = DeparturesFromLaws(capture, free, kept, covariance).at(0);
+    EXPECT_EQ(same.freedom, freedom);
+    EXPECT_NEAR(same.chi2, 0.0, 1e-12);
+    Eigen::VectorXd left = kept;
+    for (int k = 0; k < free.count(); ++k)
+      if (free.entries[k].quantity == Quantity::kReducedScattering && free.entries[k].channel == 1) left[k] += 0.03;
+    const LawDeparture d = DeparturesFromLaws(capture, free, left, covariance).at(0);
+    // Of one channel alone: its share beyond the law is what its own variance has there.
+    EXPECT_NEAR(d.off[1], 0.03 * std::pow(d.stddev[1] / 0.01, 2), 1e-9);
+    EXPECT_NEAR(d.chi2, 3.0 * 3.0 * std::pow(d.stddev[1] / 0.01, 2), 1e-6);
+  }
 }
 
 TEST(Sharing, IsWhatTheOptionSaysAndKeepsTheStartOnTheLaw) {

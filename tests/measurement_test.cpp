@@ -249,6 +249,35 @@ TEST(MeasurementFit, CapturesOfOneDiscEachTellTogetherWhatOneOfAllDiscsTells) {
   EXPECT_THROW(FitCrown(each[0], options, quiet), InputError) << "tiles of photographs";
 }
 
+TEST(MeasurementFit, ScatteringThatChannelsDoNotShareIsDeniedAndWhatTheyShareIsNot) {
+  Capture capture = OneLayer(1.54, 0.8);
+  for (const double mm : {0.5, 1.0, 2.0}) capture.measurements.push_back(TotalsOf(mm, 0.003));
+  capture.layers[0][Quantity::kReducedScattering].sharing = Sharing::kOneValue;
+  Progress quiet(ProgressMode::kNone);
+  FitOptions options;
+  options.profile_points = 0;
+  const auto fit = [&](const glm::dvec3& scattering, uint64_t seed) {
+    TakeReadings(capture, Truth(capture, scattering, {0.02, 0.04, 0.12}), seed);
+    return FitCrown(capture, options, quiet);
+  };
+  constexpr int kDraws = 12;
+  double chi2 = 0;
+  for (int draw = 0; draw < kDraws; ++draw) {
+    const CrownFit shared = fit(glm::dvec3(2.3), 100 + draw);
+    EXPECT_TRUE(shared.usable) << draw;
+    ASSERT_EQ(shared.departures.size(), 1u);
+    chi2 += shared.departures[0].chi2 / kDraws;
+  }
+  EXPECT_GT(chi2, 0.7);  // of two: their mean of twelve is within 0.7 and 4 but once in a thousand
+  EXPECT_LT(chi2, 4.0);
+
+  const CrownFit denied = fit({2.3 * 0.95, 2.3, 2.3 * 1.1}, 1);
+  EXPECT_FALSE(denied.usable);
+  ASSERT_FALSE(denied.reasons.empty());
+  EXPECT_NE(denied.reasons.back().find("not one value in all channels"), std::string::npos) << denied.reasons.back();
+  EXPECT_NEAR(denied.departures[0].off[2] - denied.departures[0].off[0], std::log(1.1 / 0.95), 0.03);
+}
+
 TEST(MeasurementFit, ColoursThroughAnApertureOverBlackAndWhiteTellBoth) {
   Capture capture = OneLayer(1.54, 0.8);
   const Material truth = Truth(capture, {2, 2.2, 2.6}, {0.02, 0.04, 0.12});

@@ -105,6 +105,29 @@ std::string PhotographsNotExplained(const std::vector<PhotographResult>& photogr
   return names;
 }
 
+std::string LawsDenied(const CrownFit& fit) {
+  std::string denied;
+  for (const LawDeparture& d : fit.departures) {
+    const auto p = std::ranges::find(fit.uncertainty.parameters, d.parameter, &FittedParameter::name);
+    if (p == fit.uncertainty.parameters.end() || d.chi2 < UnlikelyChi2(d.freedom)) continue;
+    bool beyond = false;
+    std::string percent;
+    for (size_t c = 0; c < kChannels; ++c) {
+      const size_t of = std::min(c, p->value.size() - 1);
+      const double there = p->value[of] * std::exp(d.off[c]);
+      beyond |= there < p->low95[of] || there > p->high95[of];
+      percent += (c ? ", " : "") + Number(100 * std::expm1(d.off[c]), 2);
+    }
+    if (!beyond) continue;
+    const bool is_one = d.law == Sharing::kOneValue;
+    denied += (denied.empty() ? "'" : "; '") + d.parameter + "' is " +
+              (is_one ? "not one value in all channels" : "no power law over the channels") +
+              ", as stated: by themselves " + percent + " % off it, which its interval does not hold (--share " +
+              d.parameter + "=" + Word(is_one ? Sharing::kPowerLaw : Sharing::kNone) + ")";
+  }
+  return denied;
+}
+
 std::string PriorsContradicted(const CrownFit& fit) {
   const DataKnowledge& k = fit.knowledge;
   std::string names;

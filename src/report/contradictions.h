@@ -19,6 +19,9 @@ std::string SceneryThatIsOff(const std::vector<SceneryLevel>& levels);
 std::string LightsThatSceneryDenies(const std::vector<SceneryLevel>& levels);
 /// "'edge' (patches 4.4), 'back' (sixteenths 2.5)"; empty: noise explains what is left of every one.
 std::string PhotographsNotExplained(const std::vector<PhotographResult>& photographs);
+/// "'ceramic.reduced_scattering_per_mm' is not one value in all channels: ..."; empty: all that share agree, or are off
+/// by less than their intervals hold.
+std::string LawsDenied(const CrownFit& fit);
 /// "'dentine.thickness_mm' (3.7)"; empty: the photographs alone would put every entry near its prior.
 std::string PriorsContradicted(const CrownFit& fit);
 

@@ -9,6 +9,7 @@
 
 #include "fit/free_parameters.h"
 #include "fit/profile.h"
+#include "fit/scattering_laws.h"
 #include "fit/solve.h"
 #include "fit/uncertainty.h"
 #include "fit/walk_comparison.h"
@@ -129,6 +130,7 @@ struct CrownFit {
   std::vector<ReadingResult> readings;
   std::vector<MovedCalibration> calibration;  ///< as far as the capture states its errors
   WidenedErrors widened{1, 1, 1, 1};
+  std::vector<LawDeparture> departures;   ///< of scattering that channels share; empty: none does, or it was not asked
   std::vector<SceneryLevel> scenery;      ///< of the photographs that show some
   std::vector<double> mean_thickness_mm;  ///< per layer; where a scale is a field's or a mesh's factor, at scale 1
   bool converged = false, usable = false, ends_at_neck = false;

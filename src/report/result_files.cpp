@@ -227,6 +227,13 @@ std::string MaterialJson(const CrownFit& fit) {
     beside.emplace_back(level.photograph,
                         JsonValue::Object{{"ratio", JsonValue::Array(level.ratio.begin(), level.ratio.end())},
                                           {"stddev", JsonValue::Array(level.stddev.begin(), level.stddev.end())}});
+  JsonValue::Object off_laws;
+  for (const LawDeparture& d : fit.departures)
+    off_laws.emplace_back(d.parameter, JsonValue::Object{{"shared", Word(d.law)},
+                                                         {"off", JsonValue::Array(d.off.begin(), d.off.end())},
+                                                         {"stddev", JsonValue::Array(d.stddev.begin(), d.stddev.end())},
+                                                         {"chi2", d.chi2},
+                                                         {"freedom", d.freedom}});
   const Uncertainty& u = fit.uncertainty;
   JsonValue::Object result{
       {"format", "crownfit-material/1"},
@@ -244,6 +251,7 @@ std::string MaterialJson(const CrownFit& fit) {
       {"identifiability", JsonValue::Object{{"verdict", fit.verdict},
                                             {"advice", fit.advice},
                                             {"weak_directions", u.weak_directions},
+                                            {"off_shared_laws", off_laws},
                                             {"condition", u.condition},
                                             {"reduced_chi2", u.reduced_chi2},
                                             {"block_chi2", u.block_chi2},

@@ -1,0 +1,145 @@
+#include "fit/scattering_laws.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "base/linear_algebra.h"
+
+namespace crownfit {
+namespace {
+
+constexpr Quantity kScattering = Quantity::kReducedScattering;
+
+/// Enamel's exponent is 3.7 between 543 and 632 nm and 2.7 between 632 and 1053 nm (Fried et al. 1995): over a camera's
+/// bands, the value in the middle one is so far off a power law through all.
+constexpr double kOffPowerLaw = 0.02;
+
+/// Of the logarithms of three channels: unit directions, as columns, that a law does not know.
+Eigen::MatrixXd DirectionsBeyond(Sharing law, const std::array<double, kChannels>& wavelengths_nm) {
+  Eigen::Matrix3d directions;  // a level, a power law's slope, and what is left
+  directions.col(0).setOnes();
+  for (int c = 0; c < kChannels; ++c) directions(c, 1) = std::log(wavelengths_nm[c] / wavelengths_nm[0]);
+  directions.col(1).array() -= directions.col(1).mean();
+  if (directions.col(1).isZero()) directions.col(1) << 1.0, -1.0, 0.0;  // channels of one wavelength have no slope
+  directions.col(2) << directions(1, 1) - directions(2, 1), directions(2, 1) - directions(0, 1),
+      directions(0, 1) - directions(1, 1);
+  directions.colwise().normalize();
+  return directions.rightCols(law == Sharing::kPowerLaw ? 1 : 2);
+}
+
+/// d(logarithms of the channels) / d(entries).
+Eigen::MatrixXd LogarithmGradients(size_t layer, const FreeParameters& free) {
+  const Eigen::VectorXd x = StartVector(free);
+  const Material material = MaterialAt(free, x);
+  Eigen::MatrixXd gradients(kChannels, free.count());
+  for (int c = 0; c < kChannels; ++c)
+    gradients.row(c) = ValueGradient(free, x, layer, kScattering, c) / material.layers[layer][kScattering][c];
+  return gradients;
+}
+
+/// What nothing tells is known as far as a thousand priors' widths.
+Eigen::MatrixXd FiniteCovariance(const FreeParameters& free, const DataKnowledge& knowledge) {
+  Eigen::MatrixXd precision = knowledge.Precision();
+  for (int k = 0; k < free.count(); ++k) precision(k, k) += 1e-6 * std::pow(free.entries[k].prior_stddev, -2.0);
+  return InverseOfSymmetric(precision);
+}
+
+/// As far as exponents of published teeth lie from 0, by the prior of the exponent.
+double Published(Sharing law, const FreeParameters& free, const Eigen::RowVectorXd& departure) {
+  if (law == Sharing::kPowerLaw) return kOffPowerLaw;
+  double published = 0;
+  for (int k = 0; k < free.count(); ++k)
+    published += std::abs(departure[k]) * std::hypot(free.entries[k].prior_mean, free.entries[k].prior_stddev);
+  return published;
+}
+
+/// `free` has one number more than the law leaves.
+SharedScattering Ask(Sharing law, size_t layer, const FreeParameters& free, const DataKnowledge& knowledge) {
+  const Eigen::MatrixXd beyond = DirectionsBeyond(law, free.wavelengths_nm);
+  const Eigen::MatrixXd departures = beyond * (beyond.transpose() * LogarithmGradients(layer, free));
+  Eigen::Index furthest;
+  departures.rowwise().norm().maxCoeff(&furthest);
+  const Eigen::RowVectorXd departure = departures.row(furthest);
+  const Eigen::MatrixXd covariance = FiniteCovariance(free, knowledge);
+  const Eigen::VectorXd with = covariance * departure.transpose();
+  SharedScattering asked{};
+  asked.law = law;
+  asked.published = Published(law, free, departure);
+  asked.told = std::sqrt(departure.dot(with));
+  constexpr double kItself = 1e-6;
+  for (int k = 0; k < free.count(); ++k) {
+    const double before = covariance(k, k), under_law = before - std::pow(with[k] / asked.told, 2);
+    if (under_law < kItself * before) continue;  // the law states this one
+    const double narrows = std::sqrt(before / under_law);
+    if (narrows > asked.narrows) asked.narrows = narrows, asked.narrowed = free.entries[k].name;
+  }
+  return asked;
+}
+
+std::string NameIn(const Capture& capture, size_t layer) {
+  return capture.layers[layer].name + "." + RowOf(kScattering).key;
+}
+
+}  // namespace
+
+std::vector<SharedScattering> ScatteringThatMayBeShared(
+    const Capture& capture, const std::function<DataKnowledge(const Capture&, const FreeParameters&)>& foresee) {
+  std::vector<SharedScattering> questions;
+  if (std::ranges::count(capture.wavelengths_nm, capture.wavelengths_nm[0]) == kChannels) return questions;
+  for (size_t l = 0; l < capture.layers.size(); ++l) {
+    const ParameterSpec& spec = capture.layers[l][kScattering];
+    for (const auto& [law, freer] :
+         {std::pair{Sharing::kPowerLaw, Sharing::kNone}, std::pair{Sharing::kOneValue, Sharing::kPowerLaw}}) {
+      if (spec.fixed || (spec.sharing != law && spec.sharing != freer)) continue;
+      Capture freed = capture;
+      freed.layers[l][kScattering].sharing = freer;
+      const FreeParameters free = FreeParametersOf(freed);
+      SharedScattering asked = Ask(law, l, free, foresee(freed, free));
+      asked.parameter = NameIn(capture, l);
+      asked.is_stated = spec.sharing == law;
+      questions.push_back(std::move(asked));
+    }
+  }
+  return questions;
+}
+
+Capture WithoutLaws(Capture capture, const Material& material) {
+  for (size_t i = 0; i < kParameters.size(); ++i) {
+    for (size_t l = 0; l < capture.layers.size(); ++l) {
+      ParameterSpec& spec = capture.layers[l].parameters[i];
+      if (spec.fixed) continue;
+      spec.value = material.layers[l].values[i];
+      if (kParameters[i].quantity == kScattering) spec.sharing = Sharing::kNone;
+    }
+    if (!capture.surface[i].fixed) capture.surface[i].value = material.surface.values[i];
+  }
+  return capture;
+}
+
+std::vector<LawDeparture> DeparturesFromLaws(const Capture& fitted, const FreeParameters& freed,
+                                             const Eigen::VectorXd& step, const Eigen::MatrixXd& covariance) {
+  std::vector<LawDeparture> departures;
+  for (size_t l = 0; l < fitted.layers.size(); ++l) {
+    const ParameterSpec& spec = fitted.layers[l][kScattering];
+    if (spec.fixed || spec.sharing == Sharing::kNone) continue;
+    const Eigen::MatrixXd beyond = DirectionsBeyond(spec.sharing, freed.wavelengths_nm);
+    const Eigen::MatrixXd gradients = beyond.transpose() * LogarithmGradients(l, freed);
+    const Eigen::VectorXd departure = gradients * step;
+    const Eigen::MatrixXd its_covariance = gradients * covariance * gradients.transpose();
+    LawDeparture d{NameIn(fitted, l), l, spec.sharing, {}, {}, 0, static_cast<int>(departure.size())};
+    d.chi2 = departure.dot(SolveSymmetric(its_covariance, departure).col(0));
+    for (int c = 0; c < kChannels; ++c) {
+      d.off[c] = beyond.row(c).dot(departure);
+      d.stddev[c] = std::sqrt((beyond.row(c) * its_covariance).dot(beyond.row(c)));
+    }
+    departures.push_back(d);
+  }
+  return departures;
+}
+
+std::vector<LawDeparture> DeparturesFromLaws(const Capture& fitted, const FreeParameters& freed,
+                                             const Eigen::VectorXd& step, const DataKnowledge& knowledge) {
+  return DeparturesFromLaws(fitted, freed, step, FiniteCovariance(freed, knowledge));
+}
+
+}  // namespace crownfit
