@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <cmath>
 #include <cstdio>
 
 #include "base/json_file.h"
@@ -38,15 +39,19 @@ std::string AsJson(const Capture& capture, const CaptureCheck& check) {
     for (const auto& [parameter, share] : s.shifts) shifts.emplace_back(parameter, share);
     exact.push_back(JsonValue::Object{{"name", s.name}, {"value", s.value}, {"error", s.error}, {"shifts", shifts}});
   }
-  for (const SharedScattering& s : check.shared)
-    shared.push_back(JsonValue::Object{{"name", s.parameter},
-                                       {"shared", Word(s.law)},
-                                       {"stated", s.is_stated},
-                                       {"departure_stddev", s.told},
-                                       {"departure_published", s.published},
-                                       {"narrows", s.narrows},
-                                       {"parameter", s.narrowed},
-                                       {"advised", s.IsAdvised()}});
+  for (const SharedScattering& s : check.shared) {
+    JsonValue::Object asked{{"name", s.parameter},
+                            {"shared", Word(s.law)},
+                            {"stated", s.is_stated},
+                            {"departure_published", s.published},
+                            {"advised", s.IsAdvised()}};
+    if (std::isfinite(s.told)) {
+      asked.emplace_back("departure_stddev", s.told);
+      asked.emplace_back("narrows", s.narrows);
+      asked.emplace_back("parameter", s.narrowed);
+    }
+    shared.push_back(std::move(asked));
+  }
   return ToJsonText(
       JsonValue::Object{{"valid", true},
                         {"photographs", photographs},
@@ -151,11 +156,15 @@ void PrintShared(const CaptureCheck& check) {
       "departs "
       "from it by less than would be told otherwise (one standard deviation, channel furthest off), and worse where by "
       "more:\n");
-  for (const SharedScattering& s : check.shared)
-    std::printf("  %-34s %-28s told to %s %%, published teeth depart by about %s %%: %s; narrows %s %.2f times\n",
-                s.parameter.c_str(), LawInWords(s).c_str(), Number(100 * s.told, 2).c_str(),
-                Number(100 * s.published, 2).c_str(), s.IsAdvised() ? "better shared" : "better apart",
-                s.narrowed.c_str(), s.narrows);
+  for (const SharedScattering& s : check.shared) {
+    const std::string told = !std::isfinite(s.told)
+                                 ? "nothing would tell a departure: better shared"
+                                 : "told to " + Number(100 * s.told, 2) + " %, published teeth depart by about " +
+                                       Number(100 * s.published, 2) +
+                                       " %: " + (s.IsAdvised() ? "better shared" : "better apart") +
+                                       Printed("; narrows %s %.2f times", s.narrowed.c_str(), s.narrows);
+    std::printf("  %-34s %-28s %s\n", s.parameter.c_str(), LawInWords(s).c_str(), told.c_str());
+  }
   std::printf("  To try: crownfit fit --share NAME=none, NAME=power_law or NAME=channels.\n");
 }
 

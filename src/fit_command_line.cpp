@@ -104,9 +104,15 @@ void TakeFitText(const FitText& text, const std::function<void(const std::string
   }
   for (const auto& share : text.shares) {
     const size_t equals = std::min(share.find('='), share.size());
+    const std::string name = share.substr(0, equals);
     const std::optional<Sharing> sharing = SharingOf(share.substr(std::min(equals + 1, share.size())));
     if (!sharing) complain("--share " + share + ": expected NAME=channels, NAME=power_law or NAME=none");
-    line.fit.overrides.share.emplace_back(share.substr(0, equals), *sharing);
+    FitOverrides& o = line.fit.overrides;
+    const auto is_it = [&](const auto& other) { return other.first == name; };
+    if (std::ranges::any_of(o.share, is_it)) complain("--share " + name + ": what it is to be is said twice.");
+    if (std::ranges::any_of(o.fix, is_it))
+      complain("--share " + name + ": what is fixed is not fitted. Leave away --fix, or --share.");
+    o.share.emplace_back(name, *sharing);
   }
 }
 

@@ -9,6 +9,7 @@
 #include "fit_measurements.h"
 #include "fit_pixels.h"
 #include "foresee_photographs.h"
+#include "gather_walks.h"
 #include "material_priors.h"
 #include "optics/twelve_taps.h"
 #include "scene_requirements.h"
@@ -92,26 +93,29 @@ void FitByTheModelThatSuffices(const FitProblem& problem, CrownInput& input, Fit
   }
 }
 
-/// Of scattering that channels share: how far off its law the photographs would have it.
+/// Of scattering that channels share: where it would go, were it free in each. Asked where a fit has ended.
 std::vector<LawDeparture> DeparturesOf(const FitProblem& problem, CrownInput& input, FitState& at, bool is_by_walks,
                                        Progress& progress) {
+  if (!at.converged || !KeepsALaw(problem.capture)) return {};
   const Capture freed = WithoutLaws(problem.capture, MaterialAt(problem.free, at.x));
   const FreeParameters free = FreeParametersOf(freed);
-  const int n = free.count();
-  if (n == problem.free.count() || !at.converged) return {};
-  FitState there = at;
-  there.x = StartVector(free);
+  progress.Show("what channels share", 0.5);
   if (!is_by_walks) {
     const ImageResiduals residuals(freed, at.cast, free, at.pixels, at.calibration, {3.0, problem.options.threads});
     SolveOptions solve_options;
     solve_options.use_priors = problem.options.use_priors;
-    progress.Show("what channels share", 0.5);
-    const Eigen::VectorXd x = Solve(residuals, free, there.x, solve_options, [](int, double) {}).x;
-    return DeparturesFromLaws(problem.capture, free, x - there.x,
-                              KnowledgeByShader(at.cast, free, x, residuals.Evaluate(x, true), at.pixels));
+    const SolveResult solved = Solve(residuals, free, StartVector(free), solve_options, [](int, double) {});
+    if (!solved.converged || solved.thickness_moved) return {};
+    return DeparturesFromLaws(
+        problem.capture, free,
+        KnowledgeByShader(at.cast, free, solved.x, residuals.Evaluate(solved.x, true), at.pixels));
   }
+  FitState there = at;
+  there.x = StartVector(free);
   const WalkedStep::Solution s = StepByWalks({freed, free, problem.errors, problem.options}, input, there, progress);
+  MoveInput(problem, at, input);
   at.walked_paths = there.walked_paths;
+  const int n = free.count();
   return DeparturesFromLaws(problem.capture, free, s.step.head(n),
                             std::max(1.0, at.knowledge.inflation) * s.covariance.topLeftCorner(n, n));
 }

@@ -41,19 +41,27 @@ const CastState kNoCast{};
 const std::vector<FitPixels> kNoPixels{};
 const CalibrationState kNoCalibration{};
 
-/// Of scattering that channels share: how far off its law the readings would have it.
-std::vector<LawDeparture> DeparturesOf(const CrownFit& fit, const FreeParameters& fitted) {
+/// What else holds entries: priors, other captures. Empty: nothing.
+Eigen::MatrixXd HeldBy(const FreeParameters& free, bool use_priors, const EntryKnowledge& others) {
+  Eigen::MatrixXd held = Eigen::MatrixXd::Zero(free.count(), free.count());
+  for (int k = 0; use_priors && k < free.count(); ++k) held(k, k) = std::pow(free.entries[k].prior_stddev, -2.0);
+  if (!others.names.empty()) held += others.precision;
+  return held.isZero() ? Eigen::MatrixXd() : held;
+}
+
+/// Of scattering that channels share: where it would go, were it free in each.
+std::vector<LawDeparture> DeparturesOf(const CrownFit& fit) {
+  if (!fit.converged || !KeepsALaw(fit.capture)) return {};
   const Capture freed = WithoutLaws(fit.capture, fit.material);
   const FreeParameters free = FreeParametersOf(freed);
-  if (free.count() == fitted.count()) return {};
   const ImageResiduals residuals(freed, kNoCast, free, kNoPixels, kNoCalibration, {0.0, fit.options.threads});
   SolveOptions solve_options;
   solve_options.use_priors = fit.options.use_priors;
-  const Eigen::VectorXd start = StartVector(free),
-                        x = Solve(residuals, free, start, solve_options, [](int, double) {}).x;
-  return DeparturesFromLaws(fit.capture, free, x - start,
-                            KnowledgeByShader(kNoCast, free, x, residuals.Evaluate(x, true), kNoPixels,
-                                              /*with_model_errors=*/false));
+  const SolveResult solved = Solve(residuals, free, StartVector(free), solve_options, [](int, double) {});
+  if (!solved.converged) return {};
+  return DeparturesFromLaws(fit.capture, free,
+                            KnowledgeByShader(kNoCast, free, solved.x, residuals.Evaluate(solved.x, true), kNoPixels,
+                                              /*with_model_errors=*/false, HeldBy(free, fit.options.use_priors, {})));
 }
 
 }  // namespace
@@ -95,16 +103,12 @@ CrownFit FitMeasurements(const Capture& stated, const FitOptions& options, Progr
   fit.converged = solved.converged;
   fit.material = MaterialAt(free, solved.x);
   fit.seen_by_shader = fit.material;
-  Eigen::MatrixXd held = Eigen::MatrixXd::Zero(free.count(), free.count());
-  for (int k = 0; options.use_priors && k < free.count(); ++k)
-    held(k, k) = 1.0 / (free.entries[k].prior_stddev * free.entries[k].prior_stddev);
-  if (!beside.others.names.empty()) held += beside.others.precision;
   const DataKnowledge knowledge =
       KnowledgeByShader(kNoCast, free, solved.x, residuals.Evaluate(solved.x, true), kNoPixels,
-                        /*with_model_errors=*/false, held.isZero() ? Eigen::MatrixXd() : held);
+                        /*with_model_errors=*/false, HeldBy(free, options.use_priors, beside.others));
   fit.knowledge = knowledge;
   fit.uncertainty = Quantify(fit.capture, free, solved.x, knowledge.With(beside.others), options.use_priors);
-  if (beside.start.size() == 0) fit.departures = DeparturesOf(fit, free);
+  if (beside.start.size() == 0) fit.departures = DeparturesOf(fit);
   fit.profiles = ProfilesOf(residuals, free, fit, beside.others.names.empty());
   fit.readings = CompareMeasurements(fit.capture, fit.material);
   fit.caveats = ModelCaveats(fit);

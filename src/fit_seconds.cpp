@@ -76,11 +76,10 @@ FitSeconds::FitSeconds(const FitProblem& problem, const CrownInput& input, const
   const bool has_depth = any([](const FreeEntry& e) { return e.quantity == Quantity::kThickness && !e.moves_surface; });
   steps_of_shader_ =
       (has_depth ? 150.0 : 30.0) * static_cast<double>(at.cast.crown->fine.vertices.size() * at.pixels.size());
+  has_law_ = KeepsALaw(problem.capture);  // which is asked about at the end
+  if (has_law_) steps_of_shader_ *= 1.3;
   pictures_beside_ = 2.0 * static_cast<double>(std::count_if(entries.begin(), entries.end(), IsDifferenced));
   has_rough_ = any([](const FreeEntry& e) { return e.quantity == Quantity::kRoughness; });
-  has_law_ = any([](const FreeEntry& e) {
-    return e.quantity == Quantity::kReducedScattering && e.role != FreeEntry::Role::kOneChannel;
-  });
 
   const Material material = MaterialAt(problem.free, at.x);
   fewest_ = FewestPaths(material);

@@ -140,9 +140,10 @@ class Together {
       for (size_t i = 0; i < fits_.size(); ++i) {
         const Eigen::VectorXd start = Start(i);
         const Eigen::VectorXd before = fits_[i].best;
-        const std::vector<LawDeparture> alone = std::move(fits_[i].departures);
-        fits_[i] = Fit(i, {KnownByOthers(i), start});
-        fits_[i].departures = alone;
+        CrownFit together = Fit(i, {KnownByOthers(i), start});
+        // What channels share was asked of each alone, by the model that it was fitted by.
+        if (together.model == fits_[i].model) together.departures = fits_[i].departures;
+        fits_[i] = std::move(together);
         settled &= HasSettled(i, round == 0 ? start : before);
       }
     }
@@ -281,6 +282,7 @@ CrownFit Joined(const std::vector<CrownFit>& fits) {
   all.photographs.clear();
   all.readings.clear();
   all.scenery.clear();
+  all.departures.clear();
   all.caveats.clear();
   all.messages.clear();
   all.uncertainty.block_chi2 = 0;

@@ -35,7 +35,7 @@ Object LayerJson(const std::string& name) {
           {"g", Object{{"fixed", enamel    ? 0.68
                                  : dentine ? 0.93
                                            : 0.8}}},
-          {"reduced_scattering_per_mm", Object{{"initial", 2.0}}},
+          {"reduced_scattering_per_mm", Object{{"initial", 2.0}, {"shared", "power_law"}}},
           {"absorption_per_mm", Object{{"initial", enamel ? std::vector<double>{0.01, 0.02, 0.05}
                                                           : std::vector<double>{0.03, 0.06, 0.15}}}}};
 }

@@ -1,11 +1,14 @@
 // Photographs by walks, fitted by walks: what the fit finds is the truth within its own intervals.
 
+#include "fit_by_walks.h"
+
 #include <gtest/gtest.h>
 
 #include <cmath>
 
 #include "base/files.h"
 #include "base/random.h"
+#include "check_capture.h"
 #include "exchange/material_file.h"
 #include "fit_crown.h"
 #include "fit_steps.h"
@@ -124,6 +127,35 @@ TEST(FitByWalks, FindsAToothWithinItsOwnIntervalsWhereShaderMissesIt) {
   for (const double share : fit.uncertainty.of_walks) {
     EXPECT_GT(share, 0.0);
     EXPECT_LT(share, 1.0);
+  }
+}
+
+TEST(FitByWalks, OneRunTellsHowFarScatteringIsOffALawThatItDoesNotKeep) {
+  const TemporaryFolder folder;
+  Capture capture = Walked(folder.path, {1.0, 1.0, 1.0, 1.0, 1.0, 1.0});
+  Material material = ReadMaterialFile(folder.path / "truth.json", capture);
+  ChannelValues& dentine = material.layers[1][Quantity::kReducedScattering];
+  const ChannelValues truth = dentine;
+  dentine.fill(std::cbrt(truth[0] * truth[1] * truth[2]));
+  capture.layers[1][Quantity::kReducedScattering].sharing = Sharing::kOneValue;
+  const Capture freed = WithoutLaws(capture, material);
+  const FreeParameters free = FreeParametersOf(freed);
+  FitOptions options;
+  options.paths_per_photograph = 150000;
+  const std::vector<CalibrationError> no_errors;
+  const FitProblem problem{freed, free, no_errors, options};
+  Progress silent(ProgressMode::kNone);
+  CrownInput input = ReadInput(freed, 0);
+  Evaluation e;
+  FitState at = StateAtStart(problem, input, e, silent);
+  const WalkedStep::Solution s = StepByWalks(problem, input, at, silent);
+  const int n = free.count();
+  const auto departures = DeparturesFromLaws(capture, free, s.step.head(n), s.covariance.topLeftCorner(n, n));
+  ASSERT_EQ(departures.size(), 1u);
+  for (int c = 0; c < kChannels; ++c) {
+    const double off = std::log(truth[c] / dentine[c]);
+    EXPECT_NEAR(departures[0].off[c], off, 3.0 * departures[0].stddev[c]) << c;
+    EXPECT_LT(departures[0].stddev[c], 0.1) << "or nothing is told";
   }
 }
 

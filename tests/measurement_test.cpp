@@ -268,7 +268,7 @@ TEST(MeasurementFit, ScatteringThatChannelsDoNotShareIsDeniedAndWhatTheyShareIsN
     ASSERT_EQ(shared.departures.size(), 1u);
     chi2 += shared.departures[0].chi2 / kDraws;
   }
-  EXPECT_GT(chi2, 0.7);  // of two: their mean of twelve is within 0.7 and 4 but once in a thousand
+  EXPECT_GT(chi2, 0.7);  // of two: the mean of twelve is beyond these four times in a thousand
   EXPECT_LT(chi2, 4.0);
 
   const CrownFit denied = fit({2.3 * 0.95, 2.3, 2.3 * 1.1}, 1);

@@ -138,7 +138,9 @@ void ApplyOverrides(Capture& capture, const FitOverrides& overrides) {
     const auto& [spec, row] = SpecNamed(capture, name, "--share");
     if (!row.per_channel && sharing != Sharing::kOneValue)
       throw InputError("", "--share", name + " has one value for all channels");
-    if (spec.fixed) throw InputError("", "--share", name + " is not fitted", "Say --free " + name + " as well.");
+    if (spec.fixed)
+      throw InputError("", "--share", name + " is not fitted: the capture holds it fixed",
+                       "Say --free " + name + " as well.");
     spec.sharing = sharing;
     if (sharing == Sharing::kOneValue) spec.value.fill(std::cbrt(spec.value[0] * spec.value[1] * spec.value[2]));
   }

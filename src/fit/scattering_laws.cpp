@@ -37,13 +37,6 @@ Eigen::MatrixXd LogarithmGradients(size_t layer, const FreeParameters& free) {
   return gradients;
 }
 
-/// What nothing tells is known as far as a thousand priors' widths.
-Eigen::MatrixXd FiniteCovariance(const FreeParameters& free, const DataKnowledge& knowledge) {
-  Eigen::MatrixXd precision = knowledge.Precision();
-  for (int k = 0; k < free.count(); ++k) precision(k, k) += 1e-6 * std::pow(free.entries[k].prior_stddev, -2.0);
-  return InverseOfSymmetric(precision);
-}
-
 /// As far as exponents of published teeth lie from 0, by the prior of the exponent.
 double Published(Sharing law, const FreeParameters& free, const Eigen::RowVectorXd& departure) {
   if (law == Sharing::kPowerLaw) return kOffPowerLaw;
@@ -60,12 +53,13 @@ SharedScattering Ask(Sharing law, size_t layer, const FreeParameters& free, cons
   Eigen::Index furthest;
   departures.rowwise().norm().maxCoeff(&furthest);
   const Eigen::RowVectorXd departure = departures.row(furthest);
-  const Eigen::MatrixXd covariance = FiniteCovariance(free, knowledge);
-  const Eigen::VectorXd with = covariance * departure.transpose();
   SharedScattering asked{};
   asked.law = law;
   asked.published = Published(law, free, departure);
-  asked.told = std::sqrt(departure.dot(with));
+  asked.told = std::sqrt(knowledge.Variance(departure));
+  if (!std::isfinite(asked.told)) return asked;
+  const Eigen::MatrixXd& covariance = knowledge.covariance;
+  const Eigen::VectorXd with = covariance * departure.transpose();
   constexpr double kItself = 1e-6;
   for (int k = 0; k < free.count(); ++k) {
     const double before = covariance(k, k), under_law = before - std::pow(with[k] / asked.told, 2);
@@ -103,13 +97,22 @@ std::vector<SharedScattering> ScatteringThatMayBeShared(
   return questions;
 }
 
+bool KeepsALaw(const Capture& capture) {
+  return std::ranges::any_of(capture.layers, [](const LayerSpec& l) {
+    return !l[kScattering].fixed && l[kScattering].sharing != Sharing::kNone;
+  });
+}
+
 Capture WithoutLaws(Capture capture, const Material& material) {
   for (size_t i = 0; i < kParameters.size(); ++i) {
     for (size_t l = 0; l < capture.layers.size(); ++l) {
       ParameterSpec& spec = capture.layers[l].parameters[i];
       if (spec.fixed) continue;
       spec.value = material.layers[l].values[i];
-      if (kParameters[i].quantity == kScattering) spec.sharing = Sharing::kNone;
+      if (!kParameters[i].per_channel) continue;
+      spec.sharing = Sharing::kNone;
+      spec.low = std::min(spec.low, *std::ranges::min_element(spec.value));  // a law's channels may lie outside
+      spec.high = std::max(spec.high, *std::ranges::max_element(spec.value));
     }
     if (!capture.surface[i].fixed) capture.surface[i].value = material.surface.values[i];
   }
@@ -123,12 +126,15 @@ std::vector<LawDeparture> DeparturesFromLaws(const Capture& fitted, const FreePa
     const ParameterSpec& spec = fitted.layers[l][kScattering];
     if (spec.fixed || spec.sharing == Sharing::kNone) continue;
     const Eigen::MatrixXd beyond = DirectionsBeyond(spec.sharing, freed.wavelengths_nm);
-    const Eigen::MatrixXd gradients = beyond.transpose() * LogarithmGradients(l, freed);
-    const Eigen::VectorXd departure = gradients * step;
-    const Eigen::MatrixXd its_covariance = gradients * covariance * gradients.transpose();
-    LawDeparture d{NameIn(fitted, l), l, spec.sharing, {}, {}, 0, static_cast<int>(departure.size())};
+    const Eigen::MatrixXd gradients = LogarithmGradients(l, freed);
+    const Eigen::VectorXd moved = gradients * step, departure = beyond.transpose() * moved;
+    const Eigen::MatrixXd of_all = gradients * covariance * gradients.transpose(),
+                          its_covariance = beyond.transpose() * of_all * beyond;
+    LawDeparture d{NameIn(fitted, l), spec.sharing};
+    d.freedom = static_cast<int>(departure.size());
     d.chi2 = departure.dot(SolveSymmetric(its_covariance, departure).col(0));
     for (int c = 0; c < kChannels; ++c) {
+      d.moved[c] = moved[c];
       d.off[c] = beyond.row(c).dot(departure);
       d.stddev[c] = std::sqrt((beyond.row(c) * its_covariance).dot(beyond.row(c)));
     }
@@ -138,8 +144,12 @@ std::vector<LawDeparture> DeparturesFromLaws(const Capture& fitted, const FreePa
 }
 
 std::vector<LawDeparture> DeparturesFromLaws(const Capture& fitted, const FreeParameters& freed,
-                                             const Eigen::VectorXd& step, const DataKnowledge& knowledge) {
-  return DeparturesFromLaws(fitted, freed, step, FiniteCovariance(freed, knowledge));
+                                             const DataKnowledge& knowledge) {
+  Eigen::MatrixXd precision = knowledge.Precision();
+  for (int k = 0; k < freed.count(); ++k)  // what nothing tells stays finite
+    precision(k, k) += 1e-6 * std::pow(freed.entries[k].prior_stddev, -2.0);
+  return DeparturesFromLaws(fitted, freed, knowledge.by_photographs - StartVector(freed),
+                            InverseOfSymmetric(precision));
 }
 
 }  // namespace crownfit

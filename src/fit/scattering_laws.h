@@ -19,11 +19,11 @@ namespace crownfit {
 struct SharedScattering {
   std::string parameter;  ///< "dentine.reduced_scattering_per_mm"
   Sharing law;
-  bool is_stated;    ///< the capture states it; else what has a number more
-  double told;       ///< a departure's standard deviation, where it is left free
-  double published;  ///< by how much published teeth depart
-  double narrows;    ///< under the law the interval of `narrowed` is narrower by this factor, the largest of all
-  std::string narrowed;
+  bool is_stated;        ///< the capture states it; else what has a number more
+  double told;           ///< a departure's standard deviation, where it is left free; infinite: nothing would tell it
+  double published;      ///< by how much published teeth depart
+  double narrows;        ///< under the law the interval of `narrowed` is narrower by this factor, the largest of all
+  std::string narrowed;  ///< empty: none that is known
   bool IsAdvised() const { return told > published; }
 };
 
@@ -32,24 +32,27 @@ struct SharedScattering {
 std::vector<SharedScattering> ScatteringThatMayBeShared(
     const Capture& capture, const std::function<DataKnowledge(const Capture&, const FreeParameters&)>& foresee);
 
-/// How far off its law scattering would go, were it free in every channel.
+/// Where scattering would go, were every law of the material's lifted: by its logarithms.
 struct LawDeparture {
   std::string parameter;
-  size_t layer;
   Sharing law;
-  std::array<double, kChannels> off{}, stddev{};  ///< of the logarithms
-  double chi2 = 0;                                ///< of the departure, over its covariance
+  std::array<double, kChannels> moved{};          ///< in all
+  std::array<double, kChannels> off{}, stddev{};  ///< of it, what the law can't follow
+  double chi2 = 0;                                ///< of `off`, over its covariance
   int freedom = 0;
 };
 
-/// The capture at a fit's material, with all scattering that keeps a law free in every channel instead.
+bool KeepsALaw(const Capture& capture);  ///< whether scattering that is fitted does
+
+/// The capture at a fit's material, with scattering and absorption free in every channel where they are fitted: what
+/// absorption's law denies is not taken for scattering's.
 Capture WithoutLaws(Capture capture, const Material& material);
 
 /// `freed`: of WithoutLaws; `step`: by how much its entries go from there where they are free, with its covariance.
 std::vector<LawDeparture> DeparturesFromLaws(const Capture& fitted, const FreeParameters& freed,
                                              const Eigen::VectorXd& step, const Eigen::MatrixXd& covariance);
-/// `knowledge`: where the step ended.
+/// `knowledge`: where such a fit ended.
 std::vector<LawDeparture> DeparturesFromLaws(const Capture& fitted, const FreeParameters& freed,
-                                             const Eigen::VectorXd& step, const DataKnowledge& knowledge);
+                                             const DataKnowledge& knowledge);
 
 }  // namespace crownfit

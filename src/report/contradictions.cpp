@@ -107,6 +107,8 @@ std::string PhotographsNotExplained(const std::vector<PhotographResult>& photogr
 
 std::string LawsDenied(const CrownFit& fit) {
   std::string denied;
+  const auto& wavelengths = fit.capture.wavelengths_nm;
+  const bool have_slope = std::ranges::count(wavelengths, wavelengths[0]) < static_cast<long>(kChannels);
   for (const LawDeparture& d : fit.departures) {
     const auto p = std::ranges::find(fit.uncertainty.parameters, d.parameter, &FittedParameter::name);
     if (p == fit.uncertainty.parameters.end() || d.chi2 < UnlikelyChi2(d.freedom)) continue;
@@ -114,16 +116,17 @@ std::string LawsDenied(const CrownFit& fit) {
     std::string percent;
     for (size_t c = 0; c < kChannels; ++c) {
       const size_t of = std::min(c, p->value.size() - 1);
-      const double there = p->value[of] * std::exp(d.off[c]);
+      const double there = p->value[of] * std::exp(d.moved[c]);
       beyond |= there < p->low95[of] || there > p->high95[of];
-      percent += (c ? ", " : "") + Number(100 * std::expm1(d.off[c]), 2);
+      percent += (c ? ", " : "") + Number(100 * std::expm1(d.moved[c]), 2);
     }
     if (!beyond) continue;
     const bool is_one = d.law == Sharing::kOneValue;
     denied += (denied.empty() ? "'" : "; '") + d.parameter + "' is " +
               (is_one ? "not one value in all channels" : "no power law over the channels") +
-              ", as stated: by themselves " + percent + " % off it, which its interval does not hold (--share " +
-              d.parameter + "=" + Word(is_one ? Sharing::kPowerLaw : Sharing::kNone) + ")";
+              ", as stated: left free they would be " + percent +
+              " % off it, which its interval does not hold (--share " + d.parameter + "=" +
+              Word(is_one && have_slope ? Sharing::kPowerLaw : Sharing::kNone) + ")";
   }
   return denied;
 }

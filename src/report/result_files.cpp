@@ -230,6 +230,7 @@ std::string MaterialJson(const CrownFit& fit) {
   JsonValue::Object off_laws;
   for (const LawDeparture& d : fit.departures)
     off_laws.emplace_back(d.parameter, JsonValue::Object{{"shared", Word(d.law)},
+                                                         {"moved", JsonValue::Array(d.moved.begin(), d.moved.end())},
                                                          {"off", JsonValue::Array(d.off.begin(), d.off.end())},
                                                          {"stddev", JsonValue::Array(d.stddev.begin(), d.stddev.end())},
                                                          {"chi2", d.chi2},

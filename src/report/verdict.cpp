@@ -185,7 +185,8 @@ void Judge(CrownFit& fit, std::vector<std::string> reasons) {
                           "): lamps, exposures or encoding are stated wrongly, and absorption follows such an error "
                           "many times over");
   if (const std::string laws = LawsDenied(fit); !laws.empty())
-    fit.reasons.push_back("the " + SourceOf(fit) + " deny what channels were to share: " + laws);
+    fit.reasons.push_back("the " + SourceOf(fit) +
+                          " deny what channels were to share, or their colours are wrong: " + laws);
   const auto any_is = [&](std::initializer_list<Status> which) {
     return std::any_of(u.parameters.begin(), u.parameters.end(), [&](const FittedParameter& p) {
       return std::any_of(which.begin(), which.end(), [&](Status s) { return !p.ChannelsThatAre(s).empty(); }) &&
