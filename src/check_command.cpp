@@ -153,9 +153,8 @@ void PrintShared(const CaptureCheck& check) {
   if (check.shared.empty()) return;
   std::printf(
       "\nWhat channels may share. Under a law with a number less all fitted values are better where the material "
-      "departs "
-      "from it by less than would be told otherwise (one standard deviation, channel furthest off), and worse where by "
-      "more:\n");
+      "departs from it by less than would be told otherwise (one standard deviation, channel furthest off), and worse "
+      "where by more:\n");
   for (const SharedScattering& s : check.shared) {
     const std::string told = !std::isfinite(s.told)
                                  ? "nothing would tell a departure: better shared"
