@@ -87,7 +87,7 @@ TEST(FitByWalks, FindsAToothWithinItsOwnIntervalsWhereShaderMissesIt) {
   const TemporaryFolder folder;
   Capture capture = Walked(folder.path, {1.0, 1.04, 1.0, 0.97, 1.0, 1.0}, 81);
   for (size_t i : {1, 3}) capture.photographs[i].exposure_stddev = 0.04;
-  const CrownFit fit = Fit(capture, 200000);
+  const CrownFit fit = Fit(capture, 120000);
   EXPECT_EQ(fit.model, "path") << "shader is not enough";
   EXPECT_TRUE(fit.converged);
   EXPECT_TRUE(fit.usable);
@@ -163,7 +163,7 @@ TEST(FitByWalks, ByDiffusionIntervalsHoldTheModelsOwnError) {
   // Clear enamel of g 0.96: ten collisions are less than half a transport path, the worst there is for this model.
   const TemporaryFolder folder;
   const Capture capture = Walked(folder.path, {1.0, 1.0, 1.0, 1.0, 1.0, 1.0});
-  const CrownFit fit = Fit(capture, 300000, "diffusion");
+  const CrownFit fit = Fit(capture, 200000, "diffusion");
   EXPECT_EQ(fit.model, "diffusion");
   EXPECT_TRUE(fit.usable);
   EXPECT_LT(fit.uncertainty.block_chi2, 1.5) << "patches are off by no more than the model is said to be";
