@@ -3,6 +3,7 @@
 #include <Eigen/Cholesky>
 #include <Eigen/Eigenvalues>
 #include <Eigen/QR>
+#include <Eigen/SVD>
 
 namespace crownfit {
 
@@ -16,6 +17,26 @@ Eigen::MatrixXd SolveSymmetric(const Eigen::MatrixXd& a, const Eigen::MatrixXd& 
 
 Eigen::MatrixXd InverseOfSymmetric(const Eigen::MatrixXd& a) {
   return SolveSymmetric(a, Eigen::MatrixXd::Identity(a.rows(), a.rows()));
+}
+
+Eigen::MatrixXd PseudoInverse(const Eigen::MatrixXd& m) { return m.completeOrthogonalDecomposition().pseudoInverse(); }
+
+Eigen::MatrixXd InverseRoot(const Eigen::MatrixXd& m) {
+  const auto [values, vectors] = EigenOfSymmetric(m);
+  return Congruent(vectors, values.cwiseSqrt().cwiseInverse().asDiagonal());
+}
+
+Eigen::MatrixXd Congruent(const Eigen::MatrixXd& a, const Eigen::MatrixXd& m) { return a * m * a.transpose(); }
+
+Eigen::MatrixXd InUnits(const Eigen::MatrixXd& m, const Eigen::VectorXd& d) {
+  return d.asDiagonal() * m * d.asDiagonal();
+}
+
+Singular SingularOf(const Eigen::MatrixXd& m) {
+  const Eigen::HouseholderQR<Eigen::MatrixXd> qr(m);
+  const Eigen::MatrixXd r = qr.matrixQR().topRows(m.cols()).triangularView<Eigen::Upper>();
+  const Eigen::JacobiSVD<Eigen::MatrixXd> svd(r, Eigen::ComputeFullV);
+  return {svd.singularValues(), svd.matrixV()};
 }
 
 Eigen::MatrixXd ShortestNearest(const Eigen::MatrixXd& a, const Eigen::MatrixXd& b) {

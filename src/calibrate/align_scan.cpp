@@ -1,6 +1,6 @@
 #include "calibrate/align_scan.h"
 
-#include <Eigen/Dense>
+#include <Eigen/Core>
 #include <algorithm>
 #include <cmath>
 #include <numbers>

@@ -1,11 +1,11 @@
 #include "calibrate/contour_fit.h"
 
-#include <Eigen/Dense>
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <numbers>
 
+#include "base/linear_algebra.h"
 #include "base/parallel.h"
 #include "calibrate/edge_profile.h"
 
@@ -171,18 +171,14 @@ void ContourFit::Step(const std::vector<Match>& matches, bool free_size, State& 
   Matrix7 scatter = kShared_px * state.sigma * state.sigma * normal;
   for (const Vector7& pull : pulls) scatter += pull * pull.transpose();
 
-  // Of any size: one solver to compile in place of one for each.
-  const auto pseudo_inverse = [](const Eigen::MatrixXd& m) -> Eigen::MatrixXd {
-    return m.completeOrthogonalDecomposition().pseudoInverse();
-  };
-  const Eigen::MatrixXd of_motion = normal.topLeftCorner<6, 6>(), inverse = pseudo_inverse(of_motion);
-  state.covariance = inverse * scatter.topLeftCorner<6, 6>() * inverse;
-  const Vector7 by_size = pseudo_inverse(normal).col(6);
+  const Eigen::MatrixXd of_motion = normal.topLeftCorner<6, 6>(), inverse = PseudoInverse(of_motion);
+  state.covariance = Congruent(inverse, scatter.topLeftCorner<6, 6>());
+  const Vector7 by_size = PseudoInverse(normal).col(6);
   state.larger_stddev = std::sqrt(by_size.dot(scatter * by_size));
 
-  const auto solved = [](Eigen::MatrixXd damped, const Eigen::VectorXd& right) -> Eigen::VectorXd {
+  const auto solved = [](Eigen::MatrixXd damped, const Eigen::VectorXd& right) {
     damped.diagonal() *= 1 + 1e-6;
-    return damped.ldlt().solve(right);
+    return SolveSymmetric(damped, right);
   };
   if (free_size) {
     const Vector7 step = solved(normal, gradient);

@@ -1,8 +1,10 @@
 #include "calibrate/edge_profile.h"
 
-#include <Eigen/Dense>
+#include <Eigen/Cholesky>
 #include <cmath>
 #include <vector>
+
+#include "base/linear_algebra.h"
 
 namespace crownfit {
 namespace {
@@ -65,7 +67,7 @@ StepFit FitStep(const Profile& profile, double blur, double reach) {
   // Samples at half pixels share pixels: an error of one reaches over about four.
   const double noise = 4.0 * best.squares / (kSamples - 4);
   const Eigen::Matrix4d normal = by_all.transpose() * by_all;
-  best.variance = noise * normal.completeOrthogonalDecomposition().pseudoInverse()(3, 3);
+  best.variance = noise * PseudoInverse(normal)(3, 3);
   best.contrast = std::abs(best_levels[1]) / std::sqrt(noise + 1e-300);
   return best;
 }

@@ -1,12 +1,12 @@
 #include "calibrate/estimate_camera.h"
 
-#include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
 #include <numbers>
 #include <numeric>
 #include <opencv2/calib3d.hpp>
 
+#include "base/linear_algebra.h"
 #include "calibrate/opencv_camera.h"
 
 namespace crownfit {
@@ -113,22 +113,20 @@ std::array<double, kIntrinsics> StandardDeviations(const Solution& solution) {
     Eigen::MatrixXd intrinsic(all.rows(), p);
     for (Eigen::Index c = 0; c < p; ++c) intrinsic.col(c) = all.col(estimated[c]);
     const Eigen::MatrixXd pose = all.rightCols(6);
-    const Eigen::MatrixXd left = intrinsic - pose * pose.householderQr().solve(intrinsic);
+    const Eigen::MatrixXd left = intrinsic - pose * ShortestNearest(pose, intrinsic);
     of_view[v] = left.transpose() * left;
     gradient[v] = left.transpose() * solution.residuals[v];
     normal += of_view[v];
   }
   const double freedom =
       2.0 * static_cast<double>(solution.corners) - static_cast<double>(p) - 6.0 * static_cast<double>(views);
-  const Eigen::MatrixXd classical = solution.sum_of_squares / std::max(1.0, freedom) * normal.inverse();
+  const Eigen::MatrixXd classical = solution.sum_of_squares / std::max(1.0, freedom) * InverseOfSymmetric(normal);
   // (I - H)^(-1/2) of each view's leverage H, in the space of the intrinsics.
-  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> of_normal(normal);
-  const Eigen::MatrixXd root = of_normal.operatorInverseSqrt();
+  const Eigen::MatrixXd root = InverseRoot(normal);
   Eigen::MatrixXd robust = Eigen::MatrixXd::Zero(p, p);
   for (size_t v = 0; v < views; ++v) {
-    const Eigen::MatrixXd left = Eigen::MatrixXd::Identity(p, p) - root * of_view[v] * root;
-    const Eigen::VectorXd moved =
-        root * Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd>(left).operatorInverseSqrt() * root * gradient[v];
+    const Eigen::MatrixXd left = Eigen::MatrixXd::Identity(p, p) - Congruent(root, of_view[v]);
+    const Eigen::VectorXd moved = Congruent(root, InverseRoot(left)) * gradient[v];
     robust += moved * moved.transpose();
   }
   std::array<double, kIntrinsics> stddev{};

@@ -2,11 +2,11 @@
 
 #include <ceres/ceres.h>
 
-#include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
 
 #include "base/error.h"
+#include "base/linear_algebra.h"
 #include "calibrate/product.h"
 #include "photo/photograph.h"
 
@@ -50,7 +50,7 @@ std::vector<glm::dvec3> FitColumns(const Chart& chart, const std::vector<PatchRe
     for (int c = 0; c < columns; ++c) left(i, c) = weight * terms.back()[c];
     for (int r = 0; r < 3; ++r) right(i, r) = weight * wanted[r];
   }
-  const Eigen::MatrixXd start = left.colPivHouseholderQr().solve(right);
+  const Eigen::MatrixXd start = ShortestNearest(left, right);
   std::vector<double> x(3 * columns);
   for (int c = 0; c < columns; ++c)
     for (int r = 0; r < 3; ++r) x[3 * c + r] = start(c, r);
@@ -136,10 +136,10 @@ void AddFallOff(const Chart& chart, const std::vector<PatchReading>& readings, C
     right(i) = std::log(std::max(1e-6, Luminance(estimate.transform(readings[p].mean))) /
                         std::max(1e-6, Luminance(chart.patches[p].linear_rgb)));
   }
-  const Eigen::VectorXd plane = left.colPivHouseholderQr().solve(right);
+  const Eigen::VectorXd plane = ShortestNearest(left, right);
   estimate.fall_off = std::hypot(plane(1), plane(2));
   const double variance = (right - left * plane).squaredNorm() / static_cast<double>(n - 3);
-  const Eigen::Matrix3d covariance = variance * (left.transpose() * left).inverse();
+  const Eigen::Matrix3d covariance = variance * InverseOfSymmetric(left.transpose() * left);
   estimate.fall_off_stddev = std::sqrt(std::max(covariance(1, 1), covariance(2, 2)));
 }
 

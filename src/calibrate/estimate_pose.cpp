@@ -1,12 +1,12 @@
 #include "calibrate/estimate_pose.h"
 
-#include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
 #include <numbers>
 #include <opencv2/calib3d.hpp>
 
 #include "base/error.h"
+#include "base/linear_algebra.h"
 #include "calibrate/draw.h"
 #include "calibrate/opencv_camera.h"
 #include "photo/photograph.h"
@@ -83,8 +83,7 @@ std::optional<MarkerPose> EstimatePose(const BoardView& view, const Camera& came
   }
   const double freedom = std::max(1.0, 2.0 * static_cast<double>(pixels.size()) - 6.0);
   const double variance = std::max(0.05 * 0.05, squares / freedom);
-  const Eigen::MatrixXd covariance =
-      variance * (jacobian.transpose() * jacobian).completeOrthogonalDecomposition().pseudoInverse();
+  const Eigen::MatrixXd covariance = variance * PseudoInverse(jacobian.transpose() * jacobian);
   for (int r = 0; r < 6; ++r)
     for (int c = 0; c < 6; ++c) pose.covariance[6 * r + c] = covariance(r, c);
   return pose;

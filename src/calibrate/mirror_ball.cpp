@@ -1,11 +1,11 @@
 #include "calibrate/mirror_ball.h"
 
-#include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
 #include <numbers>
 #include <opencv2/imgproc.hpp>
 
+#include "base/linear_algebra.h"
 #include "calibrate/opencv_image.h"
 
 namespace crownfit {
@@ -19,7 +19,7 @@ BallOutline CircleThrough(const std::vector<glm::dvec2>& points) {
     left.row(static_cast<Eigen::Index>(i)) << 2 * points[i].x, 2 * points[i].y, 1.0;
     right(static_cast<Eigen::Index>(i)) = glm::dot(points[i], points[i]);
   }
-  const Eigen::VectorXd x = left.colPivHouseholderQr().solve(right);
+  const Eigen::VectorXd x = ShortestNearest(left, right);
   BallOutline circle{{x(0), x(1)}, std::sqrt(std::max(1e-9, x(2) + x(0) * x(0) + x(1) * x(1))), 0};
   double sum = 0;
   for (const auto& p : points) sum += std::pow(glm::length(p - circle.centre_px) - circle.radius_px, 2.0);
@@ -147,7 +147,7 @@ std::optional<LampRay> RayTowardsLamp(const BallOutline& ball, const Highlight2d
           DirectionFromPixel(*camera, ball.centre_px + ball.radius_px * glm::dvec2(std::cos(angle), std::sin(angle)));
       left.row(i) << d.x, d.y, d.z;
     }
-    const Eigen::Vector3d m = left.colPivHouseholderQr().solve(Eigen::VectorXd::Ones(64));
+    const Eigen::Vector3d m = ShortestNearest(left, Eigen::VectorXd::Ones(64));
     const double cosine = 1.0 / m.norm();
     if (cosine >= 1.0) return std::nullopt;
     const glm::dvec3 axis = glm::normalize(glm::dvec3(m(0), m(1), m(2)));
@@ -188,11 +188,11 @@ std::optional<LampPosition> Triangulate(const std::vector<LampRay>& rays) {
           round ? (p - Eigen::Vector3d(ray.from_mm.x, ray.from_mm.y, ray.from_mm.z)).norm() : 1.0 / ray.stddev_rad;
       add(ray, 1.0 / std::pow(std::max(1e-9, distance * ray.stddev_rad), 2.0));
     }
-    const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> spectrum(normal);
-    if (spectrum.eigenvalues()(0) < 1e-9 * spectrum.eigenvalues()(2)) return std::nullopt;
-    p = normal.ldlt().solve(right);
+    const Eigen::VectorXd spectrum = EigenOfSymmetric(normal).values;
+    if (spectrum(0) < 1e-9 * spectrum(2)) return std::nullopt;
+    p = SolveSymmetric(normal, right);
   }
-  const Eigen::Matrix3d covariance = normal.inverse();
+  const Eigen::Matrix3d covariance = InverseOfSymmetric(normal);
   LampPosition lamp{{p(0), p(1), p(2)}, glm::dmat3(1.0), 0};
   double sum = 0;
   for (const LampRay& ray : rays) {

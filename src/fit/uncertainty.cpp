@@ -1,7 +1,5 @@
 #include "fit/uncertainty.h"
 
-#include <Eigen/QR>
-#include <Eigen/SVD>
 #include <algorithm>
 #include <cmath>
 #include <map>
@@ -104,7 +102,7 @@ Eigen::MatrixXd DataKnowledge::Precision() const {
   Eigen::VectorXd inverse = Eigen::VectorXd::Zero(covariance.rows());
   for (Eigen::Index i = unseen.cols(); i < inverse.size(); ++i)  // the covariance is 0 along unseen directions
     if (values[i] > 0) inverse[i] = 1.0 / values[i];
-  return vectors * inverse.asDiagonal() * vectors.transpose();
+  return Congruent(vectors, inverse.asDiagonal());
 }
 
 EntryKnowledge DataKnowledge::Of(const std::vector<FreeEntry>& entries) const {
@@ -164,20 +162,15 @@ DataKnowledge KnowledgeByShader(const CastState& state, const FreeParameters& fr
   k.block_chi2 = BlockChi2(state, e, pixels);
   k.inflation = std::max({1.0, k.reduced_chi2, k.block_chi2});
   if (n == 0) return k;
-  // R of a QR first: the singular values of J without squaring its condition number.
   Eigen::MatrixXd jacobian = Eigen::MatrixXd::Zero(std::max<Eigen::Index>(e.jacobian.rows(), n), n);
   jacobian.topRows(e.jacobian.rows()) = e.jacobian;
-  const Eigen::HouseholderQR<Eigen::MatrixXd> qr(jacobian);
-  const Eigen::MatrixXd r = qr.matrixQR().topRows(n).triangularView<Eigen::Upper>();
-  const Eigen::JacobiSVD<Eigen::MatrixXd> svd(r, Eigen::ComputeFullV);
-  const Eigen::VectorXd singular = svd.singularValues();
-  const Eigen::MatrixXd& v = svd.matrixV();
+  const auto [singular, v] = SingularOf(jacobian);
   const auto seen = (singular.array() > kNullRatio * singular[0]).count();
   k.condition = singular[n - 1] > 0 ? singular[0] / singular[n - 1] : HUGE_VAL;
-  const Eigen::MatrixXd inverse =
-      v.leftCols(seen) * singular.head(seen).cwiseAbs2().cwiseInverse().asDiagonal() * v.leftCols(seen).transpose();
+  const Eigen::VectorXd variances = singular.head(seen).cwiseAbs2().cwiseInverse();
+  const Eigen::MatrixXd inverse = Congruent(v.leftCols(seen), variances.asDiagonal());
   k.covariance = k.inflation * inverse;
-  if (with_model_errors) k.covariance += inverse * ModelScatter(state, e, pixels) * inverse;
+  if (with_model_errors) k.covariance += Congruent(inverse, ModelScatter(state, e, pixels));
   k.unseen = v.rightCols(n - seen);
   k.by_photographs = x - inverse * (e.jacobian.transpose() * e.robust);
   return k;

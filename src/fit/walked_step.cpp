@@ -138,7 +138,7 @@ Eigen::MatrixXd WalkedStep::NormalWithout(size_t group) const {
 namespace {
 
 Eigen::MatrixXd InverseOfScaled(const Eigen::MatrixXd& m, const Eigen::VectorXd& unit) {
-  return unit.asDiagonal() * InverseOfSymmetric(unit.asDiagonal() * m * unit.asDiagonal()) * unit.asDiagonal();
+  return InUnits(InverseOfSymmetric(InUnits(m, unit)), unit);
 }
 
 }  // namespace
@@ -180,20 +180,19 @@ WalkedStep::Solution WalkedStep::Solve(const Prior& prior, const std::vector<int
     const Eigen::VectorXd unit = all_units(told);
     const auto scaled = [&](const Eigen::MatrixXd& m) -> Eigen::MatrixXd {
       const Eigen::MatrixXd part = m(told, told);
-      return unit.asDiagonal() * (0.5 * (part + part.transpose())) * unit.asDiagonal();
+      return InUnits(0.5 * (part + part.transpose()), unit);
     };
     const auto [values, directions] = EigenOfSymmetric(scaled(normal));
     Eigen::VectorXd variances = Eigen::VectorXd::Zero(values.size());
     for (const Eigen::MatrixXd& off : normal_by_group)
-      variances += jackknife * (directions.transpose() * scaled(off) * directions).diagonal().cwiseAbs2();
+      variances += jackknife * Congruent(directions.transpose(), scaled(off)).diagonal().cwiseAbs2();
     Eigen::Index least = -1;
     double told_by = kTold;
     for (Eigen::Index i = 0; i < values.size(); ++i)
       if (const double by = values[i] > kNothing ? values[i] / std::sqrt(variances[i]) : -1.0; by <= told_by)
         least = i, told_by = by;
     if (least < 0) {
-      inverse_told = unit.asDiagonal() * directions * values.cwiseInverse().asDiagonal() * directions.transpose() *
-                     unit.asDiagonal();
+      inverse_told = InUnits(Congruent(directions, values.cwiseInverse().asDiagonal()), unit);
       break;
     }
     Eigen::Index most = 0;
@@ -205,11 +204,9 @@ WalkedStep::Solution WalkedStep::Solve(const Prior& prior, const std::vector<int
   for (const int k : told) project(k, k) = 1.0;
   project(loose, told) = normal(loose, told) * inverse_told;
   Eigen::MatrixXd inverse = Eigen::MatrixXd::Zero(unknowns_, unknowns_);
-  const Eigen::MatrixXd with_prior = project * normal * project.transpose() + prior.precision;
+  const Eigen::MatrixXd with_prior = Congruent(project, normal) + prior.precision;
   inverse(asked, asked) = InverseOfScaled(with_prior(asked, asked), all_units(asked));
-  const auto spread = [&](const Eigen::MatrixXd& m) -> Eigen::MatrixXd {
-    return inverse * project * m * project.transpose() * inverse;
-  };
+  const auto spread = [&](const Eigen::MatrixXd& m) { return Congruent(inverse * project, m); };
 
   Solution s;
   s.seen = loose.empty();
@@ -226,7 +223,7 @@ WalkedStep::Solution WalkedStep::Solve(const Prior& prior, const std::vector<int
     of_walks += apart * apart.transpose() / (n * (n - 1.0));
   }
   s.walk_covariance = spread(of_walks) + s.slope_covariance;
-  s.covariance = spread(normal_ - of_walks_) + inverse * prior.precision * inverse + s.walk_covariance;
+  s.covariance = spread(normal_ - of_walks_) + Congruent(inverse, prior.precision) + s.walk_covariance;
   s.noise_gain = (normal * s.covariance).trace();
   return s;
 }

@@ -1,9 +1,10 @@
 #include "optics/layer_modes.h"
 
-#include <Eigen/Dense>
+#include <Eigen/Cholesky>
 #include <cmath>
 
 #include "base/error.h"
+#include "base/linear_algebra.h"
 
 namespace crownfit {
 namespace {
@@ -137,12 +138,12 @@ LayerModes::LayerModes(const SlabLayer& layer, const Directions& d, int moments)
   // grazing directions are too large for that; 1 / (1 + s) is small for those and at most 1.
   Matrix one_plus = lower.transpose() * Loss(turned_.alike) * lower;
   one_plus.diagonal().array() += 1.0;
-  const Eigen::SelfAdjointEigenSolver<Matrix> eigen(Matrix(one_plus.llt().solve(Matrix::Identity(n, n))));
-  decay_ = (eigen.eigenvalues().cwiseInverse().array() - 1.0).cwiseMax(0.0).sqrt();
-  modes_ = factors.matrixU().solve(eigen.eigenvectors());
+  const auto [values, vectors] = EigenOfSymmetric(one_plus.llt().solve(Matrix::Identity(n, n)));
+  decay_ = (values.cwiseInverse().array() - 1.0).cwiseMax(0.0).sqrt();
+  modes_ = factors.matrixU().solve(vectors);
   // The smallest is what a thick layer transmits by, and much less than 1. By its Rayleigh quotient in a form in which
   // nothing cancels: what is absorbed, and differences between directions.
-  const Vector y = (lower * eigen.eigenvectors().col(n - 1)).cwiseQuotient(root_of_flux_);
+  const Vector y = (lower * vectors.col(n - 1)).cwiseQuotient(root_of_flux_);
   double square = cut_.absorbed * y.cwiseAbs2().dot(d.weight);
   for (Index i = 0; i < n; ++i)
     for (Index j = 0; j < i; ++j)
