@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <opencv2/imgproc.hpp>
 
 #include "base/parallel.h"
 #include "base/random.h"
@@ -19,50 +20,67 @@ bool IsInside(const std::vector<glm::dvec2>& outline, const glm::dvec2& p) {
   return inside;
 }
 
-/// The print at 0.02 mm.
-struct Raster {
-  static constexpr double kStep_mm = 0.02;
-  int width, height;
-  std::vector<float> grey;
-
-  explicit Raster(const PrintedTarget& target)
-      : width(static_cast<int>(target.size_mm.x / kStep_mm) + 1),
-        height(static_cast<int>(target.size_mm.y / kStep_mm) + 1),
-        grey(static_cast<size_t>(width) * height, 1.0f) {
-    for (const Patch& patch : target.patches) {
+/// Which patches may lie where, so that few are asked.
+class PrintedPatches {
+ public:
+  explicit PrintedPatches(const PrintedTarget& target)
+      : patches_(target.patches),
+        columns_(static_cast<int>(target.size_mm.x / kCell_mm) + 1),
+        rows_(static_cast<int>(target.size_mm.y / kCell_mm) + 1),
+        of_cell_(static_cast<size_t>(columns_) * rows_) {
+    for (const Patch& patch : patches_) {
       glm::dvec2 low = patch.outline_mm[0], high = low;
       for (const auto& p : patch.outline_mm) low = glm::min(low, p), high = glm::max(high, p);
-      for (int y = std::max(0, static_cast<int>(low.y / kStep_mm)); y < height && y * kStep_mm <= high.y; ++y)
-        for (int x = std::max(0, static_cast<int>(low.x / kStep_mm)); x < width && x * kStep_mm <= high.x; ++x)
-          if (IsInside(patch.outline_mm, kStep_mm * glm::dvec2(x + 0.5, y + 0.5)))
-            grey[static_cast<size_t>(y) * width + x] = static_cast<float>(patch.grey);
+      const glm::ivec2 from = CellAt(low), to = CellAt(high);
+      for (int y = from.y; y <= to.y; ++y)
+        for (int x = from.x; x <= to.x; ++x) of_cell_[static_cast<size_t>(y) * columns_ + x].push_back(&patch);
     }
   }
-  double At(const glm::dvec2& at_mm) const {
-    const int x = std::clamp(static_cast<int>(at_mm.x / kStep_mm), 0, width - 1);
-    const int y = std::clamp(static_cast<int>(at_mm.y / kStep_mm), 0, height - 1);
-    return grey[static_cast<size_t>(y) * width + x];
+  /// Of the last that was printed there; 1 on bare paper.
+  double GreyAt(const glm::dvec2& at_mm) const {
+    const glm::ivec2 cell = CellAt(at_mm);
+    const auto& here = of_cell_[static_cast<size_t>(cell.y) * columns_ + cell.x];
+    const auto last = std::find_if(here.rbegin(), here.rend(), [&](auto p) { return IsInside(p->outline_mm, at_mm); });
+    return last == here.rend() ? 1.0 : (*last)->grey;
   }
+
+ private:
+  static constexpr double kCell_mm = 1.0;
+  glm::ivec2 CellAt(const glm::dvec2& at_mm) const {
+    return glm::clamp(glm::ivec2(at_mm / kCell_mm), glm::ivec2(0), glm::ivec2(columns_ - 1, rows_ - 1));
+  }
+  const std::vector<Patch>& patches_;
+  int columns_, rows_;
+  std::vector<std::vector<const Patch*>> of_cell_;
 };
 
 }  // namespace
 
 Image RenderTarget(const PrintedTarget& target, const glm::dvec2& target_origin_mm, const Camera& camera,
                    const RigidTransform& camera_from_board, const RenderedLight& light) {
-  const Raster raster(target);
+  const PrintedPatches patches(target);
   const RigidTransform board_from_camera = camera_from_board.Inverse();
   const glm::dvec3 eye = board_from_camera.translation_mm;
+  // A lens is inverted at pixels' corners alone: within one, directions change linearly.
+  const int corners = camera.width + 1;
+  std::vector<glm::dvec3> at_corner(static_cast<size_t>(corners) * (camera.height + 1));
+  ParallelFor(camera.height + 1, 0, [&](size_t y) {
+    for (int x = 0; x < corners; ++x)
+      at_corner[y * corners + x] = board_from_camera.Direction(DirectionFromPixel(camera, {x, static_cast<double>(y)}));
+  });
   constexpr int kStrata = 4;  // blurred before pixels are averaged, as light is
   Image fine(kStrata * camera.width, kStrata * camera.height, 1);
   ParallelFor(fine.height, 0, [&](size_t y) {
     for (int x = 0; x < fine.width; ++x) {
-      const glm::dvec2 pixel((x + 0.5) / kStrata, (static_cast<double>(y) + 0.5) / kStrata);
-      const glm::dvec3 d = board_from_camera.Direction(DirectionFromPixel(camera, pixel));
+      const glm::dvec3* above = &at_corner[y / kStrata * corners + x / kStrata];
+      const double right = (x % kStrata + 0.5) / kStrata, down = (static_cast<double>(y % kStrata) + 0.5) / kStrata;
+      const glm::dvec3 d =
+          glm::mix(glm::mix(above[0], above[1], right), glm::mix(above[corners], above[corners + 1], right), down);
       const double t = -eye.z / d.z;
       const glm::dvec2 at = glm::dvec2(eye + t * d) + target_origin_mm;
       const bool on_print = t > 0 && at.x >= 0 && at.y >= 0 && at.x <= target.size_mm.x && at.y <= target.size_mm.y;
       fine.at(x, static_cast<int>(y), 0) =
-          static_cast<float>(light.level * (on_print ? 0.04 + 0.86 * raster.At(at) : light.surround));
+          static_cast<float>(light.level * (on_print ? 0.04 + 0.86 * patches.GreyAt(at) : light.surround));
     }
   });
   Image blurred = Blurred(fine, kStrata * light.sigma_px);
@@ -84,27 +102,11 @@ Image RenderTarget(const PrintedTarget& target, const glm::dvec2& target_origin_
 
 Image Blurred(const Image& image, double sigma_px) {
   if (sigma_px <= 0) return image;
-  const int radius = static_cast<int>(std::ceil(5 * sigma_px));
-  std::vector<double> kernel;
-  double total = 0;
-  for (int i = -radius; i <= radius; ++i) total += kernel.emplace_back(std::exp(-0.5 * i * i / (sigma_px * sigma_px)));
-  Image across = image, both = image;
-  for (int pass = 0; pass < 2; ++pass) {
-    const Image& from = pass ? across : image;
-    Image& to = pass ? both : across;
-    ParallelFor(image.height, 0, [&](size_t row) {
-      const int y = static_cast<int>(row);
-      for (int x = 0; x < image.width; ++x)
-        for (int c = 0; c < image.channels; ++c) {
-          double sum = 0;
-          for (int i = -radius; i <= radius; ++i)
-            sum += kernel[i + radius] * from.at(pass ? x : std::clamp(x + i, 0, image.width - 1),
-                                                pass ? std::clamp(y + i, 0, image.height - 1) : y, c);
-          to.at(x, y, c) = static_cast<float>(sum / total);
-        }
-    });
-  }
-  return both;
+  Image blurred = image;
+  cv::Mat values(blurred.height, blurred.width, CV_32FC(blurred.channels), blurred.values.data());
+  const int side = 2 * static_cast<int>(std::ceil(5 * sigma_px)) + 1;
+  cv::GaussianBlur(values, values, {side, side}, sigma_px, sigma_px, cv::BORDER_REPLICATE);
+  return blurred;
 }
 
 Image Noisy(const Image& image, double gain, double read_noise, uint64_t seed) {
