@@ -10,7 +10,7 @@ fi
 folder=$(mktemp -d)
 trap 'rm -rf "$folder"' EXIT
 {
-  echo "id,capture,max_pixels"
-  for i in 1 2 3 4; do echo "c$i,$2,${i}00"; done
+  echo "id,capture,max_pixels,profiles"
+  for i in 1 2 3; do echo "c$i,$2,${i}00,0"; done
 } >"$folder/manifest.csv"
 python3 "$check" "$1" "$folder/manifest.csv" --kills 4
