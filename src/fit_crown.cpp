@@ -5,89 +5,37 @@
 
 #include "base/error.h"
 #include "base/text.h"
-#include "fit_by_walks.h"
-#include "fit_measurements.h"
-#include "fit_pixels.h"
-#include "foresee_photographs.h"
-#include "gather_walks.h"
-#include "material_priors.h"
-#include "optics/twelve_taps.h"
-#include "scene_requirements.h"
-#include "scenery_levels.h"
-#include "walk_profiles.h"
+#include "fit/calibration_derivatives.h"
+#include "fit/choose_pixels.h"
+#include "fit/fit_measurements.h"
+#include "fit/fit_shader.h"
+#include "fit/judge.h"
+#include "fit/material_priors.h"
+#include "fit_path/fit_by_walks.h"
+#include "fit_path/gather_walks.h"
+#include "fit_path/predict_by_walks.h"
+#include "fit_path/scenery_levels.h"
+#include "fit_path/walk_profiles.h"
+#include "plan/foresee_photographs.h"
+#include "plan/scene_requirements.h"
+#include "scene/cast_capture.h"
+#include "shader/twelve_taps.h"
 
 namespace crownfit {
 namespace {
 
-ModelChoice ChoiceAfter(const FitProblem& problem, const FitState& by_shader) {
-  return WhetherShaderSuffices(by_shader.knowledge.block_chi2,
-                               HowFarMoved(problem.errors, by_shader.calibration.amounts),
-                               problem.options.use_priors ? OffNarrowPriors(problem.free, by_shader.x) : 0.0);
-}
-
-bool GoesOnToWalks(const FitProblem& problem, const FitState& by_shader) {
-  const std::string& asked = problem.options.model;
-  return asked == "path" || asked == "diffusion" || (asked == "auto" && !ChoiceAfter(problem, by_shader).suffices);
-}
-
-/// Casts and fits by turns, until thicknesses and calibration stay where they were cast; before walks, which need but a
-/// start, a few times.
-FitState FitByShader(const FitProblem& problem, CrownInput& input, Progress& progress) {
-  const auto& [capture, free, errors, options, others] = problem;
-  CastOptions cast_options;
-  cast_options.threads = options.threads;
-  if (options.twelve_taps) cast_options.kernel = TwelveTapKernel();
-  cast_options.shade_scenery = AnyBlurred(capture);  // a lens spreads its light over the object
-  SolveOptions solve_options;
-  solve_options.use_priors = options.use_priors;
-  if (options.model == "shader") solve_options.others = others;  // else they know the path model's values
-
-  FitState at;
-  at.x = StartVector(free);
-  at.calibration.amounts.assign(errors.size(), 0.0);
-  // Calibration errors make a cast three times as dear, and walks begin at the stated calibration in any case.
-  const int casts_before_walks = errors.empty() ? 3 : options.model == "auto" ? 2 : 1;
-  for (bool again = true; again && at.casts < kMostCasts; ++at.casts) {
-    if (at.casts >= casts_before_walks && GoesOnToWalks(problem, at)) break;
-    input.capture = Moved(capture, errors, at.calibration.amounts);
-    at.cast = CastAll(input, ThicknessesOf(capture, MaterialAt(free, at.x)), cast_options, progress);
-    at.pixels = ChoosePixels(input, at.cast, options.max_pixels_per_photograph);
-    if (at.casts > 0 && !errors.empty())  // the first fit takes the calibration as it is
-      at.calibration.slopes = SlopesOf(input, capture, errors, at.calibration.amounts, at.cast, MaterialAt(free, at.x),
-                                       at.scales.light, cast_options, at.pixels, progress);
-    const ImageResiduals residuals(capture, at.cast, free, at.pixels, at.calibration, {3.0, options.threads});
-    if (at.casts == 0) at.x = BracketStart(residuals, free, solve_options, at.x);
-    const SolveResult solved = Solve(residuals, free, at.x, solve_options, [&](int iteration, double cost) {
-      const double chi2 = 2.0 * cost / std::max(1, residuals.count());
-      at.iterations_by_shader.push_back({at.casts, chi2});
-      progress.Show("fitting", 1.0 - std::exp(-0.15 * iteration), "chi2 " + std::to_string(chi2));
-    });
-    const Eigen::VectorXd cast_at = at.x;
-    at.x = solved.x;
-    const Evaluation at_solution = residuals.Evaluate(at.x, true);
-    at.scales = at_solution.scales;
-    at.knowledge = KnowledgeByShader(at.cast, free, at.x, at_solution, at.pixels);
-    again = MoveCalibration(at.scales, at.calibration) || solved.thickness_moved ||
-            GeometryIsStale(free, cast_at, at.x, at.knowledge);
-    at.iterations += solved.iterations;
-    at.converged = solved.converged && !again;
-    if (again && !solved.thickness_moved) at.x = HalfWay(free, cast_at, at.x);
-  }
-  return at;
-}
-
 /// The cheapest model that suffices, unless one was asked for; goes on to it, and says why.
 void FitByTheModelThatSuffices(const FitProblem& problem, CrownInput& input, FitState& at, CrownFit& fit,
                                Progress& progress) {
-  const std::string& asked = problem.options.model;
-  fit.model = !GoesOnToWalks(problem, at) ? "shader" : asked == "diffusion" ? asked : "path";
-  fit.model_choice = asked == "auto" ? ChoiceAfter(problem, at).why : problem.options.model_choice;
-  if (fit.model != "shader" && !FitByWalks(problem, input, at, asked == "auto", progress)) {
-    fit.model = "shader";
+  const Model asked = problem.options.model;
+  fit.model = !GoesOnToWalks(problem, at) ? Model::kShader : asked == Model::kDiffusion ? asked : Model::kPath;
+  fit.model_choice = asked == Model::kAuto ? ChoiceAfter(problem, at).why : problem.options.model_choice;
+  if (fit.model != Model::kShader && !FitByWalks(problem, input, at, asked == Model::kAuto, progress)) {
+    fit.model = Model::kShader;
     fit.model_choice += "; random walks leave more: were these photographs rendered by shader?";
     if (at.converged) return;
     FitOptions to_its_end = problem.options;  // walks needed but a start; what others know is of the path model
-    to_its_end.model = "shader";
+    to_its_end.model = Model::kShader;
     at = FitByShader({problem.capture, problem.free, problem.errors, to_its_end}, input, progress);
     fit.seen_by_shader = MaterialAt(problem.free, at.x);
   }
@@ -151,33 +99,9 @@ std::vector<LikelihoodProfile> ProfilesOf(const FitProblem& problem, CrownInput&
 
 }  // namespace
 
-double OffNarrowPriors(const FreeParameters& free, const Eigen::VectorXd& x) {
-  double furthest = 0;
-  for (int k = 0; k < free.count(); ++k)
-    if (const FreeEntry& e = free.entries[k];
-        e.role != FreeEntry::Role::kPowerExponent && e.prior_stddev < RowOf(e.quantity).prior_stddev)
-      furthest = std::max(furthest, std::abs(x[k] - e.prior_mean) / e.prior_stddev);
-  return furthest;
-}
-
-ModelChoice WhetherShaderSuffices(double block_chi2, const std::vector<MovedCalibration>& moved, double off_prior) {
-  constexpr double kOfNoise = 1.5, kByChance = 2.0;  // stated errors
-  double furthest = 0;
-  for (const MovedCalibration& m : moved) furthest = std::max(furthest, m.Stddevs());
-  std::string why = "what model shader leaves of patches of neighbouring pixels is " + Number(block_chi2, 2) +
-                    " times the square of their noise (limit " + Number(kOfNoise, 2) + ")";
-  if (furthest > kByChance)
-    why += ", and it moved the calibration by " + Number(furthest, 2) + " times its stated error (limit " +
-           Number(kByChance, 2) + ")";
-  if (off_prior > kByChance)
-    why += ", and it left what is known of the material by " + Number(off_prior, 2) + " standard deviations (limit " +
-           Number(kByChance, 2) + ")";
-  return {block_chi2 <= kOfNoise && std::max(furthest, off_prior) <= kByChance, why};
-}
-
 CrownFit FitCrown(const Capture& stated, const FitOptions& options, Progress& progress, const KnownBeside& beside) {
   if (stated.photographs.empty()) return FitMeasurements(stated, options, progress, beside);
-  if (options.model == "layered")
+  if (options.model == Model::kLayered)
     throw InputError(stated.file, "--model", "model layered is for flat samples, and this capture has photographs",
                      "Use auto, shader or path; its measurements are fitted beside the photographs.");
   CrownFit fit;
@@ -189,7 +113,7 @@ CrownFit FitCrown(const Capture& stated, const FitOptions& options, Progress& pr
   CrownInput input = ReadInput(fit.capture, options.threads);
   for (LeftOutPart& part : LeaveOut(options, input, progress)) {
     fit.left_out.push_back(part.name);
-    fit.caveats.push_back(std::move(part.sentence));
+    fit.caveats.push_back(std::move(part.finding));
   }
   fit.capture = input.capture;  // with bounds that its crown sets
   FreeParameters free = FreeParametersOf(fit.capture);
@@ -236,11 +160,11 @@ CrownFit FitCrown(const Capture& stated, const FitOptions& options, Progress& pr
   fit.calibration = HowFarMoved(errors, at.calibration.amounts);
   for (auto& scaled : HowFarScaled(fit.capture, at.pixels, at.scales)) fit.calibration.push_back(std::move(scaled));
   fit.widened = at.widened;
-  for (auto& caveat : PhotographCaveats(fit.capture, input.photographs)) fit.caveats.push_back(std::move(caveat));
+  for (auto& caveat : PhotographFindings(fit.capture, input.photographs)) fit.caveats.push_back(std::move(caveat));
   if (const Foresight more = options.advises ? ForeseePhotographs(problem, input, at, progress) : Foresight{};
       more.IsWorthTaking())
     fit.advice = AdviceIn(free, more);
-  for (auto& caveat : ModelCaveats(fit)) fit.caveats.push_back(std::move(caveat));
+  for (auto& caveat : ModelFindings(fit)) fit.caveats.push_back(std::move(caveat));
   fit.profiles = ProfilesOf(problem, input, at, fit, progress);
   Judge(fit);
   return fit;

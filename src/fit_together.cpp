@@ -7,7 +7,8 @@
 #include "base/error.h"
 #include "base/files.h"
 #include "base/text.h"
-#include "scene_parts.h"
+#include "fit/judge.h"
+#include "scene/scene_parts.h"
 
 namespace crownfit {
 namespace {
@@ -127,10 +128,10 @@ class Together {
       fits_.push_back(Fit(i, {}));
       inflation_alone_.push_back(fits_[i].knowledge.inflation);
     }
-    if (options_.model == "auto") {  // the walks that one of them needs all get
+    if (options_.model == Model::kAuto) {  // the walks that one of them needs all get
       const auto by_path =
-          std::find_if(fits_.begin(), fits_.end(), [](const CrownFit& f) { return f.model == "path"; });
-      options_.model = by_path == fits_.end() ? "shader" : "path";
+          std::find_if(fits_.begin(), fits_.end(), [](const CrownFit& f) { return f.model == Model::kPath; });
+      options_.model = by_path == fits_.end() ? Model::kShader : Model::kPath;
       options_.model_choice = (by_path == fits_.end() ? fits_[0] : *by_path).model_choice;
     }
     constexpr int kMostRounds = 4;
@@ -156,7 +157,7 @@ class Together {
   CrownFit Fit(size_t i, const KnownBeside& beside) {
     progress_.NameWork(names_[i]);
     FitOptions options = options_;
-    if (captures_[i].photographs.empty()) options.model = "auto";  // readings of flat samples
+    if (captures_[i].photographs.empty()) options.model = Model::kAuto;  // readings of flat samples
     std::erase_if(options.leave_out, [&](const std::string& name) { return !Has(captures_[i], name); });
     CrownFit fit = FitCrown(captures_[i], options, progress_, beside);
     progress_.NameWork("");
@@ -168,7 +169,7 @@ class Together {
   /// As readings know it without what the others' pull makes them miss: intervals hold that, a comparison must not.
   EntryKnowledge KnownUnpulled(size_t i) const {
     EntryKnowledge known = Known(i);
-    if (fits_[i].model != "layered") return known;
+    if (fits_[i].model != Model::kLayered) return known;
     const double pulled = std::max(1.0, fits_[i].knowledge.inflation / inflation_alone_[i]);
     known.precision *= pulled;
     known.weighted_mean *= pulled;
@@ -218,11 +219,10 @@ class Together {
       const FreeEntry& e = *std::find_if(fits_[i].entries.begin(), fits_[i].entries.end(),
                                          [&](const FreeEntry& entry) { return entry.name == apart.name; });
       const auto value = [&](double v) { return e.scale == Scale::kLog ? std::exp(v) : v; };
-      contradictions_.push_back(Printed(
-          "'%s' disagrees with the other captures (chi2 %.0f of %d), most about %s: %.3g alone, "
-          "%.3g by the others. Is it the same material, and its calibration right? The intervals do not "
-          "hold such a difference.",
-          names_[i].c_str(), apart.chi2, apart.freedom, apart.name.c_str(), value(apart.here), value(apart.there)));
+      contradictions_.push_back(
+          {FindingKind::kCapturesDisagree,
+           {apart.chi2, static_cast<double>(apart.freedom), value(apart.here), value(apart.there)},
+           {names_[i], apart.name}});
     }
   }
 
@@ -246,7 +246,7 @@ class Together {
   Progress& progress_;
   std::vector<CrownFit> fits_;
   std::vector<double> inflation_alone_;
-  std::vector<std::string> contradictions_;
+  std::vector<Finding> contradictions_;
 };
 
 /// What a capture has that `joint` does not list.
@@ -277,7 +277,8 @@ std::vector<CrownFit> FitTogether(const std::vector<Capture>& captures, const Fi
 CrownFit Joined(const std::vector<CrownFit>& fits) {
   if (fits.size() == 1) return fits[0];
   // Photographs are of one model; of readings alone nothing else is asked.
-  const auto first = std::find_if(fits.begin(), fits.end(), [](const CrownFit& f) { return f.model != "layered"; });
+  const auto first =
+      std::find_if(fits.begin(), fits.end(), [](const CrownFit& f) { return f.model != Model::kLayered; });
   CrownFit all = first == fits.end() ? fits[0] : *first;
   all.photographs.clear();
   all.readings.clear();
@@ -290,10 +291,10 @@ CrownFit Joined(const std::vector<CrownFit>& fits) {
   std::vector<Capture> captures;
   for (const CrownFit& f : fits) captures.push_back(f.capture);
   const std::vector<std::string> names = NamesOf(captures);
-  std::vector<std::string> refused;
+  std::vector<Finding> refused;
   for (size_t i = 0; i < fits.size(); ++i) {
     const CrownFit& f = fits[i];
-    if (!f.usable) refused.push_back("'" + names[i] + "' is not usable: " + f.reasons.front());
+    if (!f.usable) refused.push_back({FindingKind::kCaptureNotUsable, {}, {names[i]}});
     all.together.push_back({names[i], OwnParameters(f, all.capture), f.uncertainty.block_chi2, f.usable});
     for (PhotographResult p : f.photographs) {
       p.name = names[i] + "_" + p.name;
@@ -307,7 +308,7 @@ CrownFit Joined(const std::vector<CrownFit>& fits) {
       r.measurement = names[i] + "_" + r.measurement;
       all.readings.push_back(std::move(r));
     }
-    for (const std::string& caveat : f.caveats)
+    for (const Finding& caveat : f.caveats)
       if (!std::count(all.caveats.begin(), all.caveats.end(), caveat)) all.caveats.push_back(caveat);
     all.messages.insert(all.messages.end(), f.messages.begin(), f.messages.end());
     all.converged &= f.converged;

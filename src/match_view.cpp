@@ -5,10 +5,11 @@
 
 #include "base/json_file.h"
 #include "base/text.h"
-#include "fit_pixels.h"
-#include "fit_steps.h"
+#include "fit/choose_pixels.h"
+#include "fit/compare_photographs.h"
+#include "path/path_photograph.h"
+#include "scene/cast_capture.h"
 #include "studio_capture.h"
-#include "walk/path_photograph.h"
 
 namespace crownfit {
 namespace {

@@ -6,9 +6,9 @@
 #include <vector>
 
 #include "base/progress.h"
-#include "calibration/capture.h"
+#include "capture/capture.h"
 #include "optics/material.h"
-#include "report/colour_difference.h"
+#include "photo/colour_difference.h"
 
 namespace crownfit {
 

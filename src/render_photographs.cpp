@@ -3,11 +3,12 @@
 #include <algorithm>
 #include <cmath>
 
-#include "fit_steps.h"
-#include "forward/predict.h"
-#include "optics/twelve_taps.h"
-#include "path_derivatives.h"
-#include "walk/path_photograph.h"
+#include "fit/compare_photographs.h"
+#include "path/path_derivatives.h"
+#include "path/path_photograph.h"
+#include "scene/cast_capture.h"
+#include "shader/predict.h"
+#include "shader/twelve_taps.h"
 
 namespace crownfit {
 namespace {
@@ -81,7 +82,7 @@ std::vector<std::string> RenderByPath(const CrownInput& input, const Material& m
   path.seed = options.seed;
   path.threads = options.threads;
   path.collisions = options.collisions;
-  if (options.model == "diffusion") path.lattice = &bodies.LatticeOf(material);
+  if (options.model == Model::kDiffusion) path.lattice = &bodies.LatticeOf(material);
   WalkCounters counters;
   for (size_t i = 0; i < capture.photographs.size(); ++i) {
     if (options.photograph && *options.photograph != i) continue;
@@ -140,7 +141,7 @@ std::vector<std::string> RenderPhotographs(const Capture& capture, const Materia
                                            const RenderOptions& options, Progress& progress, const Done& done) {
   progress.Show("reading", 0.0);
   const CrownInput input = ReadInput(AtScale(capture, options.scale), options.threads, /*with_images=*/false);
-  std::vector<std::string> messages = options.model == "shader"
+  std::vector<std::string> messages = options.model == Model::kShader
                                           ? RenderByShader(input, material, options, progress, done)
                                           : RenderByPath(input, material, options, progress, done);
   messages.insert(messages.begin(), input.source.messages.begin(), input.source.messages.end());

@@ -6,14 +6,14 @@
 #include <string>
 
 #include "base/progress.h"
-#include "calibration/capture.h"
+#include "capture/capture.h"
 #include "optics/material.h"
 #include "photo/image_io.h"
 
 namespace crownfit {
 
 struct RenderOptions {
-  std::string model = "shader";
+  Model model = Model::kShader;
   std::optional<size_t> photograph;  ///< only this one
   int paths_per_pixel = 256;         ///< models path and diffusion
   int collisions = 10;               ///< model diffusion: of a walk before diffusion takes over

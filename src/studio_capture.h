@@ -1,7 +1,7 @@
 #pragma once
 // Light to compare models under, whatever a capture's own is.
 
-#include "calibration/capture.h"
+#include "capture/capture.h"
 
 namespace crownfit {
 

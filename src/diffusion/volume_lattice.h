@@ -9,8 +9,8 @@
 #include <vector>
 
 #include "diffusion/lattice_matrix.h"
-#include "geometry/absorption_texture.h"
 #include "geometry/triangle_mesh.h"
+#include "scene/absorption_texture.h"
 
 namespace crownfit {
 

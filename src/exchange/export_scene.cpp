@@ -6,8 +6,8 @@
 #include <numbers>
 
 #include "base/text.h"
-#include "geometry/light_samples.h"
 #include "optics/media.h"
+#include "scene/light_samples.h"
 
 namespace crownfit {
 namespace {

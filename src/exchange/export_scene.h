@@ -7,9 +7,9 @@
 #include <variant>
 #include <vector>
 
-#include "calibration/capture.h"
-#include "exchange/material_file.h"
+#include "capture/capture.h"
 #include "geometry/triangle_mesh.h"
+#include "optics/material_file.h"
 
 namespace crownfit {
 

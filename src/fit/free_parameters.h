@@ -6,8 +6,8 @@
 #include <string>
 #include <vector>
 
-#include "forward/predict.h"
 #include "optics/material.h"
+#include "shader/predict.h"
 
 namespace crownfit {
 

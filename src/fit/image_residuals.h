@@ -8,8 +8,8 @@
 #include "fit/flat_residuals.h"
 #include "fit/free_parameters.h"
 #include "fit/nuisances.h"
-#include "forward/predict.h"
 #include "photo/photograph.h"
+#include "shader/predict.h"
 
 namespace crownfit {
 

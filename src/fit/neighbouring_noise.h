@@ -4,7 +4,7 @@
 #include <vector>
 
 #include "fit/nuisances.h"
-#include "geometry/cast_samples.h"
+#include "scene/cast_samples.h"
 
 namespace crownfit {
 

@@ -9,7 +9,7 @@
 #include <span>
 #include <vector>
 
-#include "calibration/capture.h"
+#include "capture/capture.h"
 
 namespace crownfit {
 

@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "calibration/capture.h"
+#include "capture/capture.h"
 #include "fit/uncertainty.h"
 
 namespace crownfit {

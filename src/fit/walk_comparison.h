@@ -5,8 +5,8 @@
 #include <vector>
 
 #include "fit/nuisances.h"
-#include "geometry/cast_samples.h"
-#include "walk/path_photograph.h"
+#include "path/path_photograph.h"
+#include "scene/cast_samples.h"
 
 namespace crownfit {
 

@@ -155,7 +155,7 @@ SlabAnswer SolveByAddingDoubling(const Slab& slab, const AddingDoublingOptions& 
   if (slab.backing_reflectance > 0) stack = Add(stack, Backing(below, slab.backing_reflectance));
 
   SlabAnswer answer;
-  answer.model = "layered";
+  answer.model = Model::kLayered;
   SetSpecular(slab, answer);
   const VectorXd in = above.FluxWeights(), out = below.FluxWeights();
   const VectorXd reflected = (in.transpose() * stack.reflect_down).transpose().cwiseQuotient(in),

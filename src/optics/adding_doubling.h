@@ -5,7 +5,7 @@
 
 #include <vector>
 
-#include "calibration/measurement.h"
+#include "capture/measurement.h"
 #include "optics/slab.h"
 
 namespace crownfit {

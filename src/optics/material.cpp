@@ -38,4 +38,11 @@ glm::dvec3 HalfSpaceReflectance(const Material::Layer& layer) {
   return reflectance;
 }
 
+std::vector<double> ThicknessesOf(const Capture& capture, const Material& material) {
+  std::vector<double> thickness;
+  for (size_t i = 0; i < capture.layers.size(); ++i)
+    thickness.push_back(material.layers[i][ThicknessQuantity(capture, i)][0]);
+  return thickness;
+}
+
 }  // namespace crownfit

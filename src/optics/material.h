@@ -4,8 +4,8 @@
 #include <string>
 #include <vector>
 
-#include "calibration/capture.h"
-#include "calibration/parameters.h"
+#include "capture/capture.h"
+#include "capture/parameters.h"
 #include "optics/slab.h"
 
 namespace crownfit {
@@ -31,5 +31,8 @@ glm::dvec3 HalfSpaceReflectance(const Material::Layer& layer);
 
 /// The layers as a flat sample of one channel, 1 mm each.
 Slab SlabOf(const Material& material, int channel);
+
+/// Thickness per layer, as BuildCrown wants it.
+std::vector<double> ThicknessesOf(const Capture& capture, const Material& material);
 
 }  // namespace crownfit

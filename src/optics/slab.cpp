@@ -52,7 +52,8 @@ std::string SlabAnswerJson(const SlabAnswer& a) {
                              {"reflectance_diffuse", t.reflectance_diffuse},
                              {"transmittance_diffuse", t.transmittance_diffuse}};
   };
-  JsonValue::Object answer{{"model", a.model}, {"specular", a.specular}, {"specular_diffuse", a.specular_diffuse}};
+  JsonValue::Object answer{
+      {"model", Word(a.model)}, {"specular", a.specular}, {"specular_diffuse", a.specular_diffuse}};
   for (const auto& member : totals(a.value)) answer.push_back(member);
   JsonValue::Object stddev{{"specular", 0.0}, {"specular_diffuse", 0.0}};
   for (const auto& member : totals(a.stddev)) stddev.push_back(member);

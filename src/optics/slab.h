@@ -6,6 +6,8 @@
 #include <string>
 #include <vector>
 
+#include "optics/model.h"
+
 namespace crownfit {
 
 struct SlabLayer {
@@ -32,7 +34,7 @@ struct SlabTotals {
 };
 
 struct SlabAnswer {
-  std::string model;
+  Model model = Model::kLayered;
   double specular = 0, specular_diffuse = 0;                                     ///< mirrored by the first surface
   SlabTotals value, stddev;                                                      ///< stddev 0: deterministic
   std::vector<double> radial_reflectance_per_mm2, radial_transmittance_per_mm2;  ///< ring means, normal incidence

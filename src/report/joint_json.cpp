@@ -1,5 +1,7 @@
 #include "report/joint_json.h"
 
+#include "fit/fit_result.h"
+
 namespace crownfit {
 
 JsonValue JointJson(const CrownFit& fit) {

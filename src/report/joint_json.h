@@ -2,7 +2,7 @@
 // What a fit knows of all its values at once, for material.json.
 
 #include "base/json_file.h"
-#include "report/crown_fit.h"
+#include "fit/fit_result.h"
 
 namespace crownfit {
 

@@ -6,6 +6,7 @@
 #include <set>
 
 #include "base/text.h"
+#include "report/finding_words.h"
 
 namespace crownfit {
 namespace {
@@ -31,12 +32,6 @@ std::string InPlainNames(std::string text, const CrownFit& fit) {
       text.replace(at, name.size(), plain);
     }
   return text;
-}
-
-std::string Listed(const std::vector<std::string>& names) {
-  std::string list;
-  for (size_t i = 0; i < names.size(); ++i) list += (i == 0 ? "" : i + 1 == names.size() ? " and " : ", ") + names[i];
-  return list;
 }
 
 /// Blocks of 8 x 8 pixels weigh alike.
@@ -134,26 +129,6 @@ void AddHowSure(const CrownFit& fit, std::vector<std::string>& sentences) {
   if (!at_bound.empty()) sentences.push_back("At the end of the range that is allowed: " + Listed(at_bound) + ".");
 }
 
-/// Pairs that the photographs hardly tell apart, the closest first.
-void AddTradeOffs(const CrownFit& fit, std::vector<std::string>& sentences) {
-  constexpr double kClose = 0.95;
-  constexpr size_t kMost = 3;
-  const Eigen::MatrixXd& c = fit.uncertainty.covariance;
-  std::vector<std::pair<double, std::string>> pairs;
-  for (Eigen::Index i = 0; i < c.rows(); ++i)
-    for (Eigen::Index j = 0; j < i; ++j) {
-      const double r = c(i, j) / std::sqrt(c(i, i) * c(j, j));
-      if (std::abs(r) > kClose)
-        pairs.emplace_back(-std::abs(r),
-                           PlainName(fit.entries[j].name) + " and " + PlainName(fit.entries[i].name) +
-                               " can be exchanged: " +
-                               (r > 0 ? "both larger, or both smaller, " : "one larger and the other smaller ") +
-                               Printed("explain what was seen almost as well (correlation %+.2f).", r));
-    }
-  std::sort(pairs.begin(), pairs.end());
-  for (size_t i = 0; i < std::min(kMost, pairs.size()); ++i) sentences.push_back(pairs[i].second);
-}
-
 /// What the fit foresees; and what docs/photographing.md asks for and this capture lacks, where something is left open
 /// that it would tell.
 std::vector<std::string> Advice(const CrownFit& fit) {
@@ -189,6 +164,27 @@ std::vector<std::string> Advice(const CrownFit& fit) {
 
 }  // namespace
 
+std::vector<std::string> ExchangesInWords(const CrownFit& fit) {
+  constexpr double kClose = 0.95;
+  constexpr size_t kMost = 3;
+  const Eigen::MatrixXd& c = fit.uncertainty.covariance;
+  std::vector<std::pair<double, std::string>> pairs;
+  for (Eigen::Index i = 0; i < c.rows(); ++i)
+    for (Eigen::Index j = 0; j < i; ++j) {
+      const double r = c(i, j) / std::sqrt(c(i, i) * c(j, j));
+      if (std::abs(r) > kClose)
+        pairs.emplace_back(
+            -std::abs(r),
+            PlainName(fit.entries[j].name) + " and " + PlainName(fit.entries[i].name) +
+                " can be exchanged: " + (r > 0 ? "raising or lowering both" : "raising one and lowering the other") +
+                Printed(" fits almost as well (correlation %+.2f).", r));
+    }
+  std::sort(pairs.begin(), pairs.end());
+  std::vector<std::string> sentences;
+  for (size_t i = 0; i < std::min(kMost, pairs.size()); ++i) sentences.push_back(pairs[i].second);
+  return sentences;
+}
+
 PlainVerdict PlainVerdictOf(const CrownFit& fit) {
   PlainVerdict verdict;
   verdict.headline = fit.usable ? "Usable." : "Do not use this result.";
@@ -200,7 +196,7 @@ PlainVerdict PlainVerdictOf(const CrownFit& fit) {
     verdict.sentences.push_back(
         "How sure the parameters are is said within the model; the reasons say why not to trust it here.");
   AddHowSure(fit, verdict.sentences);
-  AddTradeOffs(fit, verdict.sentences);
+  for (std::string& exchange : ExchangesInWords(fit)) verdict.sentences.push_back(std::move(exchange));
   verdict.photographs_that_would_help = Advice(fit);
   return verdict;
 }

@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "report/crown_fit.h"
+#include "fit/fit_result.h"
 
 namespace crownfit {
 
@@ -13,6 +13,9 @@ struct PlainVerdict {
   std::vector<std::string> sentences;  ///< how near the picture is, how sure the parameters are, what is not known
   std::vector<std::string> photographs_that_would_help;
 };
+
+/// Pairs of parameters that the photographs hardly tell apart, the closest first: a sentence each.
+std::vector<std::string> ExchangesInWords(const CrownFit& fit);
 
 PlainVerdict PlainVerdictOf(const CrownFit& fit);
 

@@ -5,8 +5,9 @@
 
 #include "base/files.h"
 #include "base/json_file.h"
+#include "fit/fit_result.h"
+#include "photo/figures.h"
 #include "photo/image_io.h"
-#include "report/figures.h"
 #include "report/plain_words.h"
 #include "report/zones.h"
 

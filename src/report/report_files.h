@@ -3,7 +3,7 @@
 
 #include <filesystem>
 
-#include "report/crown_fit.h"
+#include "fit/fit_result.h"
 
 namespace crownfit {
 

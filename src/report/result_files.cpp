@@ -7,8 +7,10 @@
 
 #include "base/files.h"
 #include "base/json_file.h"
+#include "fit/fit_result.h"
+#include "photo/figures.h"
 #include "photo/image_io.h"
-#include "report/figures.h"
+#include "report/finding_words.h"
 #include "report/joint_json.h"
 #include "report/report_files.h"
 
@@ -135,7 +137,7 @@ JsonValue ProvenanceJson(const CrownFit& fit) {
       {"seed", static_cast<double>(fit.options.seed)},
       {"model_choice", fit.model_choice},
       {"options",
-       JsonValue::Object{{"model", fit.options.model},
+       JsonValue::Object{{"model", Word(fit.options.model)},
                          {"fix", fixed},
                          {"free", freed},
                          {"shared", shared},
@@ -238,10 +240,10 @@ std::string MaterialJson(const CrownFit& fit) {
   const Uncertainty& u = fit.uncertainty;
   JsonValue::Object result{
       {"format", "crownfit-material/1"},
-      {"model", fit.model},
+      {"model", Word(fit.model)},
       {"status", fit.usable ? "usable" : "not_usable"},
-      {"reasons", fit.reasons},
-      {"caveats", fit.caveats},
+      {"reasons", InWords(fit.reasons)},
+      {"caveats", InWords(fit.caveats)},
       {"channels", channels},
       {"layers", layers},
       {"surface", surface},
@@ -249,7 +251,7 @@ std::string MaterialJson(const CrownFit& fit) {
       {"image_error",
        JsonValue::Object{{"fit", ErrorJson(used)}, {"holdout", ErrorJson(held_out)}, {"photographs", by_name}}},
       {"measurements", ReadingsJson(fit)},
-      {"identifiability", JsonValue::Object{{"verdict", fit.verdict},
+      {"identifiability", JsonValue::Object{{"verdict", VerdictInWords(fit)},
                                             {"advice", fit.advice},
                                             {"weak_directions", u.weak_directions},
                                             {"off_shared_laws", off_laws},

@@ -4,7 +4,7 @@
 #include <filesystem>
 #include <string>
 
-#include "report/crown_fit.h"
+#include "fit/fit_result.h"
 
 namespace crownfit {
 

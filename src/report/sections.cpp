@@ -10,7 +10,7 @@
 namespace crownfit {
 namespace {
 
-constexpr int kPanel = 360, kMargin = 14, kLine = 22;
+constexpr int kPanel = 360, kMargin = 14, kTextLine = 22;
 constexpr glm::vec3 kPaper(1.0f);
 /// Told apart in grey too: from the outside inward darker.
 const glm::vec3 kLayerColours[] = {
@@ -37,7 +37,7 @@ Image SectionFigure(const std::vector<TriangleMesh>& surfaces, const std::vector
   const glm::dvec3 middle = 0.5 * (low + high), size = high - low;
   const double mm_per_pixel = 1.05 * std::max({size.x, size.y, size.z}) / kPanel;
 
-  Image figure(3 * kPanel + 4 * kMargin, kPanel + 3 * kMargin + 2 * kLine, 3, kPaper.x);
+  Image figure(3 * kPanel + 4 * kMargin, kPanel + 3 * kMargin + 2 * kTextLine, 3, kPaper.x);
   // Right and up on the page.
   struct Slice {
     int right, up;
@@ -45,7 +45,7 @@ Image SectionFigure(const std::vector<TriangleMesh>& surfaces, const std::vector
   };
   constexpr Slice kSlices[] = {{0, 1, "x right, y up"}, {2, 1, "z right, y up"}, {0, 2, "x right, z up"}};
   for (int s = 0; s < 3; ++s) {
-    const int x0 = kMargin + s * (kPanel + kMargin), y0 = kMargin + kLine;
+    const int x0 = kMargin + s * (kPanel + kMargin), y0 = kMargin + kTextLine;
     DrawText(figure, x0, kMargin + 14, 14, kSlices[s].title, 0.25f);
     ParallelFor(kPanel, threads, [&](size_t row) {
       for (int column = 0; column < kPanel; ++column) {
@@ -60,7 +60,7 @@ Image SectionFigure(const std::vector<TriangleMesh>& surfaces, const std::vector
       }
     });
   }
-  const int y = kPanel + 2 * kMargin + kLine;
+  const int y = kPanel + 2 * kMargin + kTextLine;
   int x = kMargin;
   for (size_t layer = 0; layer < surfaces.size(); ++layer) {
     Fill(figure, x, y, 28, 16, ColourOf(layer));

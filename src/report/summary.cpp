@@ -1,12 +1,21 @@
 #include "report/summary.h"
 
 #include "base/text.h"
+#include "fit/fit_result.h"
+#include "report/finding_words.h"
+#include "report/plain_words.h"
 
 namespace crownfit {
 
 std::string Summary(const CrownFit& fit) {
   std::string text;
   const auto add = [&](const char* format, auto... values) { text += Printed(format, values...); };
+  text += std::string("Status: ") + (fit.usable ? "usable" : "NOT USABLE") + "\n";
+  for (const auto& reason : InWords(fit.reasons)) text += "  because: " + reason + "\n";
+  text += VerdictInWords(fit) + "\n";
+  for (const auto& exchange : ExchangesInWords(fit)) text += exchange + "\n";
+  if (!fit.advice.empty()) text += fit.advice + ".\n";
+  text += "\n";
   add("%-38s %-7s %10s  %-24s %s\n", "parameter", "channel", "value", "95 % interval", "status");
   for (const auto& p : fit.uncertainty.parameters) {
     if (p.stddev.empty()) continue;
@@ -38,15 +47,8 @@ std::string Summary(const CrownFit& fit) {
   if (!fit.photographs.empty())
     add("CIEDE2000 over 8 x 8 pixel blocks; not seen: at most 0.8, acceptable: at most 1.8.%s\n",
         fit.is_by_walks() ? " Noise of the photographs and of the predictions' own walks counts." : "");
-  text += "\n";
-  text += fit.verdict + "\n";
-  for (const auto& direction : fit.uncertainty.weak_directions) text += "  weak: " + direction + "\n";
-  if (!fit.advice.empty()) text += fit.advice + "\n";
-  text += "\n";
-  for (const auto& caveat : fit.caveats) text += "Note: " + caveat + "\n";
-  text += "\nModel: " + fit.model + " (" + fit.model_choice + ")";
-  text += std::string("\nStatus: ") + (fit.usable ? "usable" : "NOT USABLE") + "\n";
-  for (const auto& reason : fit.reasons) text += "  because: " + reason + "\n";
+  text += "\nModel: " + std::string(Word(fit.model)) + " (" + fit.model_choice + ").\n";
+  for (const auto& caveat : InWords(fit.caveats)) text += "Note: " + caveat + "\n";
   return text;
 }
 

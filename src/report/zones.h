@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "report/crown_fit.h"
+#include "fit/fit_result.h"
 
 namespace crownfit {
 

@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "calibration/capture.h"
+#include "capture/capture.h"
 
 namespace crownfit {
 

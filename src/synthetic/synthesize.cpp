@@ -5,10 +5,12 @@
 #include "base/files.h"
 #include "base/random.h"
 #include "base/text.h"
-#include "geometry/cast_samples.h"
+#include "path/path_photograph.h"
 #include "photo/image_io.h"
+#include "scene/cast_photograph.h"
+#include "scene/cast_samples.h"
+#include "scene/crown_source.h"
 #include "synthetic/capture_writer.h"
-#include "walk/path_photograph.h"
 
 namespace crownfit {
 namespace {

@@ -10,7 +10,6 @@
 namespace crownfit {
 namespace {
 
-glm::vec4 Vec4(const glm::dvec3& v, double w = 0) { return {glm::vec3(v), static_cast<float>(w)}; }
 
 }  // namespace
 

@@ -7,7 +7,7 @@
 
 #include <memory>
 
-#include "forward/predict.h"
+#include "shader/predict.h"
 #include "viewer/gl.h"
 #include "viewer/lamps.h"
 #include "viewer/scenery_view.h"

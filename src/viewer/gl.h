@@ -15,6 +15,8 @@
 
 namespace crownfit {
 
+inline glm::vec4 Vec4(const glm::dvec3& v, double w = 0) { return {glm::vec3(v), static_cast<float>(w)}; }
+
 /// A current OpenGL context without display or window (EGL): of a graphics processor if there is one, else Mesa's on
 /// the CPU. Throws InputError when there is neither.
 class OffscreenContext {

@@ -5,7 +5,7 @@
 #include <numbers>
 
 #include "base/parallel.h"
-#include "geometry/light_samples.h"
+#include "scene/light_samples.h"
 
 namespace crownfit {
 namespace {
@@ -15,7 +15,6 @@ constexpr int kSkyNodes = 64;
 // Directions of an environment in its tables, which shaders/viewer/lamps.glsl knows too: blurred by the surface, sharp.
 constexpr int kBlurredWidth = 64, kBlurredHeight = 32, kSharpWidth = 256, kSharpHeight = 128;
 
-glm::vec4 Vec4(const glm::dvec3& v, double w = 0) { return {glm::vec3(v), static_cast<float>(w)}; }
 
 /// A small area of a lamp: near ones have a place and an outward normal, far ones a direction.
 struct LampPoint {

@@ -6,8 +6,8 @@
 #include <array>
 #include <vector>
 
-#include "calibration/light_rig.h"
-#include "forward/shader_model.h"
+#include "capture/light_rig.h"
+#include "shader/shader_model.h"
 #include "viewer/gl.h"
 
 namespace crownfit {

@@ -1,77 +1,12 @@
 #pragma once
-// The window's panel: everything a user sets or reads there as one plain struct. Dear ImGui draws it.
+// The window's panel, drawn by Dear ImGui.
 
-#include <array>
-#include <optional>
-#include <string>
 #include <vector>
 
-#include "viewer/crown_renderer.h"
 #include "viewer/layout.h"
+#include "viewer/panel_state.h"
 
 namespace crownfit {
-
-enum class ViewMode : int { kViewer, kPhotograph, kDifference, kSideBySide, kWipe, kThickness };
-inline constexpr std::array<const char*, 6> kViewModes{"viewer",       "photograph", "difference",
-                                                       "side by side", "wipe",       "thickness map"};
-
-struct SliderNumber {
-  double value = 0, fitted = 0;
-  std::optional<std::array<double, 2>> interval95;
-};
-
-/// One parameter of the material: a number, or one per channel.
-struct SliderParameter {
-  size_t layer;  ///< or kSurfaceOwner
-  Quantity quantity;
-  std::string status;  ///< as the material file words it
-  std::string idle;    ///< why moving it would change nothing; empty: it does
-  std::vector<SliderNumber> numbers;
-};
-
-struct SliderGroup {
-  std::string name;
-  std::vector<SliderParameter> parameters;
-};
-
-struct LegendStep {
-  std::string label;
-  glm::vec3 colour;
-};
-
-enum class Drag { kNone, kOrbit, kPan, kLamps, kDivider };
-
-struct PanelState {
-  // what the user sets
-  ViewMode mode = ViewMode::kViewer;
-  size_t photograph = 0;
-  float exposure_stops = 0;
-  bool true_colour = true;
-  ShownTerms terms;
-  float divider = 0.5f;  ///< of the wipe, 0..1
-  bool shows_help = false;
-  std::vector<SliderGroup> material;
-  Drag drag = Drag::kNone;
-
-  // what there is to read
-  std::vector<std::string> photographs;
-  std::array<std::string, kChannels> channels;
-  std::string no_photograph;  ///< why there is none to compare with
-  std::string no_difference;  ///< why the difference is not shown
-  std::string difference;     ///< its figures
-  std::string busy, message;
-  bool message_is_error = false;
-  std::string about;  ///< the graphics processor
-  std::vector<LegendStep> difference_legend;
-  double most_thickness_mm = 1;
-  std::string thickness_of;
-};
-
-/// What was asked for in one frame.
-struct PanelAnswer {
-  bool material_moved = false, material_released = false;
-  bool goes_home = false, saves_picture = false, saves_window = false, saves_material = false, closes = false;
-};
 
 /// In ImGui's units, from the top left.
 struct Rectangle {

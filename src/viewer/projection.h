@@ -1,7 +1,7 @@
 #pragma once
 // The camera of shaders/viewer/camera.glsl.
 
-#include "calibration/capture.h"
+#include "capture/capture.h"
 #include "geometry/triangle_mesh.h"
 #include "viewer/gl.h"
 

@@ -4,7 +4,8 @@
 #include <span>
 #include <utility>
 
-#include "geometry/cast_samples.h"
+#include "capture/capture.h"
+#include "scene/cast_samples.h"
 #include "viewer/gl.h"
 
 namespace crownfit {

@@ -1,7 +1,8 @@
 #pragma once
 // The sliders of the material.
 
-#include "viewer/panel.h"
+#include "viewer/layout.h"
+#include "viewer/panel_state.h"
 
 namespace crownfit {
 

@@ -3,7 +3,8 @@
 
 #include <array>
 
-#include "geometry/crown.h"
+#include "capture/capture.h"
+#include "scene/crown.h"
 #include "viewer/gl.h"
 
 namespace crownfit {

@@ -2,7 +2,7 @@
 // From where the crown is seen and lit. The mouse turns the crown before the camera, or the lamps about the crown; zoom
 // and pan move the picture and leave the camera, so that a photograph can follow them.
 
-#include "calibration/capture.h"
+#include "capture/capture.h"
 #include "geometry/triangle_mesh.h"
 
 namespace crownfit {

@@ -2,6 +2,11 @@
 
 #include <algorithm>
 
+#include "capture/capture.h"
+#include "scene/build_crown.h"
+#include "scene/cast_photograph.h"
+#include "scene/cast_samples.h"
+#include "scene/crown_source.h"
 #include "support/shapes.h"
 
 namespace crownfit {

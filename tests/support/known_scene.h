@@ -3,7 +3,9 @@
 
 #include <optional>
 
-#include "geometry/cast_samples.h"
+#include "capture/capture.h"
+#include "scene/cast_samples.h"
+#include "scene/crown_source.h"
 
 namespace crownfit {
 

@@ -1,9 +1,9 @@
 #pragma once
 // Photographs of printed targets, computed: perspective, distortion, blur and noise.
 
-#include "calibrate/printed_targets.h"
-#include "calibration/camera.h"
-#include "calibration/rigid_transform.h"
+#include "calibration/printed_targets.h"
+#include "capture/camera.h"
+#include "capture/rigid_transform.h"
 #include "photo/image.h"
 
 namespace crownfit {

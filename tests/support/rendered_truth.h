@@ -1,9 +1,10 @@
 #pragma once
 // Photographs of a synthetic capture by model `shader`.
 
-#include "exchange/material_file.h"
-#include "fit_steps.h"
+#include "fit/compare_photographs.h"
+#include "optics/material_file.h"
 #include "photo/image_io.h"
+#include "scene/cast_capture.h"
 
 namespace crownfit {
 

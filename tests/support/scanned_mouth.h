@@ -5,8 +5,8 @@
 #include <string>
 
 #include "base/json_file.h"
-#include "calibration/camera.h"
-#include "calibration/rigid_transform.h"
+#include "capture/camera.h"
+#include "capture/rigid_transform.h"
 
 namespace crownfit {
 

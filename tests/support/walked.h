@@ -5,8 +5,9 @@
 
 #include <cmath>
 
+#include "path/path_photograph.h"
+#include "scene/crown_source.h"
 #include "support/known_scene.h"
-#include "walk/path_photograph.h"
 
 namespace crownfit {
 

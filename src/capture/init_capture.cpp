@@ -1,0 +1,141 @@
+#include "capture/init_capture.h"
+
+#include <algorithm>
+
+#include "base/error.h"
+#include "base/files.h"
+#include "base/json_file.h"
+#include "capture/light_rig.h"
+#include "capture/poses.h"
+
+namespace crownfit {
+namespace {
+
+using Path = std::filesystem::path;
+using Object = JsonValue::Object;
+
+/// Copies a file into the capture; its name there.
+std::string Copied(const Path& from, const Path& folder, const std::string& name) {
+  std::error_code error;
+  if (!std::filesystem::is_regular_file(from, error)) throw InputError(from, "", "there is no such file");
+  const Path to = folder / name;
+  std::filesystem::create_directories(to.parent_path(), error);
+  std::filesystem::copy_file(from, to, std::filesystem::copy_options::overwrite_existing, error);
+  if (error) throw InputError(to, "", "can't be written: " + error.message());
+  return name;
+}
+
+Object LayerJson(const std::string& name) {
+  // Refractive indices and asymmetries: Zijp 2001; Fried et al. 1995. Starts in the middle of what is published.
+  const bool enamel = name == "enamel", dentine = name == "dentine";
+  return {{"name", name},
+          {"ior", Object{{"fixed", enamel    ? 1.63
+                                   : dentine ? 1.54
+                                             : 1.5}}},
+          {"g", Object{{"fixed", enamel    ? 0.68
+                                 : dentine ? 0.93
+                                           : 0.8}}},
+          {"reduced_scattering_per_mm", Object{{"initial", 2.0}, {"shared", "power_law"}}},
+          {"absorption_per_mm", Object{{"initial", enamel ? std::vector<double>{0.01, 0.02, 0.05}
+                                                          : std::vector<double>{0.03, 0.06, 0.15}}}}};
+}
+
+void RequireKnown(const std::string& name, const std::vector<std::string>& known, const char* option) {
+  if (std::find(known.begin(), known.end(), name) != known.end()) return;
+  std::string list;
+  for (const auto& k : known) list += (list.empty() ? "" : ", ") + k;
+  throw InputError("", option, "'" + name + "' is not known", "Known: " + list + ".");
+}
+
+}  // namespace
+
+void InitCapture(const CaptureParts& parts, const Path& folder) {
+  if (parts.meshes.empty())
+    throw InputError("", "--mesh", "the outermost layer's surface is needed, such as enamel=crown.stl");
+  if (parts.photographs.empty())
+    throw InputError("", "--photo", "at least one photograph is needed, such as front=front.dng");
+  std::vector<std::string> photographs, lights;
+  std::vector<Path> files;
+  for (const auto& [name, file] : parts.photographs) {
+    photographs.push_back(name);
+    files.push_back(file);
+  }
+  RequireDistinctNames(files);
+  const LightRig stated_rig = ReadLightRig(parts.lights);
+  for (const Light& light : stated_rig.lights) lights.push_back(light.name);
+  const std::vector<StatedPose> poses = ReadPoses(parts.poses);
+  for (const auto& [name, on] : parts.lit) {
+    RequireKnown(name, photographs, "--lit");
+    for (const auto& light : on) RequireKnown(light, lights, "--lit");
+  }
+  for (const auto& [name, filter] : parts.polarisation) {
+    RequireKnown(name, photographs, "--polarisation");
+    RequireKnown(filter, {"none", "cross", "parallel"}, "--polarisation");
+  }
+  for (const auto& [name, file] : parts.masks) RequireKnown(name, photographs, "--mask");
+  for (const auto& name : parts.holdouts) RequireKnown(name, photographs, "--holdout");
+
+  JsonValue::Array layers;
+  std::vector<std::pair<std::string, std::optional<Path>>> all;
+  for (const auto& [name, file] : parts.meshes) all.emplace_back(name, file);
+  for (const auto& name : parts.more_layers) all.emplace_back(name, std::nullopt);
+  for (size_t i = 0; i < all.size(); ++i) {
+    Object layer = LayerJson(all[i].first);
+    if (all[i].second)
+      layer.insert(
+          layer.begin() + 1,
+          {"surface", Copied(*all[i].second, folder, "mesh/" + all[i].first + all[i].second->extension().string())});
+    if (i + 1 < all.size() && !all[i + 1].second)
+      layer.emplace_back("thickness_mm", Object{{"fixed", parts.thickness_mm}});
+    layers.emplace_back(layer);
+  }
+  const std::string camera = Copied(parts.camera, folder, "calib/camera.json"),
+                    rig = Copied(parts.lights, folder, "calib/light_rig.json");
+  for (const Path& picture : stated_rig.files) {  // environments stand beside their rig
+    const Path beside = picture.lexically_relative(parts.lights.parent_path());
+    if (picture == parts.lights || beside.empty()) continue;
+    if (*beside.begin() == "..")
+      throw InputError(parts.lights, "lights", "names " + picture.string() + ", which is not in the rig's own folder",
+                       "Put the picture beside the rig and name it there.");
+    Copied(picture, folder, (Path("calib") / beside).string());
+  }
+  Object side;
+  if (parts.noise) side.emplace_back("noise", Copied(*parts.noise, folder, "calib/noise.json"));
+  if (parts.colour) side.emplace_back("colour", Copied(*parts.colour, folder, "calib/colour.json"));
+  if (parts.blur) side.emplace_back("blur", Copied(*parts.blur, folder, "calib/blur.json"));
+
+  JsonValue::Array photos;
+  for (const auto& photograph : parts.photographs) {
+    const std::string& name = photograph.first;
+    const Path& file = photograph.second;
+    const auto find = [&](const auto& list) {
+      return std::find_if(list.begin(), list.end(), [&](const auto& item) { return item.first == name; });
+    };
+    const auto on = find(parts.lit);
+    const auto filter = find(parts.polarisation);
+    const auto mask = find(parts.masks);
+    const JsonValue::Array posed = PosesJson({PoseOf(poses, file, parts.poses)});
+    Object photo{{"name", name},
+                 {"file", Copied(file, folder, "photos/" + name + file.extension().string())},
+                 {"camera", camera},
+                 {"camera_from_object", std::get<Object>(posed[0].data)[1].second},
+                 {"lights", on == parts.lit.end() ? lights : on->second}};
+    if (filter != parts.polarisation.end()) photo.emplace_back("polarisation", filter->second);
+    if (mask != parts.masks.end())
+      photo.emplace_back("mask",
+                         Copied(mask->second, folder, "photos/" + name + "_mask" + mask->second.extension().string()));
+    photo.insert(photo.end(), side.begin(), side.end());
+    photo.emplace_back("exposure_scale", Object{{parts.exposure_is_free ? "initial" : "fixed", 1.0}});
+    if (std::find(parts.holdouts.begin(), parts.holdouts.end(), name) != parts.holdouts.end())
+      photo.emplace_back("use", "holdout");
+    photos.emplace_back(photo);
+  }
+  WriteTextFile(folder / "capture.json",
+                ToJsonText(Object{{"format", "crownfit-capture/1"},
+                                  {"object", Object{{"layers", layers},
+                                                    {"surface", Object{{"roughness", Object{{"initial", 0.2}}}}}}},
+                                  {"light_rig", rig},
+                                  {"photographs", photos}}));
+}
+
+}  // namespace crownfit

@@ -1,0 +1,128 @@
+#include "cli/calibrate_parts.h"
+
+#include <algorithm>
+#include <cstdio>
+#include <map>
+
+#include "base/error.h"
+#include "base/files.h"
+#include "photo/photograph.h"
+
+namespace crownfit {
+
+CLI::App* AddProduct(CLI::App* calibrate, ProductOptions& options, const char* name, const std::string& what) {
+  auto* task = calibrate->add_subcommand(name, what);
+  task->add_option("-o,--output", options.output, "The file to write.");
+  task->add_option("--picture", options.picture, "PNG to look at (default: beside the file, .png).");
+  task->add_flag("--json", options.json, "Print JSON.");
+  AddCommonOptions(task, options.common);
+  return task;
+}
+
+int Finish(const Product& product, const std::vector<std::filesystem::path>& inputs, const ProductOptions& options) {
+  std::filesystem::path picture = options.picture.value_or("");
+  if (picture.empty() && !options.output.empty())
+    picture = std::filesystem::path(options.output).replace_extension(".png");
+  if (product.picture.width && !picture.empty()) WriteImageFile(picture, product.picture);
+  const JsonValue file = ProductJson(product, inputs);
+  const bool write = product.refusals.empty() && !options.output.empty();
+  if (write && !product.format.empty()) WriteTextFile(options.output, ToJsonText(file));
+  if (options.json) {
+    std::fputs(ToJsonText(file).c_str(), stdout);
+  } else {
+    for (const Figure& f : product.figures) std::printf("%s %.6g %s\n", f.name.c_str(), f.value, f.unit.c_str());
+  }
+  for (const auto& note : product.notes) std::fprintf(stderr, "note: %s\n", note.c_str());
+  for (const auto& refusal : product.refusals) std::fprintf(stderr, "refused: %s\n", refusal.c_str());
+  if (!product.refusals.empty())
+    std::fprintf(stderr, "Nothing was written%s.\n",
+                 product.picture.width && !picture.empty() ? (" but " + picture.string()).c_str() : "");
+  if (write && !options.json) std::printf("\nWritten: %s\n", options.output.c_str());
+  if (product.picture.width && !picture.empty() && !options.json) std::printf("Look at: %s\n", picture.c_str());
+  return product.refusals.empty() ? 0 : 1;
+}
+
+void AddImages(CLI::App* task, std::vector<std::filesystem::path>& images, const char* what) {
+  task->add_option("IMAGES", images, what)->required();
+}
+
+void AddBoard(CLI::App* task, BoardOptions& options) {
+  Board& board = options.board;
+  task->add_option("--corners", options.corners,
+                   "COLUMNSxROWS of inner corners, such as 9x6: one less than squares. apriltag: tags.");
+  task->add_option("--square-mm", board.square_mm, "A square's size, measured on the print. apriltag: a tag's.");
+  task->add_option("--marker-mm", board.marker_mm, "charuco: a marker's size (default: 3/4 of a square).");
+  task->add_option("--gap-mm", board.gap_mm, "apriltag: between tags (default: 3/10 of a tag).");
+  task->add_option("--dictionary", board.dictionary,
+                   "The markers', OpenCV's name (default 4X4_250; APRILTAG_36h11; jig: 4X4_50).");
+}
+
+Board BoardOf(const BoardOptions& options) {
+  Board board = options.board;
+  const std::map<std::string, BoardKind> kinds{
+      {"chessboard", BoardKind::kChessboard}, {"charuco", BoardKind::kCharuco}, {"apriltag", BoardKind::kAprilTag}};
+  const auto kind = kinds.find(options.kind);
+  if (kind == kinds.end())
+    throw InputError("", "", "'" + options.kind + "' is no board: expected chessboard, charuco or apriltag");
+  board.kind = kind->second;
+  int length = 0;
+  const std::string& corners = options.corners;
+  if (std::sscanf(corners.c_str(), "%dx%d%n", &board.columns, &board.rows, &length) != 2 ||
+      static_cast<size_t>(length) != corners.size())
+    throw InputError("", "--corners", "expected COLUMNSxROWS, such as 9x6, found '" + corners + "'");
+  if (const std::string fault = FaultOf(board); !fault.empty()) throw InputError("", "", fault);
+  return board;
+}
+
+void RequireOneSize(const Image& image, const Image& first, const std::filesystem::path& file,
+                    const std::filesystem::path& first_file) {
+  if (image.width == first.width && image.height == first.height && image.channels == first.channels) return;
+  const auto size = [](const Image& i) {
+    return std::to_string(i.width) + " x " + std::to_string(i.height) + " pixels of " + std::to_string(i.channels);
+  };
+  throw InputError(file, "",
+                   "has " + size(image) + " channels, but " + first_file.filename().string() + " has " + size(first),
+                   "Give photographs of one camera at one setting, none cropped or scaled.");
+}
+
+void RequireSizeOf(const Camera& camera, const Image& image, const std::filesystem::path& file,
+                   const std::filesystem::path& camera_file) {
+  if (image.width == camera.width && image.height == camera.height) return;
+  throw InputError(
+      file, "",
+      "is " + std::to_string(image.width) + " x " + std::to_string(image.height) + " pixels, but " +
+          camera_file.filename().string() + " is for " + std::to_string(camera.width) + " x " +
+          std::to_string(camera.height),
+      "Give the photograph as the camera took it, neither cropped nor scaled, or a camera file of its size.");
+}
+
+std::filesystem::path Required(const std::filesystem::path& file, const char* option) {
+  if (file.empty()) throw InputError("", option, "this option is needed here");
+  return file;
+}
+
+std::vector<ImageFile> ReadLinear(const std::vector<std::filesystem::path>& files, bool taken_as_linear) {
+  std::vector<ImageFile> photos;
+  for (const auto& file : files) {
+    photos.push_back(ReadImageFile(file));
+    if (photos.back().is_srgb_encoded && !taken_as_linear)
+      throw InputError(
+          file, "", "is encoded for display: after a camera's tone curve its values are not proportional to the light",
+          "Give RAW files, or say --linear when the values are proportional to the light.");
+    RequireOneSize(photos.back().image, photos[0].image, file, files[0]);
+  }
+  return photos;
+}
+
+glm::dvec3 RemoveBlack(Image& image, const std::optional<std::filesystem::path>& noise_file) {
+  constexpr double kUnknown = 0.98;
+  if (!noise_file) return glm::dvec3(kUnknown);
+  const SensorNoise noise = ReadSensorNoise(*noise_file);
+  for (size_t i = 0; i < image.values.size(); ++i)
+    image.values[i] -= static_cast<float>(noise.black[std::min<size_t>(i % image.channels, 2)]);
+  glm::dvec3 saturation;
+  for (int c = 0; c < 3; ++c) saturation[c] = noise.saturation[c].value_or(kUnknown) - noise.black[c];
+  return saturation;
+}
+
+}  // namespace crownfit

@@ -1,0 +1,150 @@
+#include <numbers>
+
+#include "base/error.h"
+#include "base/progress.h"
+#include "calibration/estimate_pose.h"
+#include "calibration/scan_poses_product.h"
+#include "cli/calibrate_parts.h"
+#include "geometry/mesh_file.h"
+#include "photo/photograph.h"
+
+namespace crownfit {
+namespace {
+
+struct PoseTask {
+  ProductOptions product;
+  std::vector<std::filesystem::path> images;
+  std::filesystem::path camera, jig;
+  BoardOptions board;
+  std::vector<std::filesystem::path> meshes;  ///< the scan, in place of markers
+  std::filesystem::path start;
+  std::vector<double> placed;  ///< x, y, z in mm, a rotation vector in degrees: the object's frame in the start's
+  bool together = false;
+  double search_mm = 5, search_deg = 5;
+};
+
+int AlignScanInPhotographs(const PoseTask& asked) {
+  RequireDistinctNames(asked.images);
+  const Camera camera = ReadCamera(asked.camera);
+  const auto starts = ReadPoses(Required(asked.start, "--start"));
+  Progress progress(asked.product.common.progress);
+  progress.Show("reading", 0.0);
+  TriangleMesh mesh;
+  for (const auto& file : asked.meshes) {
+    const TriangleMesh part = ReadMeshFile(file);
+    const int first = static_cast<int>(mesh.vertices.size());
+    mesh.vertices.insert(mesh.vertices.end(), part.vertices.begin(), part.vertices.end());
+    for (const auto& t : part.triangles) mesh.triangles.push_back(t + first);
+  }
+  RigidTransform placed;
+  if (const auto& p = asked.placed; !p.empty())
+    placed = {RotationFromVector(std::numbers::pi / 180 * glm::dvec3(p[3], p[4], p[5])), {p[0], p[1], p[2]}};
+  std::vector<Image> pictures;
+  std::vector<ScanPhotograph> photographs;
+  std::vector<std::string> names;
+  pictures.reserve(asked.images.size());
+  for (const auto& file : asked.images) {
+    ImageFile photo = ReadImageFile(file);
+    RequireSizeOf(camera, photo.image, file, asked.camera);
+    if (photo.image.channels < 3) throw InputError(file, "", "is grey; outlines are found by colour");
+    if (photo.is_srgb_encoded)
+      for (float& v : photo.image.values) v = static_cast<float>(LinearFromSrgb(v));
+    pictures.push_back(std::move(photo.image));
+    names.push_back(file.stem().string());
+    const StatedPose& start = PoseOf(starts, file, asked.start);
+    photographs.push_back({&pictures.back(), camera, start.camera_from_object * placed, start.covariance});
+  }
+  AlignOptions options;
+  options.search_mm = asked.search_mm;
+  options.search_deg = asked.search_deg;
+  options.threads = asked.product.common.threads;
+  std::vector<AlignedScan> aligned;
+  if (asked.together) {
+    aligned.push_back(AlignScan(mesh, photographs, options, [&](double share) { progress.Show("aligning", share); }));
+  } else {
+    for (size_t k = 0; k < photographs.size(); ++k)
+      aligned.push_back(AlignScan(mesh, {photographs[k]}, options, [&](double share) {
+        progress.Show("aligning", (static_cast<double>(k) + share) / static_cast<double>(photographs.size()), names[k]);
+      }));
+  }
+  progress.Clear();
+  auto inputs = asked.images;
+  inputs.insert(inputs.end(), asked.meshes.begin(), asked.meshes.end());
+  inputs.push_back(asked.camera);
+  return Finish(ScanPosesProduct(mesh, names, photographs, aligned), inputs, asked.product);
+}
+
+int RunPose(const PoseTask& asked) {
+  if (!asked.meshes.empty()) return AlignScanInPhotographs(asked);
+  RequireDistinctNames(asked.images);
+  const Camera camera = ReadCamera(asked.camera);
+  const bool by_board = !asked.board.kind.empty();
+  if (by_board != asked.jig.empty())
+    throw InputError("", "--jig",
+                     "say how: markers around the object (--jig FILE), a board (--board KIND), or its scan (--mesh "
+                     "FILE --start FILE)");
+  const Board board = by_board ? BoardOf(asked.board) : Board{};
+  const Jig jig = by_board ? Jig{} : ReadJig(asked.jig);
+  Progress progress(asked.product.common.progress);
+  std::vector<ImageFile> photos;
+  std::vector<PosedPhotograph> posed;
+  photos.reserve(asked.images.size());
+  for (const auto& file : asked.images) {
+    progress.Show("markers", static_cast<double>(photos.size()) / static_cast<double>(asked.images.size()),
+                  file.filename().string());
+    photos.push_back(ReadImageFile(file));
+    RequireSizeOf(camera, photos.back().image, file, asked.camera);
+    posed.push_back({file.stem().string(), &photos.back().image,
+                     by_board ? FindBoard(photos.back(), board) : FindJig(photos.back(), jig)});
+  }
+  progress.Clear();
+  auto inputs = asked.images;
+  inputs.push_back(asked.camera);
+  Product product = MarkerPosesProduct(posed, camera);
+  if (by_board && board.kind == BoardKind::kChessboard && (board.columns + board.rows) % 2 == 0)
+    product.notes.push_back(
+        "a chessboard of " + asked.board.corners +
+        " corners looks the same turned by half a turn: these poses hold where it stands upright in "
+        "every photograph. One with an even and an odd number of corners, such as 9x6, can't be "
+        "mistaken.");
+  return Finish(product, inputs, asked.product);
+}
+
+}  // namespace
+
+void AddCalibratePose(CLI::App& calibrate, Command& command) {
+  const auto asked = std::make_shared<PoseTask>();
+  auto* pose = AddProduct(
+      &calibrate, asked->product, "pose",
+      "Where the object is in photographs: by markers of a jig or board around it, or by the scan's own outline.");
+  AddImages(pose, asked->images, "Photographs of one camera; the poses are named after the files.");
+  pose->add_option("--camera", asked->camera, "camera.json of the camera.")->required();
+  pose->add_option("--jig", asked->jig, "The jig's markers, as `crownfit calibrate target jig` writes them.");
+  pose->add_option("--board", asked->board.kind, "In its place: chessboard, charuco or apriltag.");
+  AddBoard(pose, asked->board);
+  pose->add_option("--mesh", asked->meshes,
+                   "In place of markers: the scan in mm (PLY, STL, OBJ); repeat it for more crowns.")
+      ->allow_extra_args(false)
+      ->group("Scan");
+  pose->add_option("--start", asked->start, "poses.json with a rough pose of every photograph.")->group("Scan");
+  pose->add_option(
+          "--placed", asked->placed,
+          "X,Y,Z,RX,RY,RZ: where the scan's frame lies in the start's, roughly: its origin in mm and a rotation "
+          "vector in degrees. For starts that are a jig's poses.")
+      ->expected(6)
+      ->delimiter(',')
+      ->group("Scan");
+  pose->add_option("--search-mm", asked->search_mm, "How far off the rough poses may be (default 5).")
+      ->check(CLI::Range(0.0, 100.0))
+      ->group("Scan");
+  pose->add_option("--search-deg", asked->search_deg, "The same in degrees (default 5).")
+      ->check(CLI::Range(0.0, 45.0))
+      ->group("Scan");
+  pose->add_flag(
+          "--together", asked->together,
+          "The rough poses are right relative to each other (from a jig): find one motion of the object for all.")
+      ->group("Scan");
+  RunWith(pose, command, asked, RunPose);
+}
+
+}  // namespace crownfit

@@ -1,0 +1,25 @@
+// crownfit <command>: parses, runs the command, and says what became of errors.
+
+#include <cstdio>
+#include <exception>
+#include <new>
+
+#include "base/error.h"
+#include "cli/command_line.h"
+
+int main(int argc, char** argv) {
+  try {
+    return crownfit::ParseCommandLine(argc, argv).run();
+  } catch (const crownfit::InputError& e) {
+    std::fprintf(stderr, "crownfit: %s\n", e.what());
+    return 2;
+  } catch (const std::bad_alloc&) {
+    std::fprintf(stderr,
+                 "crownfit: there is not enough memory for this input\n  Cut the photographs to the crown, or reduce "
+                 "the mesh: docs/limits.md says what each needs.\n");
+    return 2;
+  } catch (const std::exception& e) {
+    std::fprintf(stderr, "crownfit: internal error: %s\n", e.what());
+    return 4;
+  }
+}

@@ -1,0 +1,119 @@
+#include <cmath>
+#include <cstdio>
+
+#include "base/error.h"
+#include "base/random.h"
+#include "cli/common_options.h"
+#include "cli/named_photograph.h"
+#include "optics/material_file.h"
+#include "photo/figures.h"
+#include "photo/image_io.h"
+#include "render_photographs.h"
+
+namespace crownfit {
+namespace {
+
+struct RenderCommand {
+  std::filesystem::path capture, material, output;
+  Model model = Model::kShader;
+  int collisions = 10;
+  int paths = 256;         ///< per pixel
+  std::string photograph;  ///< empty: all
+  double noise = 0;        ///< relative
+  double scale = 1;        ///< of the pictures' width and height
+  bool derivatives = false, half_float = false, twelve_taps = false, fine = false;
+  uint64_t seed = 1;
+  CommonOptions common;
+};
+
+int RunRender(const RenderCommand& asked) {
+  constexpr int kFewestForDerivatives = 16;
+  if (asked.derivatives && (asked.model == Model::kShader || asked.paths < kFewestForDerivatives))
+    throw InputError(
+        "", "--derivatives",
+        "only with --model path or diffusion, and at least 16 --paths: their errors are found from groups");
+  if (asked.half_float && asked.model != Model::kShader)
+    throw InputError("", "--half",
+                     "is for model shader: the variances of walks are smaller than what half floats hold");
+  Progress progress(asked.common.progress);
+  const Capture capture = ReadCapture(asked.capture);
+  const Material material =
+      asked.material.empty() ? StatedMaterial(capture) : ReadMaterialFile(asked.material, capture);
+  RenderOptions options;
+  options.model = asked.model;
+  options.paths_per_pixel = asked.paths;
+  options.collisions = asked.collisions;
+  options.twelve_taps = asked.twelve_taps;
+  options.fine = asked.fine;
+  options.seed = asked.seed;
+  options.threads = asked.common.threads;
+  options.derivatives = asked.derivatives;
+  options.scale = asked.scale;
+  options.photograph = NamedPhotograph(capture, asked.photograph);
+  const auto messages = RenderPhotographs(capture, material, options, progress, [&](const RenderedPhotograph& r) {
+    const PhotographSpec& photo = capture.photographs[r.photograph];
+    Image picture = r.picture;
+    for (size_t k = 0; k < picture.values.size(); ++k) {
+      const uint64_t key = Key(asked.seed, 0x6e6f697365ull, r.photograph, k / 3);
+      picture.values[k] = static_cast<float>(picture.values[k] * (1.0 + asked.noise * Gaussian(key, k % 3)));
+    }
+    const auto file = asked.output / (photo.name + ".exr");
+    if (r.variance) {
+      Image variance = *r.variance;
+      for (size_t k = 0; k < variance.values.size(); ++k)
+        variance.values[k] += static_cast<float>(std::pow(asked.noise * r.picture.values[k], 2));
+      WriteImageLayers(file, {{"", picture}, {"variance", variance}});
+    } else {
+      WriteImageFile(file, picture, asked.half_float);
+    }
+    WriteImageFile(
+        asked.output / (photo.name + ".png"),
+        DisplayPicture(picture, ComparisonScale(picture, r.on_object, photo.rgb_from_sensor), photo.rgb_from_sensor));
+    progress.Clear();
+    std::printf("%s\n", file.c_str());
+    if (r.derivatives.empty()) return;
+    const auto beside = asked.output / (photo.name + "_derivatives.exr");
+    WriteImageLayers(beside, r.derivatives);
+    std::printf("%s\n", beside.c_str());
+  });
+  progress.Clear();
+  PrintNotes(messages);
+  return 0;
+}
+
+}  // namespace
+
+void AddRender(CLI::App& app, Command& command) {
+  const auto asked = std::make_shared<RenderCommand>();
+  auto* render =
+      app.add_subcommand("render", "Predicts the photographs of a capture with a material (EXR, and PNG to look at).");
+  render
+      ->add_option("CAPTURE", asked->capture, "Folder with capture.json, or that file. Its photographs need not exist.")
+      ->required();
+  render->add_option("--material", asked->material, "material.json or truth.json; default: the capture's own values.");
+  render->add_option("-o,--output", asked->output, "Folder for the pictures.")->required();
+  AddModel(render, asked->model, {Model::kShader, Model::kPath, Model::kDiffusion},
+           "shader: the real-time terms, seconds. path: random walks, the reference; with a variance layer.\n"
+           "diffusion: walks of --collisions, then diffusion in the crown's volume: less noise.");
+  AddCollisions(render, asked->collisions);
+  render->add_option("--paths", asked->paths, "Paths per pixel of models path and diffusion (default 256).")
+      ->check(CLI::Range(1, 100000000));
+  render->add_option("--photograph", asked->photograph, "Only this one.");
+  render
+      ->add_option("--noise", asked->noise,
+                   "Add relative noise of this standard deviation (0.01: 1 %), keyed by --seed.")
+      ->check(CLI::Range(0.0, 1.0));
+  render->add_flag("--derivatives", asked->derivatives,
+                   "Models path and diffusion: also PHOTOGRAPH_derivatives.exr, derivatives by scattering, absorption, "
+                   "g, index and so on.");
+  render->add_flag("--half", asked->half_float, "16-bit EXR.");
+  render->add_flag("--twelve-taps", asked->twelve_taps, "Blur by the thesis's 1 + 12 taps in place of 49.");
+  render->add_flag("--fine", asked->fine, "Four times the light samples.");
+  render->add_option("--scale", asked->scale, "Pictures of so many times the camera's width and height (default 1).")
+      ->check(CLI::Range(0.01, 1.0));
+  render->add_option("--seed", asked->seed, "Seed of the noise and of model path's walks (default 1).");
+  AddCommonOptions(render, asked->common);
+  RunWith(render, command, asked, RunRender);
+}
+
+}  // namespace crownfit

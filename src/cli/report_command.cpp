@@ -1,0 +1,84 @@
+#include "cli/report_command.h"
+
+#include <cstdio>
+
+#include "base/error.h"
+#include "base/files.h"
+#include "capture/colour_file.h"
+#include "cli/lay_up_options.h"
+#include "dental/prediction_file.h"
+#include "report/report_files.h"
+
+namespace crownfit {
+namespace {
+
+struct ReportCommand {
+  std::filesystem::path result;
+  LayUp lay_up;
+  bool lays_up_anew = false;  ///< any option of the flat piece was given
+  CommonOptions common;
+};
+
+/// Camera colours as the capture states them, if it does; what shows as white is a white surface.
+void WriteColour(const std::filesystem::path& folder, const Capture& capture) {
+  for (const PhotographSpec& p : capture.photographs) {
+    if (!p.has_colour_file) continue;
+    const glm::dvec3 white = BandColour{p.rgb_from_sensor}.Reflectance(glm::dvec3(1.0));
+    JsonValue::Object content{{"format", "crownfit-colour/1"}};
+    for (auto& member : ColourContent({p.rgb_from_sensor, white})) content.push_back(std::move(member));
+    return WriteTextFile(folder / "colour.json", ToJsonText(content));
+  }
+}
+
+int RunReport(const ReportCommand& asked) {
+  if (asked.lays_up_anew) {
+    Progress progress(asked.common.progress);
+    LayUp lay_up = asked.lay_up;
+    lay_up.threads = asked.common.threads;
+    WritePrediction(lay_up, asked.result, progress);
+  }
+  std::printf("%s\n", WriteReportPage(asked.result).c_str());
+  return 0;
+}
+
+}  // namespace
+
+void WriteResultWithPage(const std::filesystem::path& folder, const CrownFit& fit, const RunRecord& run, int threads,
+                         Progress& progress) {
+  WriteColour(folder, fit.capture);
+  WriteResult(folder, fit, run);
+  try {
+    LayUp lay_up;
+    lay_up.threads = threads;
+    WritePrediction(lay_up, folder, progress);
+  } catch (const InputError& e) {
+    WriteWhyNoPrediction(folder, e.what());
+  }
+  WriteReportPage(folder);
+}
+
+void AddReport(CLI::App& app, Command& command) {
+  const auto asked = std::make_shared<ReportCommand>();
+  auto* report = app.add_subcommand(
+      "report",
+      "Makes report.html of a result again, for a browser, without network: the verdict in plain words,\n"
+      "photographs against predictions, colours by thirds of the crown, parameters with intervals, their\n"
+      "correlation, convergence, the material as a flat piece, provenance. `crownfit fit` makes it too, over black.\n"
+      "With any of the options below the flat piece is laid up anew. docs/report.md explains it.");
+  report->add_option("RESULT", asked->result, "Folder that `crownfit fit` wrote, wherever it was moved to.")
+      ->required();
+  AddLayUp(report, asked->lay_up);
+  AddTargets(report, asked->lay_up);
+  report->add_option("--tabs", asked->lay_up.tabs,
+                     "Tabs (`crownfit shades`): the report names the three nearest; also those that tab:NAME names.");
+  std::vector<const CLI::Option*> of_piece;
+  for (const CLI::Option* option : report->get_options())
+    if (!option->get_positional() && option != report->get_help_ptr()) of_piece.push_back(option);
+  AddCommonOptions(report, asked->common);
+  report->final_callback([=, &command] {
+    for (const CLI::Option* option : of_piece) asked->lays_up_anew |= option->count() > 0;
+    command.run = [=] { return RunReport(*asked); };
+  });
+}
+
+}  // namespace crownfit

@@ -1,0 +1,13 @@
+#pragma once
+// `crownfit report`, and what `fit` leaves beside it.
+
+#include "base/progress.h"
+#include "report/result_files.h"
+
+namespace crownfit {
+
+/// What a fit leaves, and the page that shows it; with the material as a flat piece over black.
+void WriteResultWithPage(const std::filesystem::path& folder, const CrownFit& fit, const RunRecord& run, int threads,
+                         Progress& progress);
+
+}  // namespace crownfit

@@ -1,0 +1,88 @@
+#include <algorithm>
+#include <chrono>
+#include <cstdio>
+#include <set>
+
+#include "base/error.h"
+#include "cli/common_options.h"
+#include "optics/adding_doubling.h"
+#include "path/slab_diffusion.h"
+#include "path/slab_walk.h"
+#include "shader/shader_slab.h"
+
+namespace crownfit {
+namespace {
+
+struct SlabCommand {
+  std::filesystem::path slab;
+  Model model = Model::kLayered;
+  uint64_t photons = 1000000;  ///< models path and diffusion
+  uint64_t seed = 1;
+  int collisions = 10;
+  CommonOptions common;
+};
+
+/// What would take hours is refused: for adding-doubling many indices, each of which brings directions of its own; for
+/// walks light that nothing absorbs. A way through a layer is 2 d n^2 long in the mean, whatever scatters (Blanco and
+/// Fournier 2003), or some lengths of absorption.
+void CheckSlabCanBeSolved(const std::filesystem::path& file, const Slab& slab, Model model) {
+  constexpr size_t kMostIndices = 8;
+  constexpr double kMostCollisions = 1e6;  // of a photon: 20 ms
+  std::set<double> indices{slab.ior_above, slab.backing_contact ? slab.ior_above : slab.ior_below};
+  double collisions = 0;
+  for (const SlabLayer& l : slab.layers) {
+    indices.insert(l.ior);
+    const double way_mm = 2 * l.thickness_mm * l.ior * l.ior, absorption = l.absorption_per_mm;
+    collisions += l.scattering_per_mm * (absorption > 0 ? std::min(way_mm, 10 / absorption) : way_mm);
+  }
+  if (model == Model::kLayered && indices.size() > kMostIndices)
+    throw InputError(file, "layers", "they have " + std::to_string(indices.size()) + " different indices, more than 8",
+                     "Use --model path, or round ior: every index brings directions of its own.");
+  if (model == Model::kPath && collisions > kMostCollisions)
+    throw InputError(file, "layers", "a photon would scatter some " + std::to_string(collisions) + " times on its way",
+                     "Use --model layered, which needs no more time for it.");
+}
+
+int RunSlab(const SlabCommand& asked) {
+  const auto begin = std::chrono::steady_clock::now();
+  const Slab slab = ReadSlab(asked.slab);
+  CheckSlabCanBeSolved(asked.slab, slab, asked.model);
+  Progress progress(asked.common.progress);
+  const Model model = asked.model;
+  const auto show = [&](double share) { progress.Show("walking", share); };
+  if (!slab.radii_mm.empty() && model != Model::kPath)
+    throw InputError(asked.slab, "radii_mm",
+                     "model " + std::string(Word(model)) + " answers totals, so it has no rings",
+                     "Remove the key, or use --model path.");
+  SlabAnswer answer;
+  if (model == Model::kLayered) answer = SolveByAddingDoubling(slab);
+  if (model == Model::kShader) answer = SolveByShader(slab);
+  if (model == Model::kDiffusion)
+    answer = SolveByDiffusion(slab, {asked.photons, asked.seed, asked.common.threads, asked.collisions}, show);
+  if (model == Model::kPath) answer = SolveByWalks(slab, {asked.photons, asked.seed, asked.common.threads}, show);
+  progress.Clear();
+  answer.wall_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+  std::fputs(SlabAnswerJson(answer).c_str(), stdout);
+  return 0;
+}
+
+}  // namespace
+
+void AddSlab(CLI::App& app, Command& command) {
+  const auto asked = std::make_shared<SlabCommand>();
+  auto* slab = app.add_subcommand("slab", "Reflectance and transmittance of a flat layered sample, as JSON.");
+  slab->add_option("SLAB", asked->slab, "slab.json (docs/file_formats.md).")->required();
+  AddModel(slab, asked->model, {Model::kLayered, Model::kPath, Model::kShader, Model::kDiffusion},
+           "layered: adding-doubling, exact, milliseconds (default). path: random walks, with errors and rings. "
+           "shader, diffusion: what those models of crowns make of it, to see how far they are off.");
+  slab->add_option("--photons", asked->photons,
+                   "Photons of models path and diffusion at normal incidence (default 1000000); a quarter as many come "
+                   "diffusely.")
+      ->check(CLI::Range(uint64_t{2}, uint64_t{1000000000000}));
+  slab->add_option("--seed", asked->seed, "Seed of models path and diffusion (default 1).");
+  AddCollisions(slab, asked->collisions);
+  AddCommonOptions(slab, asked->common);
+  RunWith(slab, command, asked, RunSlab);
+}
+
+}  // namespace crownfit

@@ -1,0 +1,33 @@
+#pragma once
+// Which of a laboratory's shade tabs a colour is nearest to, and whether that can be told.
+
+#include <string>
+#include <vector>
+
+#include "base/json_file.h"
+#include "dental/shades_file.h"
+
+namespace crownfit {
+
+/// A colour, and as it may be too.
+struct ColourSample {
+  glm::dvec3 lab;
+  std::vector<glm::dvec3> draws;  ///< empty: it is exact
+};
+ColourSample ScatteredColour(const glm::dvec3& lab, const glm::dvec3& stddev, int draws, uint64_t seed);
+
+struct NearTab {
+  std::string name;
+  double de00, low95, high95;
+};
+struct NearestTabs {
+  std::vector<NearTab> tabs;  ///< three at most, the nearest first
+  /// The first is nearer than the second in 97.5 % of the draws, and by more than is seen.
+  bool can_tell_first_from_second = true;
+  std::vector<std::string> verdict;  ///< what of it must not be trusted, in words
+};
+NearestTabs NearestTabsOf(const ColourSample& sample, const ShadeSet& set, int draws, uint64_t seed);
+
+JsonValue NearestJson(const NearestTabs& nearest);
+
+}  // namespace crownfit

@@ -1,0 +1,30 @@
+#pragma once
+// Predicted photographs beside the measured ones, as a result has them.
+
+#include <functional>
+#include <vector>
+
+#include "fit/fit_result.h"
+#include "fit/image_residuals.h"
+#include "scene/cast_samples.h"
+#include "scene/crown_input.h"
+
+namespace crownfit {
+
+/// A photograph's pixels at exposure 1, in the order of its cast.
+struct PredictedPixels {
+  std::vector<glm::dvec3> values;
+  std::vector<glm::dvec3> variances = {};  ///< by the model's own random walks; empty: it has none
+};
+using Predictor = std::function<PredictedPixels(size_t photograph)>;
+/// All must outlive it.
+Predictor PredictorByShader(const CrownInput& input, const CastState& state, const Material& material,
+                            const LinearScales& scales, int threads);
+
+/// Predicts every photograph, held-out ones included, and compares. `stddev`: of `scales`; empty: not known.
+std::vector<PhotographResult> ComparePhotographs(const CrownInput& input, const CastState& state,
+                                                 const Predictor& predict, const LinearScales& scales,
+                                                 const std::vector<FitPixels>& fitted, int threads,
+                                                 const LinearScales& stddev = {});
+
+}  // namespace crownfit

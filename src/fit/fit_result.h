@@ -1,0 +1,141 @@
+#pragma once
+// The result of a fit, as data: what material.json, run.json, the summary and the figures are written from.
+
+#include <array>
+#include <cmath>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "fit/finding.h"
+#include "fit/fit_options.h"
+#include "fit/free_parameters.h"
+#include "fit/profile.h"
+#include "fit/scattering_laws.h"
+#include "fit/solve.h"
+#include "fit/uncertainty.h"
+#include "fit/walk_comparison.h"
+#include "photo/colour_difference.h"
+
+namespace crownfit {
+
+/// One step of a fit by walks, in the free entries' own scales.
+struct WalkedFitStep {
+  std::string stage;  ///< "search", "run" or "to the end"
+  double paths_per_photograph = 0, reduced_chi2 = 0, block_chi2 = 0;
+  Eigen::VectorXd from, step, stddev, stddev_of_walks;
+};
+
+struct PhotographResult {
+  std::string name;
+  bool is_holdout = false, exposure_is_fitted = false;
+  double exposure = 1.0;
+  double exposure_stddev = 0;  ///< 0: exact, or only walks would tell
+  double level = 1.0;          ///< by which factor the photograph is brighter than its prediction
+  double level_stddev = 0;     ///< of it, by what patches differ in
+  double reduced_chi2 = 0;
+  std::optional<Misfit> left;  ///< of the fit's photographs, by walks
+  int saturated_pixels = 0;
+  Image photograph, prediction;   ///< linear sensor values; the prediction is 0 where nothing was cast
+  std::vector<uint8_t> compared;  ///< the pixels that the errors are about
+  /// Per pixel that is compared: 1, 2, 3 in the cervical, middle, incisal third of the crown, 0 elsewhere; empty where
+  /// nothing says which end is which.
+  std::vector<uint8_t> thirds;
+  ColourTransform rgb_from_sensor;
+  ColourDifference difference;
+};
+
+/// What an instrument has read, and what the fitted material would make it read.
+struct ReadingResult {
+  std::string measurement, quantity;  ///< reflectance, transmittance, lab
+  bool is_holdout = false;
+  Reading read;
+  std::array<double, kChannels> predicted{};
+};
+
+/// One iteration of the fit by shader.
+struct ShaderIteration {
+  int cast;             ///< the geometry's, from 0
+  double reduced_chi2;  ///< with Huber's loss, priors and nuisances included
+};
+
+/// What a capture may state with an error. Those of one kind were measured alike.
+enum class StatementKind { kExposure, kIntensity, kPose, kPlace };
+inline constexpr std::array kStatementKinds{StatementKind::kExposure, StatementKind::kIntensity, StatementKind::kPose,
+                                            StatementKind::kPlace};
+/// Per kind: how many times as large as stated its errors were taken, because the photographs show them so.
+using WidenedErrors = std::array<double, kStatementKinds.size()>;
+
+/// No further: what the photographs show so far off is told by no measurement of that kind, or the model is wrong.
+inline constexpr double kMostWidened = 10.0;
+
+/// How far a fit moved something from where the capture states it.
+struct MovedCalibration {
+  StatementKind kind;
+  std::string what;  ///< "the pose of 'front'"
+  int freedom = 0;
+  double chi2 = 0;   ///< sum of squares in stated standard deviations
+  double share = 0;  ///< of exposures and intensities: by which it is larger than stated
+  double Stddevs() const { return std::sqrt(chi2 / freedom); }
+};
+
+/// How much brighter than stated a photograph's tile and scenery are beside the object, by channel.
+struct SceneryLevel {
+  std::string photograph;
+  std::vector<std::string> shows, lights;  ///< names of tile and scenery; of what lights them
+  std::array<double, kChannels> ratio{}, stddev{};
+  double stated = 0;  ///< by how much it may be off by errors of exposure and lamps, a standard deviation
+};
+
+/// One of several captures fitted together.
+struct TogetherWith {
+  std::string name;                      ///< unique among them: of its folder
+  std::vector<FittedParameter> its_own;  ///< what captures do not share: thicknesses, the surface
+  double block_chi2 = 0;
+  bool usable = false;
+};
+
+struct CrownFit {
+  Capture capture;  ///< with the overrides applied
+  FitOptions options;
+  Model model = Model::kShader;  ///< by which it ended, never auto
+  std::string model_choice;      ///< why
+  bool is_by_walks() const { return model == Model::kPath || model == Model::kDiffusion; }
+  Material material;
+  Material seen_by_shader;  ///< with which model `shader` comes nearest: what the viewer shows
+  Uncertainty uncertainty;
+  DataKnowledge knowledge;  ///< what its own photographs say of the free entries
+  LinearScales scales;
+  std::vector<PhotographResult> photographs;
+  Misfit left;  ///< of the fit's photographs together, by walks; of no values: by another model
+  std::vector<ReadingResult> readings;
+  std::vector<MovedCalibration> calibration;  ///< as far as the capture states its errors
+  WidenedErrors widened{1, 1, 1, 1};
+  std::vector<LawDeparture> departures;   ///< of scattering that channels share; empty: none does, or it was not asked
+  std::vector<SceneryLevel> scenery;      ///< of the photographs that show some
+  std::vector<double> mean_thickness_mm;  ///< per layer; where a scale is a field's or a mesh's factor, at scale 1
+  bool converged = false, usable = false, ends_at_neck = false;
+  int iterations = 0, casts = 0;
+  std::vector<TogetherWith> together;  ///< the captures that share the material; empty: this one alone
+  std::vector<FreeEntry> entries;      ///< what was free, in the order of `best`, of `steps` and of the covariance
+  Eigen::VectorXd best;                ///< in the entries' own scales
+  std::vector<LikelihoodProfile> profiles;
+  std::vector<ShaderIteration> iterations_by_shader;
+  std::vector<WalkedFitStep> steps;  ///< by walks
+  double walked_paths = 0;
+  std::vector<double> rival_roughness;  ///< of other optima, as good as the result
+  size_t fitted_pixels = 0;
+  std::vector<std::string> messages;  ///< what was repaired in the input
+  std::vector<std::string> left_out;  ///< parts of the scene, by name
+  std::vector<Finding> reasons;       ///< why the result is not usable, and parameters at their bounds
+  std::vector<Finding> caveats;       ///< what can't be trusted
+  std::string advice;                 ///< which photograph would tell more; empty: nothing is weak, or none would
+};
+
+/// So far from the cut at an open scan's neck its surroundings count for less.
+inline constexpr double kNeckReachMm = 3.0;
+
+/// Limit of the reduced chi2 above which a fit is not usable.
+inline constexpr double kChi2Limit = 3.0;
+
+}  // namespace crownfit

@@ -1,0 +1,78 @@
+#include "fit/material_priors.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <optional>
+#include <vector>
+
+#include "base/error.h"
+#include "optics/material_file.h"
+
+namespace crownfit {
+namespace {
+
+struct Gaussian1 {
+  double mean, stddev;
+};
+
+/// Of a parameter in one channel, in the scale that the fit moves it in.
+std::optional<Gaussian1> Stated(const ParameterRecord& record, double value, Scale scale, size_t channel) {
+  if (record.stddev.empty()) return {};
+  const std::optional<double> stddev = record.stddev[record.stddev.size() == 1 ? 0 : channel];
+  if (!stddev || !(*stddev > 0)) return {};
+  if (scale == Scale::kLinear) return Gaussian1{value, *stddev};
+  return value > 0 ? std::optional(Gaussian1{std::log(value), *stddev / value}) : std::nullopt;
+}
+
+/// Of a linear combination of what is stated in each channel: as uncertain as where the channels err each by itself or
+/// all together, whichever is more.
+std::optional<Gaussian1> Combined(const ParameterRecord& record, const ChannelValues& values, Scale scale,
+                                  const std::array<double, kChannels>& weights) {
+  double mean = 0, apart = 0, together = 0;
+  for (size_t c = 0; c < kChannels; ++c) {
+    const std::optional<Gaussian1> stated = Stated(record, values[c], scale, c);
+    if (!stated) return {};
+    mean += weights[c] * stated->mean;
+    apart += std::pow(weights[c] * stated->stddev, 2);
+    together += weights[c] * stated->stddev;
+  }
+  return Gaussian1{mean, std::max(std::sqrt(apart), std::abs(together))};
+}
+
+std::optional<Gaussian1> StatedOf(const FreeEntry& e, const FreeParameters& free, const ParameterRecord& record,
+                                  const ChannelValues& values) {
+  switch (e.role) {
+    case FreeEntry::Role::kPowerLevel:
+      return Combined(record, values, Scale::kLog, WeightsOfPowerLaw(free.wavelengths_nm).level);
+    case FreeEntry::Role::kPowerExponent:
+      return Combined(record, values, Scale::kLog, WeightsOfPowerLaw(free.wavelengths_nm).exponent);
+    case FreeEntry::Role::kOneChannel:
+      return Stated(record, values[e.channel], e.scale, static_cast<size_t>(e.channel));
+    default:
+      return Stated(record, values[1], e.scale, 1);
+  }
+}
+
+}  // namespace
+
+void TakePriors(const std::filesystem::path& file, const Capture& capture, FreeParameters& free) {
+  const MaterialRecord record = ReadMaterialRecord(file, capture);
+  bool any = false;
+  for (FreeEntry& e : free.entries) {
+    const auto row = static_cast<size_t>(e.quantity);
+    const bool is_surface = e.layer == kSurfaceOwner;
+    const ParameterRecord& said = is_surface ? record.surface[row] : record.layers[e.layer][row];
+    const ChannelValues& values = (is_surface ? record.material.surface : record.material.layers[e.layer])[e.quantity];
+    const std::optional<Gaussian1> prior = StatedOf(e, free, said, values);
+    if (!prior) continue;
+    e.prior_mean = prior->mean;
+    e.prior_stddev = prior->stddev;
+    any = true;
+  }
+  if (!any && free.count() > 0)
+    throw InputError(file, "layers", "states no standard deviation of anything that this capture frees",
+                     "Give a material.json of a fit, or \"stddev\" beside the values.");
+}
+
+}  // namespace crownfit

@@ -1,0 +1,121 @@
+#include "fit_path/long_runs.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "base/linear_algebra.h"
+
+namespace crownfit {
+
+void LongRuns::Add(RunEstimate run) {
+  constexpr size_t kSeveral = 3;
+  const bool leads_on = run.is_on_its_way || (!runs_.empty() && runs_.back().is_on_its_way);
+  if (run.is_on_its_way && runs_.size() >= kSeveral && !has_strayed_) {
+    // It strays from several that had arrived: bad luck with its derivatives, which a second one has not.
+    has_strayed_ = true;
+    return;
+  }
+  if (leads_on) runs_.clear();
+  runs_.push_back(std::move(run));
+  // Those whose derivatives were too noisy to tell what later ones, which know those of several runs, do.
+  if (runs_.back().tells_all) std::erase_if(runs_, [](const RunEstimate& e) { return !e.tells_all; });
+}
+
+bool LongRuns::Conclude() {
+  constexpr double kAgreeAtOnce = 2.0, kAgree = 5.0;  // mean square of scatter in standard deviations of the walks
+  constexpr size_t kSeveral = 4;
+  constexpr double kOfUnknown = 0.1;  // of the variance
+  const double n = static_cast<double>(runs_.size());
+  const int m = unknowns_.material(), count = unknowns_.count();
+  Eigen::VectorXd mean = Eigen::VectorXd::Zero(count);
+  Eigen::MatrixXd whole = Eigen::MatrixXd::Zero(count, count), whole_of_a_run = whole;
+  DataKnowledge k;
+  k.by_photographs = Eigen::VectorXd::Zero(m);
+  at_.walked.clear();
+  for (const auto& values : runs_[0].values) at_.walked.emplace_back(values.size(), glm::dvec3(0.0));
+  for (const RunEstimate& e : runs_) {
+    mean += e.unknowns / n;
+    k.by_photographs += e.by_photographs / n;
+    whole += e.covariance / n;
+    whole_of_a_run += e.of_walks / n;
+    k.reduced_chi2 += e.chi2 / n;
+    k.block_chi2 += e.misfit.patches.chi2 / n;
+    for (size_t g = 0; g < at_.walked.size(); ++g)
+      for (size_t i = 0; i < at_.walked[g].size(); ++i) at_.walked[g][i] += e.values[g][i] / n;
+  }
+  std::vector<Misfit> left;
+  for (const RunEstimate& e : runs_) left.push_back(e.misfit);
+  at_.left = MeanOf(left);
+  at_.left_of.clear();
+  for (size_t g = 0; g < runs_[0].misfit_of.size(); ++g) {
+    left.clear();
+    for (const RunEstimate& e : runs_) left.push_back(e.misfit_of[g]);
+    at_.left_of.push_back(MeanOf(left));
+  }
+  const Eigen::MatrixXd covariance = whole.topLeftCorner(m, m), of_a_run = whole_of_a_run.topLeftCorner(m, m);
+  double off = 0;
+  const Eigen::VectorXd allowed = of_a_run.diagonal().cwiseMax(kOfUnknown * covariance.diagonal()).cwiseMax(1e-12);
+  for (const RunEstimate& e : runs_) off += (e.unknowns - mean).head(m).cwiseAbs2().cwiseQuotient(allowed).sum();
+  const double moving = static_cast<double>(m) - static_cast<double>(unknowns_.Untold().size());
+  const double scatter = runs_.size() > 1 && moving > 0 ? off / (moving * (n - 1.0)) : 0.0;
+  // Values are walked anew in every run; derivatives, in the last one, are the mean of all runs'.
+  const Eigen::MatrixXd &of_slopes = runs_.back().of_slopes, &of_model = runs_.back().of_model;
+  const Eigen::MatrixXd whole_of_walks = std::max(1.0, scatter) * ((whole_of_a_run - of_slopes) / n + of_slopes);
+  const Eigen::MatrixXd of_walks = whole_of_walks.topLeftCorner(m, m);
+  unknowns_.GoTo(mean);
+  // What is left beyond noise is common to all runs: no number of walks averages it out. It is measured against the
+  // noise of one run, photographs and walks.
+  k.inflation = std::max(1.0, k.block_chi2);
+  if (at_.left.regions.IsMoreThan(k.inflation)) k.inflation = at_.left.regions.chi2;
+  const auto [variances, directions] = EigenOfSymmetric(covariance - of_a_run);
+  const Eigen::MatrixXd of_photographs = directions * variances.cwiseMax(0.0).asDiagonal() * directions.transpose();
+  k.covariance =
+      of_photographs + (k.inflation - 1.0) * (of_photographs + of_a_run) + of_walks + of_model.topLeftCorner(m, m);
+  // Rivals and the model's offset, below, are known of the material alone.
+  const Eigen::VectorXd variance = (whole - whole_of_a_run).diagonal().cwiseMax(0.0) +
+                                   (k.inflation - 1.0) * whole.diagonal() +
+                                   (whole_of_walks + of_model).diagonal().cwiseMax(0.0);
+  k.scales_stddev = unknowns_.ScalesOf(variance.cwiseSqrt());
+  for (const Eigen::VectorXd& rival : rivals_)
+    k.covariance += rival * rival.transpose() / static_cast<double>(rivals_.size());
+  if (model_offset_.size() > 0) k.covariance += model_offset_ * model_offset_.transpose();
+  ForgetRanges(of_photographs + of_walks, k);
+  k.of_walks = of_walks.diagonal().cwiseQuotient(k.covariance.diagonal().cwiseMax(1e-300)).cwiseMin(1.0);
+  for (Eigen::Index u = 0; u < k.unseen.cols(); ++u) k.of_walks -= k.of_walks.cwiseProduct(k.unseen.col(u));
+  const Eigen::VectorXd all = EigenOfSymmetric(k.covariance).values;  // 0 where nothing is seen
+  if (const auto unseen = k.unseen.cols(); unseen < m) k.condition = std::sqrt(all[m - 1] / all[unseen]);
+  at_.knowledge = k;
+  return runs_.size() > 1 && scatter <= (runs_.size() < kSeveral ? kAgreeAtOnce : kAgree);
+}
+
+bool LongRuns::WouldGainByWalks() const {
+  constexpr double kShareOfWalks = 0.5, kTold = 0.35, kPrecise = 0.02;  // in ln
+  double share = 0;
+  int told = 0;
+  for (int k = 0; k < unknowns_.material(); ++k) {
+    const double of_walks = at_.knowledge.of_walks[k], variance = at_.knowledge.covariance(k, k);
+    if (variance < kPrecise * kPrecise || (1.0 - of_walks) * variance > kTold * kTold) continue;
+    share += of_walks;
+    ++told;
+  }
+  return share > kShareOfWalks * told;
+}
+
+/// Entries of which pictures know no more than their range does were not seen, nor were those without derivatives.
+/// What the others owe to the range of such a one stays in their variances.
+void LongRuns::ForgetRanges(const Eigen::MatrixXd& known, DataKnowledge& k) const {
+  constexpr double kNoMore = 0.5;  // of the range's variance
+  const int m = unknowns_.material();
+  const Eigen::VectorXd of_range = unknowns_.RangesAlone().precision.diagonal().head(m).cwiseInverse();
+  std::vector<int> unseen = unknowns_.Untold();
+  for (int i = 0; i < m; ++i)
+    if (known(i, i) > kNoMore * of_range[i] && !std::count(unseen.begin(), unseen.end(), i)) unseen.push_back(i);
+  k.unseen = Eigen::MatrixXd::Zero(m, static_cast<Eigen::Index>(unseen.size()));
+  for (size_t u = 0; u < unseen.size(); ++u) {
+    k.unseen(unseen[u], static_cast<Eigen::Index>(u)) = 1.0;
+    k.covariance.row(unseen[u]).setZero();
+    k.covariance.col(unseen[u]).setZero();
+  }
+}
+
+}  // namespace crownfit

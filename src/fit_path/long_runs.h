@@ -1,0 +1,58 @@
+#pragma once
+// What long runs by walks say together: each is one step with many paths from where the last one led, and their mean is
+// what the fit finds.
+
+#include <vector>
+
+#include "fit/walk_comparison.h"
+#include "fit_path/walk_unknowns.h"
+
+namespace crownfit {
+
+/// Where one run ended, and what it knows.
+struct RunEstimate {
+  Eigen::VectorXd unknowns;
+  Eigen::VectorXd by_photographs;        ///< the material's entries, had nothing else been known
+  Eigen::MatrixXd covariance, of_walks;  ///< of all unknowns
+  Eigen::MatrixXd of_slopes;             ///< part of both; later runs' derivatives are means over earlier ones' too
+  Eigen::MatrixXd of_model;              ///< by what photographs have in common of the model's own error; part of none
+  double chi2 = 0;
+  Misfit misfit;
+  std::vector<Misfit> misfit_of;  ///< per photograph of the fit
+  std::vector<std::vector<glm::dvec3>> values;
+  bool is_on_its_way;  ///< the step was cut short, and led somewhere
+  bool tells_all;      ///< its derivatives do, of every direction
+};
+
+class LongRuns {
+ public:
+  /// Both must outlive it; it writes where the fit stands.
+  LongRuns(WalkUnknowns& unknowns, FitState& at) : unknowns_(unknowns), at_(at) {}
+
+  /// Drops those that only led here.
+  void Add(RunEstimate run);
+  /// Another optimum that explains the photographs as well: how far it is off this one, by the material's entries.
+  void AddRival(const Eigen::VectorXd& off) { rivals_.push_back(off); }
+  /// By how much the model of the runs misleads, by the material's entries.
+  void SetModelOffset(const Eigen::VectorXd& off) { model_offset_ = off; }
+
+  /// Goes to the runs' mean and says what is known there (FitState::knowledge, walked); true when they agree: two at
+  /// once, or several that scatter by somewhat more than their walks, which then widens the intervals. Where the
+  /// photographs tell little, runs may differ by a share of what is not known.
+  bool Conclude();
+  /// After Conclude: whether walks make more than half of the variance of what they could tell and have not told
+  /// precisely yet. Photographs alone would tell it within a factor 4.
+  bool WouldGainByWalks() const;
+
+ private:
+  void ForgetRanges(const Eigen::MatrixXd& known, DataKnowledge& knowledge) const;
+
+  WalkUnknowns& unknowns_;
+  FitState& at_;
+  std::vector<RunEstimate> runs_;
+  bool has_strayed_ = false;
+  std::vector<Eigen::VectorXd> rivals_;
+  Eigen::VectorXd model_offset_;  ///< empty: runs are by the model that is right, or it is not known yet
+};
+
+}  // namespace crownfit

@@ -1,0 +1,78 @@
+#pragma once
+// Material files of other runs.
+
+#include <array>
+#include <filesystem>
+#include <map>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "optics/joint_values.h"
+#include "optics/material.h"
+
+namespace crownfit {
+
+/// Reads the values of material.json or truth.json ("crownfit-material/1") for the layers of a capture, by name; what
+/// the file does not state keeps the capture's value. Throws InputError when a layer is missing or its bands are more
+/// than 10 nm off the capture's.
+Material ReadMaterialFile(const std::filesystem::path& file, const Capture& capture);
+
+/// What the file says about a parameter beside its value.
+struct ParameterRecord {
+  bool is_stated = false;                           ///< false: the file does not speak of it
+  std::string status;                               ///< empty: a bare value
+  std::vector<std::string> status_by_channel = {};  ///< empty: as `status`
+  std::vector<std::optional<double>>
+      stddev;  ///< one, or one per channel, nothing where not known; empty: none is given
+  /// One, or one per channel; empty: the file gives none. Nothing where an end is not known.
+  std::vector<std::optional<std::array<double, 2>>> interval95;
+};
+
+struct MaterialRecord {
+  using Owner = std::array<ParameterRecord, kParameters.size()>;
+  Material material;
+  std::vector<Owner> layers;
+  Owner surface;
+  std::map<std::string, double> linear_scales;  ///< such as "exposure_scale front", "intensity_scale left"
+  bool is_usable = true;                        ///< false: its fit says that it must not be used
+  std::optional<std::array<double, kChannels>> wavelengths_nm;  ///< where the file states them
+  std::optional<JointValues> joint;   ///< of what was fitted; nothing: each value is known by itself
+  std::optional<Material> effective;  ///< by the block "viewer": what the real-time shader is to be given to look right
+};
+
+/// The same with everything a fit says of its values.
+MaterialRecord ReadMaterialRecord(const std::filesystem::path& file, const Capture& capture);
+
+/// The same without a capture beside it: all layers that the file has; what it does not state has the table's default.
+MaterialRecord ReadMaterialRecord(const std::filesystem::path& file);
+
+/// What the effective parameters are and how far they are from the physical ones; empty where they are none or the
+/// same.
+std::string EffectiveNote(const MaterialRecord& record);
+
+/// The rows that are part of a layer's material: its thickness where the next layer follows from it, a scale where one
+/// is stated or a mesh or a field has the thickness.
+bool IsOfLayer(const Capture& capture, size_t layer, const ParameterRow& row);
+
+/// The capture with the exposures and the lamps' intensities that a fit has found.
+Capture WithLinearScales(Capture capture, const std::map<std::string, double>& linear_scales);
+
+/// What a material file says without a capture beside it.
+struct MaterialOutline {
+  std::vector<std::string> layers;   ///< names, outermost first
+  std::string status;                ///< "usable", "not_usable"; empty: the file does not say
+  std::vector<std::string> reasons;  ///< why it must not be used
+  std::optional<std::array<std::string, kChannels>> channel_names;
+  std::optional<std::array<double, kChannels>> wavelengths_nm;
+};
+MaterialOutline ReadMaterialOutline(const std::filesystem::path& file);
+
+/// A capture of those layers and nothing else, with the table's defaults.
+Capture CaptureOfOutline(const MaterialOutline& outline, const std::filesystem::path& file);
+
+/// Writes values that were set by hand: no intervals, every status "fixed", the file's own "not_usable".
+void WriteHandSetMaterial(const std::filesystem::path& file, const Capture& capture, const Material& material,
+                          const std::map<std::string, double>& linear_scales, const std::string& made_from);
+
+}  // namespace crownfit

@@ -1,0 +1,297 @@
+#pragma once
+// One path from the camera through the open, its boundaries and its lamps. Flights inside the layers: walk_pool.h.
+//
+// A path serves all photographs of one camera at once: inside the object they are the same, outside they differ by
+// their lamps, and where it meets a thing that only some of them have, it branches.
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <numbers>
+#include <optional>
+#include <vector>
+
+#include "optics/shading_terms.h"
+#include "path/boundary.h"
+#include "path/light_field.h"
+#include "path/path_slopes.h"
+#include "path/random_walk.h"
+#include "path/studio.h"
+#include "scene/light_samples.h"
+
+namespace crownfit {
+
+/// One path from the camera, up to where flights inside the layers take over and from where they end. Every boundary
+/// and every opaque surface looks for the lamps in two ways, by the direction that the path takes and by points on the
+/// lamps, combined by the balance heuristic (Veach and Guibas 1995).
+class CameraPath {
+ public:
+  CameraPath(const Studio& studio, WalkCounters& counters)
+      : studio_(studio),
+        counters_(counters),
+        slopes_(studio.media, studio.cut_slopes, studio.polarisers.size()),
+        value_(studio.polarisers.size()) {}
+
+  /// Starts anew; false when the path ended outside, true when it is on a flight inside.
+  bool Begin(const glm::dvec3& position, const glm::dvec3& direction, int hero, const RandomStream& random) {
+    state.Begin(studio_.media.size());
+    state.position = position;
+    state.direction = direction;
+    random_ = random;
+    hero_ = hero;
+    value_.assign(value_.size(), glm::dvec3(0.0));
+    at_ = {};
+    at_.serves = static_cast<PhotographSet>((uint64_t{1} << value_.size()) - 1);
+    if (studio_.wants_slopes) slopes_.Begin();
+    return GoOnOutside() || Resume();
+  }
+
+  /// To be called when the path ended: true when another branch of it is on a flight inside.
+  bool Resume() {
+    while (!branches_.empty()) {
+      Branch& b = branches_.back();
+      state = std::move(b.state);
+      random_ = b.random;
+      at_ = b.at;
+      branches_.pop_back();
+      if (GoOnOutside()) return true;
+    }
+    return false;
+  }
+
+  /// Inside, at a boundary; false when the branch ended outside.
+  bool Meet(const Boundary& b) {
+    const int behind = b.behind(state.medium);
+    if (IsOpaqueCut(b)) {
+      ScatterBackInside(b.normal, studio_.cut_reflectance);
+      ++at_.cut_returns;
+    } else if (b.outside != kOutside) {
+      state.direction = ScatterAtSmoothBoundary(state.direction, b.normal,
+                                                studio_.media[behind].ior / studio_.media[state.medium].ior, random_);
+      state.medium = b.towards(state.direction);
+    } else if (studio_.contact && studio_.contact->Holds(b.position)) {
+      ScatterBackInside(b.normal, studio_.contact->reflectance);
+    } else {
+      CrossOuter(b);
+    }
+    return state.medium != kOutside || GoOnOutside();
+  }
+
+  /// Inside, after the last collision: the rest is left to diffuse light, which has lost its polarisation.
+  void HandOver() {
+    const LightFields& fields = *studio_.hand_over.fields;
+    const auto here = fields.At(state.position);
+    if (!here) return;
+    const glm::dvec3 weight = at_.carried * studio_.media.Weight(state);
+    ForEach(at_.serves, [&](size_t p) {
+      const glm::dvec3 seen = weight * fields.Radiance(p, *here);
+      value_[p] += seen;
+      if (!studio_.wants_slopes) return;
+      slopes_.Add(p, state, at_.cut_returns, seen);
+      for (size_t l = 0; l + 1 < studio_.media.size(); ++l)
+        slopes_.AddOfField(p, l, weight * fields.ByScattering(p, l, *here), weight * fields.ByAbsorption(p, l, *here));
+    });
+  }
+
+  /// pi x radiance found so far, per channel.
+  glm::dvec3 value(size_t photograph) const { return std::numbers::pi * value_[photograph]; }
+  /// Their derivatives, without the pi.
+  const PathSlopes& slopes() const { return slopes_; }
+  /// To be called where flights inside begin and end: what lies between is one stretch of the derivatives' controls.
+  void OpenStretch() { slopes_.OpenStretch(state, at_.carried * studio_.media.Left(state)); }
+  void CloseStretch() {
+    const auto controls = slopes_.CloseStretch(state);
+    if (controls) ForEach(at_.serves, [&](size_t p) { slopes_.AddControls(p, state.medium, *controls); });
+  }
+  int hero() const { return hero_; }
+
+  WalkState state;
+  RandomStream& random() { return random_; }
+
+ private:
+  /// What a branch of the path is besides its state.
+  struct Way {
+    PhotographSet serves = 0;
+    glm::dvec3 carried{1.0};
+    bool only_reflected = true, is_depolarised = false;
+    bool sees_lamps = false;  // the camera does not
+    double density = kMirror;
+    std::optional<Boundary> left{};  ///< the opaque boundary it leaves, if it leaves one
+    int opaque_bounces = 0, cut_returns = 0;
+  };
+  struct Branch {
+    WalkState state;
+    RandomStream random;
+    Way at;
+  };
+
+  /// Flights through the open and what they meet, until one enters the object (true) or the branch ends.
+  bool GoOnOutside() {
+    for (;; at_.sees_lamps = true) {
+      const auto boundary = NextOutside(state.direction, kFar, at_.serves);
+      if (boundary && boundary->opaque >= 0) BranchOff(at_.serves & ~studio_.opaque[boundary->opaque].photographs);
+      if (at_.sees_lamps) AddLampsMet(boundary ? boundary->distance_mm : kFar);
+      if (!boundary) return false;
+      state.position = boundary->position;
+      at_.left.reset();
+      if (boundary->opaque >= 0) {
+        if (!ScatterAtOpaque(*boundary)) return false;
+        continue;
+      }
+      if (IsOpaqueCut(*boundary)) return false;  // gum and bone: nothing comes from there
+      CrossOuter(*boundary);
+      if (state.medium == kOutside) continue;
+      ++counters_.walks;
+      at_.only_reflected = false;
+      at_.sees_lamps = true;
+      return true;
+    }
+  }
+
+  /// What is met by light of at least one photograph of `set`.
+  std::optional<Boundary> NextOutside(const glm::dvec3& direction, double max_mm, PhotographSet set) const {
+    return studio_.scene.Next(state.position, direction, kOutside, max_mm, at_.left ? &*at_.left : nullptr,
+                              [&](int opaque) { return (studio_.opaque[opaque].photographs & set) != 0; });
+  }
+
+  /// Others go on from here by themselves, later. They may share random numbers with this branch, but no photograph.
+  void BranchOff(PhotographSet others) {
+    if (others == 0) return;
+    branches_.push_back({state, random_, at_});
+    branches_.back().at.serves = others;
+    at_.serves &= ~others;
+  }
+
+  void Add(PhotographSet set, const glm::dvec3& radiance) {
+    const glm::dvec3 found = at_.carried * studio_.media.Weight(state) * radiance;
+    ForEach(set, [&](size_t p) {
+      const glm::dvec3 seen = FactorOf(studio_.polarisers[p]) * found;
+      value_[p] += seen;
+      if (studio_.wants_slopes) slopes_.Add(p, state, at_.cut_returns, seen);
+    });
+  }
+
+  double FactorOf(const Polarisers& polarisers) const {
+    return at_.only_reflected   ? polarisers.of_kept
+           : at_.is_depolarised ? 1.0
+                                : polarisers.OfScattered(static_cast<double>(state.collisions));
+  }
+
+  void AddLampsMet(double reach_mm) {
+    for (const Lamp& lamp : studio_.lamps) {
+      const PhotographSet lit = at_.serves & lamp.photographs;
+      if (lit == 0) continue;
+      const auto met = LightAlong(lamp.shape, state.position, state.direction);
+      if (!met || reach_mm < met->distance_mm) continue;
+      const double share = lamp.is_sampled && at_.density != kMirror ? at_.density / (at_.density + met->density) : 1.0;
+      if (share > 0) Add(lit, share * lamp.scale * met->radiance);
+    }
+  }
+
+  struct LampTargets {
+    std::array<LightPoint, kMaxLamps> point;
+    std::array<glm::dvec3, kMaxLamps> direction;
+    std::array<const Lamp*, kMaxLamps> lamp;
+    size_t count = 0;
+  };
+  /// A point on every sampled lamp that stands above the plane of `normal`.
+  LampTargets ChooseTargets(const glm::dvec3& normal) {
+    LampTargets t;
+    for (const Lamp& lamp : studio_.lamps) {
+      if (!lamp.is_sampled || t.count == kMaxLamps || (lamp.photographs & at_.serves) == 0) continue;
+      const glm::dvec2 uniform(random_.Next(), random_.Next());
+      const auto point = SampleLightPoint(lamp.shape, state.position, uniform);
+      if (!point || glm::dot(point->direction, normal) <= 0) continue;
+      t.point[t.count] = *point;
+      t.direction[t.count] = point->direction;
+      t.lamp[t.count++] = &lamp;
+    }
+    return t;
+  }
+  void AddTarget(const LampTargets& t, size_t k, double estimate, double approximate) {
+    const LightPoint& p = t.point[k];
+    if (!(estimate > 0)) return;
+    PhotographSet lit = at_.serves & t.lamp[k]->photographs;
+    while (lit != 0) {
+      const auto before = NextOutside(p.direction, p.distance_mm, lit);
+      if (!before) break;
+      lit &= before->opaque >= 0 ? ~studio_.opaque[before->opaque].photographs : 0;
+    }
+    if (lit != 0) Add(lit, estimate / (p.density + approximate) * t.lamp[k]->scale * p.radiance);
+  }
+
+  void CrossOuter(const Boundary& b) {
+    LampTargets targets;
+    const OuterBoundary& outer = studio_.outer[b.inside];
+    if (!outer.is_smooth()) targets = ChooseTargets(b.normal);
+    std::array<TargetDensity, kMaxLamps> densities;
+    const Scattered s = outer.Scatter(state.direction, b.normal, random_, {targets.direction.data(), targets.count},
+                                      {densities.data(), targets.count});
+    for (size_t k = 0; k < targets.count; ++k) AddTarget(targets, k, densities[k].estimate, densities[k].approximate);
+    const bool was_inside = state.medium != kOutside;
+    state.direction = s.direction;
+    state.medium = b.towards(s.direction);
+    at_.density = s.density;
+    if (studio_.has_diffuse_exits && outer.is_smooth() && was_inside && state.medium == kOutside) ExitDiffusely(b);
+  }
+
+  /// Adds what lamps would give if light inside were diffuse; the way on finds them no more.
+  void ExitDiffusely(const Boundary& b) {
+    const double relative_ior = studio_.outer[b.inside].inside_ior / studio_.outer[b.inside].outside_ior;
+    const LampTargets targets = ChooseTargets(b.normal);
+    for (size_t k = 0; k < targets.count; ++k) {
+      const double cosine = glm::dot(targets.direction[k], b.normal);
+      const double passed = 1.0 - Terms<double>::FresnelReflectance(cosine, relative_ior);
+      AddTarget(targets, k, studio_.exit_scale[b.inside] * passed * cosine, 0.0);
+    }
+    at_.density = 0.0;
+  }
+
+  bool IsOpaqueCut(const Boundary& b) const { return b.is_cut && studio_.cut_is_opaque; }
+
+  /// From inside, back inside, off a Lambertian surface. The roulette sees how little a dark one returns.
+  void ScatterBackInside(const glm::dvec3& normal, const glm::dvec3& rho) {
+    const double largest = std::max({rho.x, rho.y, rho.z});
+    state.boost *= largest;
+    if (largest > 0) at_.carried *= rho / largest;
+    at_.is_depolarised = true;
+    state.direction = SampleLambert(-normal, random_);
+  }
+
+  bool ScatterAtOpaque(const Boundary& boundary) {
+    constexpr double kRouletteBelow = 0.2;
+    constexpr int kRouletteAfter = 64;  // bounces: white things may close a cavity
+    at_.left = boundary;
+    at_.only_reflected = false;
+    at_.is_depolarised = true;
+    at_.carried *= studio_.opaque[boundary.opaque].reflectance;
+    const double largest = std::max({at_.carried.x, at_.carried.y, at_.carried.z});
+    if (!(largest > 0)) return false;
+    const glm::dvec3 normal = glm::dot(boundary.normal, state.direction) < 0 ? boundary.normal : -boundary.normal;
+    const LampTargets targets = ChooseTargets(normal);
+    for (size_t k = 0; k < targets.count; ++k) {
+      const double density = glm::dot(targets.direction[k], normal) / std::numbers::pi;
+      AddTarget(targets, k, density, density);
+    }
+    const double survival =
+        std::min(1.0, largest / kRouletteBelow) * (++at_.opaque_bounces > kRouletteAfter ? 0.5 : 1.0);
+    if (survival < 1.0) {
+      if (random_.Next() >= survival) return false;
+      at_.carried /= survival;
+    }
+    state.direction = SampleLambert(normal, random_);
+    at_.density = std::max(0.0, glm::dot(state.direction, normal)) / std::numbers::pi;
+    return true;
+  }
+
+  const Studio& studio_;
+  WalkCounters& counters_;
+  PathSlopes slopes_;
+  RandomStream random_{0};
+  int hero_ = 0;
+  std::vector<glm::dvec3> value_;  ///< per photograph
+  Way at_;
+  std::vector<Branch> branches_;  ///< not yet followed
+};
+
+}  // namespace crownfit

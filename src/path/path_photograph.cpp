@@ -1,0 +1,280 @@
+#include "path/path_photograph.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <thread>
+
+#include "base/error.h"
+#include "base/parallel.h"
+#include "path/light_field.h"
+#include "path/studio.h"
+#include "path/walk_pool.h"
+
+namespace crownfit {
+namespace {
+
+/// Sums of independent samples.
+struct PixelSum {
+  glm::dvec3 sum{0.0};
+  std::array<double, 6> square{};
+  void Add(const glm::dvec3& x) {
+    sum += x;
+    int k = 0;
+    for (int a = 0; a < 3; ++a)
+      for (int b = a; b < 3; ++b) square[k++] += x[a] * x[b];
+  }
+  PixelEstimate Estimate(int samples) const {
+    PixelEstimate e;
+    const double n = samples;
+    e.mean = sum / n;
+    int k = 0;
+    for (int a = 0; a < 3; ++a)
+      for (int b = a; b < 3; ++b, ++k)
+        e.covariance[k] = samples > 1 ? (square[k] / n - e.mean[a] * e.mean[b]) / (n - 1.0) : 0.0;
+    for (const int own : {0, 3, 5})
+      e.covariance[own] = std::max(0.0, e.covariance[own]);  // of paths that are all alike
+    return e;
+  }
+};
+
+struct GroupSums {
+  LayerSlopes slopes;
+  LayerControls controls;
+  void Add(const LayerSlopes& s, const LayerControls& c) {
+    slopes.scattering += s.scattering, slopes.absorption += s.absorption, slopes.asymmetry += s.asymmetry;
+    controls.scattering += c.scattering, controls.asymmetry += c.asymmetry;
+  }
+  /// Values are pi x radiance; so are their slopes.
+  GroupSlopes Mean(double paths) const {
+    const double pi = std::numbers::pi / paths, one = 1.0 / paths;
+    return {glm::vec3(pi * slopes.scattering), glm::vec3(pi * slopes.absorption), glm::vec3(pi * slopes.asymmetry),
+            glm::vec3(one * controls.scattering), glm::vec3(one * controls.asymmetry)};
+  }
+};
+
+/// Calls visit(rank, neighbour) for the pixels around every pixel that are on the object like it, or off it like it;
+/// then done(rank, neighbours). Further away where there are few.
+template <class Visit, class Done>
+void ForNeighbours(const PathPhotograph& photo, int reach, const Visit& visit, const Done& done) {
+  constexpr int kFewest = 4;
+  const int furthest = std::max(photo.width, photo.height);
+  for (size_t here = 0; here < photo.pixels.size(); ++here) {
+    const int x = static_cast<int>(photo.rendered[here] % photo.width),
+              y = static_cast<int>(photo.rendered[here] / photo.width);
+    std::vector<size_t> neighbours;
+    const bool is_on = photo.pixels[here].on_object;
+    for (int r = reach; neighbours.size() < kFewest && r < furthest; r *= 2) {
+      neighbours.clear();
+      for (int v = std::max(0, y - r); v <= std::min(photo.height - 1, y + r); ++v)
+        for (int u = std::max(0, x - r); u <= std::min(photo.width - 1, x + r); ++u) {
+          const uint32_t near = photo.RankOf(static_cast<size_t>(v) * photo.width + u);
+          if (near == PathPhotograph::kNotRendered || near == here || photo.pixels[near].on_object != is_on) continue;
+          neighbours.push_back(near);
+        }
+      if (!is_on) break;
+    }
+    for (const size_t near : neighbours) visit(here, photo.pixels[near]);
+    done(here, static_cast<double>(neighbours.size()));
+  }
+}
+
+}  // namespace
+
+std::vector<std::array<double, 6>> SmoothedCovariance(const PathPhotograph& photo) {
+  constexpr int kReach = 5;
+  std::vector<std::array<double, 6>> smooth(photo.pixels.size());
+  ForNeighbours(
+      photo, kReach,
+      [&](size_t here, const PixelEstimate& near) {
+        for (size_t k = 0; k < near.covariance.size(); ++k) smooth[here][k] += near.covariance[k];
+      },
+      [&](size_t here, double count) {
+        for (size_t k = 0; k < smooth[here].size(); ++k)
+          smooth[here][k] = count > 0 ? smooth[here][k] / count : photo.pixels[here].covariance[k];
+      });
+  return smooth;
+}
+
+std::vector<glm::dvec3> SmoothedMeans(const PathPhotograph& photo) {
+  constexpr int kReach = 2;
+  std::vector<glm::dvec3> smooth(photo.pixels.size(), glm::dvec3(0.0));
+  ForNeighbours(
+      photo, kReach, [&](size_t here, const PixelEstimate& near) { smooth[here] += near.mean; },
+      [&](size_t here, double count) { smooth[here] = count > 0 ? smooth[here] / count : photo.pixels[here].mean; });
+  return smooth;
+}
+
+namespace {
+
+/// What the paths of some pixels found: so many samples of a pixel, each with a path per hero, each for all
+/// photographs.
+class FoundByPaths {
+ public:
+  FoundByPaths(size_t pixels, size_t samples, size_t heroes, size_t photographs, size_t layers_with_slopes)
+      : samples_(samples),
+        heroes_(heroes),
+        photographs_(photographs),
+        layers_(layers_with_slopes),
+        values_(pixels * samples * heroes * photographs),
+        slopes_(values_.size() * layers_),
+        controls_(slopes_.size()) {}
+
+  void Keep(size_t path, const CameraPath& ended) {
+    for (size_t p = 0; p < photographs_; ++p) values_[path * photographs_ + p] = ended.value(p);
+    if (layers_ == 0) return;
+    const size_t first = path * photographs_ * layers_;
+    std::copy(ended.slopes().slopes().begin(), ended.slopes().slopes().end(), &slopes_[first]);
+    std::copy(ended.slopes().controls().begin(), ended.slopes().controls().end(), &controls_[first]);
+  }
+
+  /// Sums of the pixel's paths become the numbers of `rank` in the picture.
+  void Write(size_t pixel, size_t photograph, size_t rank, PathPhotograph& picture) const {
+    const size_t groups = std::min(samples_, PathPhotograph::kMaxGroups);
+    const auto place = [&](size_t sample, size_t hero) {
+      return ((pixel * samples_ + sample) * heroes_ + hero) * photographs_ + photograph;
+    };
+    PixelSum sum;
+    std::array<glm::dvec3, PathPhotograph::kMaxGroups> group_sum{};
+    for (size_t s = 0; s < samples_; ++s) {
+      glm::dvec3 value(0.0);
+      for (size_t hero = 0; hero < heroes_; ++hero) value += values_[place(s, hero)];
+      value /= static_cast<double>(heroes_);
+      sum.Add(value);
+      group_sum[s % groups] += value;
+    }
+    picture.pixels[rank] = sum.Estimate(static_cast<int>(samples_));
+    for (size_t g = 0; g < picture.groups; ++g)
+      picture.group_values[rank * groups + g] =
+          glm::vec3(group_sum[g] / static_cast<double>((samples_ - g + groups - 1) / groups));
+    for (size_t g = 0; g < groups; ++g)
+      for (size_t l = 0; l < layers_; ++l) {
+        GroupSums group;
+        size_t paths = 0;
+        for (size_t s = g; s < samples_; s += groups)
+          for (size_t hero = 0; hero < heroes_; ++hero, ++paths)
+            group.Add(slopes_[place(s, hero) * layers_ + l], controls_[place(s, hero) * layers_ + l]);
+        picture.slopes[(rank * groups + g) * layers_ + l] = group.Mean(static_cast<double>(paths));
+      }
+  }
+
+ private:
+  size_t samples_, heroes_, photographs_, layers_;
+  std::vector<glm::dvec3> values_;   ///< index ((pixel * samples + sample) * heroes + hero) * photographs + photograph
+  std::vector<LayerSlopes> slopes_;  ///< index of the value * layers + layer; none without derivatives
+  std::vector<LayerControls> controls_;
+};
+
+/// A picture with room for what is asked.
+PathPhotograph EmptyPicture(const Camera& camera, const PathOptions& options, size_t layers, size_t groups) {
+  PathPhotograph result;
+  result.width = camera.width;
+  result.height = camera.height;
+  std::vector<uint32_t> ranks(static_cast<size_t>(result.width) * result.height, PathPhotograph::kNotRendered);
+  for (size_t place = 0; place < ranks.size(); ++place)
+    if (options.wanted.empty() || options.wanted[place]) {
+      ranks[place] = static_cast<uint32_t>(result.rendered.size());
+      result.rendered.push_back(place);
+    }
+  result.ranks = std::make_shared<const std::vector<uint32_t>>(std::move(ranks));
+  result.pixels.resize(result.rendered.size());
+  result.layers = layers;
+  if (options.slopes || options.keeps_groups) {
+    result.groups = groups;
+    result.group_values.resize(result.rendered.size() * groups);
+    result.slopes.resize(options.slopes ? result.group_values.size() * layers : 0);
+  }
+  return result;
+}
+
+}  // namespace
+
+std::vector<std::vector<size_t>> WhichShareWalks(const Capture& capture, const std::vector<size_t>& photographs) {
+  std::vector<std::vector<size_t>> groups;
+  for (size_t k = 0; k < photographs.size(); ++k) {
+    const auto group = std::find_if(groups.begin(), groups.end(), [&](const std::vector<size_t>& g) {
+      return g.size() < kMaxPhotographs && CanShareWalks(capture, photographs[g[0]], photographs[k]);
+    });
+    if (group == groups.end())
+      groups.push_back({k});
+    else
+      group->push_back(k);
+  }
+  return groups;
+}
+
+PathPhotograph RenderByPaths(const Capture& capture, const LayeredBody& body, const std::vector<TriangleMesh>& scenery,
+                             const Material& material, size_t photograph, const PathOptions& options,
+                             const std::function<void(double)>& progress) {
+  return std::move(RenderTogether(capture, body, scenery, material, {photograph}, options, progress).front());
+}
+
+std::vector<PathPhotograph> RenderTogether(const Capture& capture, const LayeredBody& body,
+                                           const std::vector<TriangleMesh>& scenery, const Material& material,
+                                           const std::vector<size_t>& photographs, const PathOptions& options,
+                                           const std::function<void(double)>& progress) {
+  Check(!photographs.empty() && photographs.size() <= kMaxPhotographs, "photographs of one camera");
+  for (const size_t i : photographs) Check(CanShareWalks(capture, photographs[0], i), "photographs of one camera");
+  Check(options.lanes > 0 || !options.slopes, "derivatives need lanes");
+  const PhotographSpec& first = capture.photographs[photographs[0]];
+  const RigidTransform object_from_camera = first.camera_from_object.Inverse();
+  const auto ray_through = [&](double x, double y) {
+    return object_from_camera.Direction(DirectionFromPixel(first.camera, {x, y}));
+  };
+  const Surroundings around(capture, scenery, photographs);
+  const WalkScene scene(body, around.meshes);
+  const Media media = MediaOf(capture, material, body);
+  Studio studio = StudioOf(capture, material, photographs, options, {scene, media, around.things});
+  std::optional<LightFields> fields;
+  if (options.lattice) {
+    fields.emplace(studio, *options.lattice, Lighting{.collisions = options.collisions, .rays = options.rays},
+                   Key(options.seed, options.field), options.threads);
+    studio.hand_over = {options.collisions, &*fields};
+  }
+
+  const size_t heroes = media.heroes(), shared = photographs.size(), layers = material.layers.size(),
+               samples = std::max<size_t>(1, (options.paths_per_pixel + heroes - 1) / heroes),
+               groups = std::min(samples, PathPhotograph::kMaxGroups);
+  std::vector<PathPhotograph> results(shared, EmptyPicture(first.camera, options, layers, groups));
+  const std::vector<size_t>& wanted = results[0].rendered;
+  constexpr size_t kAtOnce = 4096;  // values of paths
+  const size_t pixels_at_once = std::max<size_t>(1, kAtOnce / (samples * heroes * shared)),
+               chunks = (wanted.size() + pixels_at_once - 1) / pixels_at_once;
+  std::vector<WalkCounters> counters(chunks);
+  const auto render = [&](size_t chunk) {
+    const size_t begin = chunk * pixels_at_once, count = std::min(pixels_at_once, wanted.size() - begin),
+                 tasks = count * samples * heroes;
+    const auto start = [&](size_t task) {
+      const size_t pixel = wanted[begin + task / (samples * heroes)], s = task / heroes % samples, hero = task % heroes;
+      RandomStream random(Key(options.seed, 0x70617468ull, options.stream, photographs[0], pixel, s, hero));
+      const double x = static_cast<double>(pixel % first.camera.width) + random.Next(),
+                   y = static_cast<double>(pixel / first.camera.width) + random.Next();
+      return PathStart{object_from_camera.translation_mm, ray_through(x, y), static_cast<int>(hero), random};
+    };
+    FoundByPaths found(count, samples, heroes, shared, options.slopes ? layers : 0);
+    TracePaths(
+        studio, body.grid, tasks, options.lanes, start,
+        [&](size_t task, const CameraPath& path) { found.Keep(task, path); }, counters[chunk]);
+    for (size_t k = 0; k < count; ++k) {
+      const size_t rank = begin + k;
+      const glm::dvec3 centre = ray_through(static_cast<double>(wanted[rank] % first.camera.width) + 0.5,
+                                            static_cast<double>(wanted[rank] / first.camera.width) + 0.5);
+      for (size_t p = 0; p < shared; ++p) {
+        found.Write(k, p, rank, results[p]);
+        const auto seen = scene.Next(object_from_camera.translation_mm, centre, kOutside, kFar, nullptr,
+                                     [&](int t) { return (around.things[t].photographs >> p & 1) != 0; });
+        results[p].pixels[rank].on_object = seen && seen->opaque < 0;
+      }
+    }
+  };
+  const size_t chunks_at_once = std::max(16u, 4 * std::thread::hardware_concurrency());
+  for (size_t begin = 0; begin < chunks; begin += chunks_at_once) {
+    const size_t some = std::min(chunks_at_once, chunks - begin);
+    ParallelFor(some, options.threads, [&](size_t i) { render(begin + i); });
+    progress(static_cast<double>(begin + some) / static_cast<double>(chunks));
+  }
+  for (const auto& c : counters) results[0].counters.Add(c);
+  return results;
+}
+
+}  // namespace crownfit

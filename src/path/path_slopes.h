@@ -1,0 +1,121 @@
+#pragma once
+// Derivatives of a path's value by the parameters of its media, from what the path did and nothing else.
+//
+// The chance that a walk took its way, and what absorption left of it, are known functions of the coefficients: in a
+// layer with n collisions and length L, d ln / d ln scattering = n - scattering L (the score, or likelihood ratio;
+// Rubinstein 1989), d ln / d ln absorption = -absorption L. Scattering is held at constant g by its reduced value, and
+// the derivative by g holds the reduced scattering.
+//
+// Scores are noisy, but their own mean is zero. A control is their sum along the path, each step weighted with what
+// absorption had left of the light when the step began: its mean is zero too, and it goes up and down with the
+// derivative, so a multiple of it takes away noise and nothing else.
+
+#include <optional>
+#include <vector>
+
+#include "path/random_walk.h"
+
+namespace crownfit {
+
+/// d ln of the reflectance of the neck's cut, by the innermost layer's parameters.
+struct CutSlopes {
+  glm::dvec3 scattering{0.0}, absorption{0.0};
+};
+
+/// Per layer and channel, by ln reduced scattering, by ln absorption, by g.
+struct LayerSlopes {
+  glm::dvec3 scattering{0.0}, absorption{0.0}, asymmetry{0.0};
+};
+/// Zero-mean companions of two of them.
+struct LayerControls {
+  glm::dvec3 scattering{0.0}, asymmetry{0.0};
+};
+
+/// Of one path and all the photographs that it serves.
+class PathSlopes {
+ public:
+  PathSlopes(const Media& media, const CutSlopes& cut, size_t photographs)
+      : media_(media),
+        cut_(cut),
+        layers_(media.size() - 1),
+        slopes_(photographs * layers_),
+        controls_(photographs * layers_),
+        from_(media.size()) {}
+
+  void Begin() {
+    slopes_.assign(slopes_.size(), {});
+    controls_.assign(controls_.size(), {});
+    from_.assign(from_.size(), Visit());
+  }
+  /// Light found for a photograph by the path as it stands, returned so many times by the neck's cut.
+  void Add(size_t photograph, const WalkState& state, int cut_returns, const glm::dvec3& value) {
+    LayerSlopes* slopes = &slopes_[photograph * layers_];
+    for (size_t l = 0; l < layers_; ++l) {
+      const Score score = ScoreOf(l + 1, state.visits[l + 1]);
+      slopes[l].scattering += value * score.scattering;
+      slopes[l].asymmetry += value * score.asymmetry;
+      slopes[l].absorption -= value * media_.Absorbed(l + 1, state.visits[l + 1]);
+    }
+    slopes[layers_ - 1].scattering += value * static_cast<double>(cut_returns) * cut_.scattering;
+    slopes[layers_ - 1].absorption += value * static_cast<double>(cut_returns) * cut_.absorption;
+  }
+
+  /// What the light that a walk was handed over to changes by, as it arrives.
+  void AddOfField(size_t photograph, size_t layer, const glm::dvec3& by_scattering, const glm::dvec3& by_absorption) {
+    LayerSlopes& slopes = slopes_[photograph * layers_ + layer];
+    slopes.scattering += by_scattering;
+    slopes.absorption += by_absorption;
+  }
+
+  /// A stretch of flights through one medium begins, with this share of the light left; and ends: its controls.
+  void OpenStretch(const WalkState& state, const glm::dvec3& left) {
+    from_[state.medium] = state.visits[state.medium];
+    left_ = left;
+  }
+  std::optional<LayerControls> CloseStretch(const WalkState& state) {
+    const size_t medium = state.medium;
+    if (medium == kOutside) return std::nullopt;
+    const Visit &from = from_[medium], &to = state.visits[medium];
+    const Score score = ScoreOf(medium, {.length_mm = to.length_mm - from.length_mm,
+                                         .collisions = to.collisions - from.collisions,
+                                         .phase_score = to.phase_score - from.phase_score,
+                                         .reduced_mm = to.reduced_mm - from.reduced_mm,
+                                         .reduced_collisions = to.reduced_collisions - from.reduced_collisions});
+    const glm::dvec3 weight = left_ * media_.Chance(state);
+    from_[medium] = to;
+    return LayerControls{weight * score.scattering, weight * score.asymmetry};
+  }
+  void AddControls(size_t photograph, int medium, const LayerControls& c) {
+    LayerControls& sum = controls_[photograph * layers_ + medium - 1];
+    sum.scattering += c.scattering;
+    sum.asymmetry += c.asymmetry;
+  }
+
+  /// Photograph by photograph, layer by layer.
+  const std::vector<LayerSlopes>& slopes() const { return slopes_; }
+  const std::vector<LayerControls>& controls() const { return controls_; }
+
+ private:
+  struct Score {
+    glm::dvec3 scattering, asymmetry;
+  };
+  Score ScoreOf(size_t medium, const Visit& visit) const {
+    const Medium& m = media_[static_cast<int>(medium)];
+    const glm::dvec3 reduced =
+        static_cast<double>(visit.reduced_collisions) - m.similarity() * m.scattering * visit.reduced_mm;
+    const glm::dvec3 scattering = static_cast<double>(visit.collisions - visit.reduced_collisions) -
+                                  m.scattering * (visit.length_mm - visit.reduced_mm);
+    // Scattering is the reduced one over 1 - (1 - f) g.
+    const double share = 1.0 - m.isotropic_fraction;
+    return {scattering + reduced, visit.phase_score + scattering * (share / (1.0 - share * m.g))};
+  }
+  const Media& media_;
+  CutSlopes cut_;
+  size_t layers_;
+  std::vector<LayerSlopes> slopes_;
+  std::vector<LayerControls> controls_;
+  std::vector<Visit> from_;
+  glm::dvec3 left_{1.0};
+};
+
+}  // namespace crownfit

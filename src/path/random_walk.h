@@ -1,0 +1,144 @@
+#pragma once
+// The random walk inside the layers, for any geometry that can say which boundary a flight meets.
+//
+// Flights are drawn from one channel's scattering ("hero"); absorption and the other channels' scattering enter as
+// weights computed from what the walk did in each medium, so channels of equal scattering share every walk and others
+// are combined by the balance heuristic over heroes (Wilkie et al. 2014, hero wavelength spectral sampling).
+
+#include <string>
+#include <vector>
+
+#include "path/medium.h"
+#include "path/walk_scene.h"
+
+namespace crownfit {
+
+/// Collisions and path length of one walk in one medium: all that coefficients need to be changed afterwards.
+struct Visit {
+  double length_mm = 0;
+  int collisions = 0;
+  double phase_score = 0;       ///< sum of d ln(phase function) / d g, where derivatives are wanted
+  glm::dvec3 textured_mm{0.0};  ///< length times the absorption texture, where there is one
+  double reduced_mm = 0;        ///< of the length, flown by the reduced coefficient
+  int reduced_collisions = 0;   ///< of them, at its end
+};
+
+struct WalkCounters {
+  uint64_t walks = 0, lost = 0, flights = 0, boundaries = 0;
+  uint64_t searches = 0;  ///< flights whose end had to be looked for among facets
+  double lost_share() const { return walks > 0 ? static_cast<double>(lost) / static_cast<double>(walks) : 0.0; }
+  void Add(const WalkCounters& o) {
+    walks += o.walks, lost += o.lost, flights += o.flights, boundaries += o.boundaries, searches += o.searches;
+  }
+};
+
+/// How many walks were lost, for the user; above 1e-5 what to do about it.
+std::string LossesInWords(const WalkCounters& counters);
+
+/// One walk on its way.
+struct WalkState {
+  glm::dvec3 position{0.0}, direction{0.0};
+  int medium = kOutside;
+  double boost = 1.0;         ///< inverse probability of what the roulette let live, times what tiles in contact return
+  int boundaries = 0;         ///< met from inside
+  int collisions = 0;         ///< in all media
+  std::vector<Visit> visits;  ///< per medium
+
+  void Begin(size_t media) {
+    medium = kOutside;
+    boost = 1.0;
+    boundaries = collisions = 0;
+    visits.assign(media, Visit());
+  }
+};
+
+/// The media of a scene, and what follows from them for all walks.
+class Media {
+ public:
+  explicit Media(std::vector<Medium> media);
+  const Medium& operator[](int i) const { return media_[i]; }
+  size_t size() const { return media_.size(); }
+  /// 1 when the channels scatter alike, else the number of channels: heroes that one estimate must average over.
+  int heroes() const { return heroes_; }
+  /// Share of light that is left per channel, over the chance that a walk of a random hero took this way.
+  glm::dvec3 Weight(const WalkState& state) const { return Left(state) * Chance(state); }
+  /// What absorption left per channel, roulette's boost included.
+  glm::dvec3 Left(const WalkState& state) const;
+  /// Chance of the way per channel over that for a random hero; 1 when the channels scatter alike.
+  glm::dvec3 Chance(const WalkState& state) const;
+  /// Optical depth of absorption.
+  glm::dvec3 Absorbed(size_t medium, const Visit& visit) const {
+    return media_[medium].absorption * (media_[medium].texture ? visit.textured_mm : glm::dvec3(visit.length_mm));
+  }
+  /// The largest share that absorption leaves in any channel, roulette's boost included.
+  double LargestShare(const WalkState& state) const;
+
+ private:
+  std::vector<Medium> media_;
+  int heroes_ = 1;
+};
+
+inline constexpr int kRouletteEvery = 32;  // collisions of one walk, so that the outcome depends on nothing else
+
+/// False when the walk, little of whose light is left, ends here.
+bool SurvivesRoulette(const Media& media, WalkState& state, RandomStream& random);
+
+/// To be asked at every boundary met from inside: what the walk's light is multiplied by, 0 when it ends here. Total
+/// reflection keeps light in clear layers with plane sides for ever; beyond what any other walk meets, some few in a
+/// thousand go on no further, and the others stand for them. `boundaries`: met so far, this one included.
+inline double BoostAtBoundary(int boundaries, RandomStream& random) {
+  constexpr int kAllLive = 4096;
+  constexpr double kSurvival = 0.998;
+  if (boundaries <= kAllLive) return 1.0;
+  return random.Next() < kSurvival ? 1.0 / kSurvival : 0.0;
+}
+bool SurvivesBoundary(WalkState& state, RandomStream& random);
+
+/// Walks from inside a layer until the medium is the outside or satisfies `is_end`; false when absorbed or lost.
+/// `cross(boundary)` decides what happens at a boundary: it sets the state's direction and medium.
+template <class Scene, class Cross, class IsEnd>
+bool Walk(const Scene& scene, const Media& media, int hero, WalkState& state, RandomStream& random,
+          WalkCounters& counters, const Cross& cross, const IsEnd& is_end) {
+  int until_roulette = kRouletteEvery;
+  while (!is_end(state.medium)) {
+    const Medium& medium = media[state.medium];
+    Visit& visit = state.visits[state.medium];
+    const double scattering = medium.scattering[hero];
+    const auto travel = [&](double length_mm) {
+      visit.length_mm += length_mm;
+      if (medium.texture) visit.textured_mm += medium.texture->Along(state.position, state.direction, length_mm);
+    };
+    for (;;) {
+      const double flight = scattering > 0 ? -std::log(1.0 - random.Next()) / scattering : kFar;
+      ++counters.flights;
+      const auto boundary = scene.Next(state.position, state.direction, state.medium, flight);
+      if (boundary) {
+        travel(boundary->distance_mm);
+        state.position = boundary->position;
+        ++counters.boundaries;
+        if (!SurvivesBoundary(state, random)) return false;
+        cross(*boundary);
+        break;
+      }
+      if (std::isinf(flight)) {  // a clear medium without an end: rounding let the walk through between two facets
+        ++counters.lost;
+        return false;
+      }
+      travel(flight);
+      ++visit.collisions;
+      state.position += flight * state.direction;
+      state.direction = SamplePhaseFunction(medium, state.direction, random);
+      if (--until_roulette == 0) {
+        until_roulette = kRouletteEvery;
+        if (!scene.Holds(state.position)) {
+          ++counters.lost;
+          return false;
+        }
+        if (!SurvivesRoulette(media, state, random)) return false;
+      }
+    }
+  }
+  return true;
+}
+
+}  // namespace crownfit

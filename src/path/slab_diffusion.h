@@ -1,0 +1,40 @@
+#pragma once
+// Flat layered samples by the model `diffusion` (docs/diffusion_model.md): light is walked for K true collisions and
+// one flight by the reduced coefficient; what happens after that is diffusion, which flat layers have in closed form.
+
+#include <functional>
+#include <vector>
+
+#include "optics/slab.h"
+#include "path/slab_lanes.h"
+
+namespace crownfit {
+
+/// Shares of diffuse light from a point inside that leave upwards and downwards: the adjoint solutions of
+/// -(n^2 D u')' + n^2 sa u = 0 with n^2 u / (2 A) leaving at either face. Exact elements, one per layer.
+class FlatEscape {
+ public:
+  struct Shares {
+    double up, down;
+  };
+  explicit FlatEscape(const std::vector<FlatLayer>& layers);
+  /// `height_mm` over the layer's bottom.
+  Shares From(size_t layer, double height_mm) const;
+
+ private:
+  std::vector<double> thickness_mm_, decay_;  ///< per layer; decay: the root of sa / D, 1/mm
+  std::vector<Shares> at_;                    ///< per interface, topmost first
+};
+
+struct SlabDiffusionOptions {
+  uint64_t photons = 1000000, seed = 1;
+  int threads = 0;
+  int collisions = 10;
+};
+
+/// Totals with the standard errors of the walked part; no rings. `photons` come at normal incidence, a quarter as many
+/// diffusely, and as many from below where there is a backing.
+SlabAnswer SolveByDiffusion(const Slab& slab, const SlabDiffusionOptions& options,
+                            const std::function<void(double)>& progress);
+
+}  // namespace crownfit

@@ -1,0 +1,121 @@
+#include "path/studio.h"
+
+#include <cmath>
+#include <map>
+#include <numbers>
+
+#include "optics/fresnel_moments.h"
+#include "optics/media.h"
+
+namespace crownfit {
+namespace {
+
+/// d ln HalfSpaceReflectance of the layer by ln scattering and ln absorption.
+CutSlopes SlopesOfHalfSpace(const Material::Layer& layer) {
+  const auto slope = [&](Quantity q) {
+    constexpr double kStep = 1e-4;
+    Material::Layer up = layer, down = layer;
+    for (int c = 0; c < kChannels; ++c) up[q][c] *= std::exp(kStep), down[q][c] *= std::exp(-kStep);
+    const glm::dvec3 high = HalfSpaceReflectance(up), low = HalfSpaceReflectance(down);
+    glm::dvec3 d(0.0);
+    for (int c = 0; c < kChannels; ++c)
+      if (low[c] > 0) d[c] = std::log(high[c] / low[c]) / (2.0 * kStep);
+    return d;
+  };
+  return {slope(Quantity::kReducedScattering), slope(Quantity::kAbsorption)};
+}
+
+/// The tile that touches the object, if there is one.
+std::optional<size_t> ContactBackingOf(const Capture& capture, size_t photograph) {
+  const std::optional<size_t> backing = capture.photographs[photograph].backing;
+  return backing && capture.backings[*backing].in_contact ? backing : std::nullopt;
+}
+
+}  // namespace
+
+Surroundings::Surroundings(const Capture& capture, const std::vector<TriangleMesh>& scenery,
+                           const std::vector<size_t>& photographs) {
+  std::map<std::pair<bool, size_t>, size_t> index;  // of a backing or of scenery
+  const auto add = [&](bool is_backing, size_t i, size_t photograph, const auto& mesh, const glm::dvec3& rho) {
+    const auto [at, is_new] = index.try_emplace({is_backing, i}, things.size());
+    if (is_new) meshes.push_back(mesh()), things.push_back({rho, 0});
+    things[at->second].photographs |= PhotographSet{1} << photograph;
+  };
+  for (size_t k = 0; k < photographs.size(); ++k) {
+    const PhotographSpec& photo = capture.photographs[photographs[k]];
+    for (const size_t i : photo.scenery)
+      add(
+          false, i, k, [&] { return scenery[i]; }, capture.scenery[i].reflectance);
+    if (!photo.backing) continue;
+    const BackingSpec& tile = capture.backings[*photo.backing];
+    add(
+        true, *photo.backing, k, [&] { return SquareTile(tile.point_mm, tile.normal, tile.size_mm); },
+        tile.reflectance);
+  }
+}
+
+Media MediaOf(const Capture& capture, const Material& material, const LayeredBody& body) {
+  std::vector<Medium> media(1);
+  media[0].ior = capture.outside_ior;
+  for (size_t l = 0; l < material.layers.size(); ++l) {
+    const Material::Layer& layer = material.layers[l];
+    Medium m;
+    m.texture = body.absorption[l].get();
+    m.ior = layer[Quantity::kIor][0];
+    m.g = layer[Quantity::kAsymmetry][0];
+    m.isotropic_fraction = layer[Quantity::kIsotropicFraction][0];
+    for (int c = 0; c < kChannels; ++c) {
+      m.scattering[c] = TrueScattering(layer[Quantity::kReducedScattering][c], m.g, m.isotropic_fraction);
+      m.absorption[c] = layer[Quantity::kAbsorption][c];
+    }
+    media.push_back(m);
+  }
+  return Media(std::move(media));
+}
+
+Studio StudioOf(const Capture& capture, const Material& material, const std::vector<size_t>& photographs,
+                const PathOptions& options, Studio begun) {
+  const PhotographSpec& first = capture.photographs[photographs[0]];
+  for (const size_t i : photographs) begun.polarisers.push_back(capture.photographs[i].polarisers());
+  begun.wants_slopes = options.slopes;
+  begun.has_diffuse_exits = options.diffuse_exits;
+  for (size_t i = 0; i < begun.media.size(); ++i) {
+    const OuterBoundary outer{material.surface[Quantity::kRoughness][0], material.surface[Quantity::kWetness][0],
+                              begun.media[static_cast<int>(i)].ior, capture.outside_ior};
+    const double relative_ior = std::max(1.0, outer.inside_ior / outer.outside_ior);
+    begun.outer.push_back(outer);
+    begun.exit_scale.push_back(1.0 / (std::numbers::pi * (1.0 - MomentsOf(relative_ior).diffuse_outside)));
+  }
+  begun.cut_is_opaque = capture.neck != Neck::kAir;
+  if (capture.neck == Neck::kRoot) {
+    const Material::Layer& root = material.layers.back();
+    begun.cut_reflectance = glm::min(material.surface[Quantity::kNeckReturn][0] * HalfSpaceReflectance(root), 1.0);
+    const glm::dvec3 unclamped(glm::lessThan(begun.cut_reflectance, glm::dvec3(1.0)));
+    const CutSlopes slopes = SlopesOfHalfSpace(root);
+    begun.cut_slopes = {unclamped * slopes.scattering, unclamped * slopes.absorption};
+  }
+  if (const auto contact = ContactBackingOf(capture, photographs[0])) begun.contact.emplace(capture.backings[*contact]);
+  size_t sampled = 0;
+  std::map<size_t, size_t> lamp_of_light;
+  for (size_t k = 0; k < photographs.size(); ++k)
+    for (const size_t i : capture.photographs[photographs[k]].lights) {
+      const Light& light = capture.lights[i];
+      if (const auto [at, is_new] = lamp_of_light.try_emplace(i, begun.lamps.size()); is_new) {
+        const bool is_sampled =
+            options.lamps_are_sampled && !std::holds_alternative<DomeLight>(light.shape) && sampled++ < kMaxLamps;
+        begun.lamps.push_back(
+            {light.in_camera_frame ? Transformed(light.shape, first.camera_from_object.Inverse()) : light.shape,
+             light.intensity_scale, is_sampled, 0});
+      }
+      begun.lamps[lamp_of_light[i]].photographs |= PhotographSet{1} << k;
+    }
+  return begun;
+}
+
+bool CanShareWalks(const Capture& capture, size_t a, size_t b) {
+  const PhotographSpec &first = capture.photographs[a], &second = capture.photographs[b];
+  return first.camera == second.camera && first.camera_from_object == second.camera_from_object &&
+         ContactBackingOf(capture, a) == ContactBackingOf(capture, b);
+}
+
+}  // namespace crownfit

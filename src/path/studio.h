@@ -1,0 +1,113 @@
+#pragma once
+// What all paths of some photographs of one camera have in common: boundaries, media, lamps and the opaque things
+// around.
+
+#include <bit>
+#include <cmath>
+#include <optional>
+#include <tuple>
+#include <vector>
+
+#include "capture/capture.h"
+#include "optics/material.h"
+#include "path/boundary.h"
+#include "path/path_options.h"
+#include "path/path_slopes.h"
+
+namespace crownfit {
+
+inline constexpr size_t kMaxLamps = 32;  // sampled at one place; more are found by chance alone
+
+/// Of a studio's photographs, one bit each.
+using PhotographSet = uint32_t;
+static_assert(kMaxPhotographs <= 32);
+template <class Do>
+void ForEach(PhotographSet set, const Do& each) {
+  for (; set != 0; set &= set - 1) each(static_cast<size_t>(std::countr_zero(set)));
+}
+
+struct Lamp {
+  LightShape shape;
+  double scale;
+  bool is_sampled;            ///< a dome is so large that directions find it by themselves
+  PhotographSet photographs;  ///< that it lights
+};
+
+struct OpaqueThing {
+  glm::dvec3 reflectance;
+  PhotographSet photographs;  ///< that it stands in
+};
+
+/// A tile in optical contact: where the outer surface lies on it (within kContactMm), light inside meets the tile's
+/// Lambertian surface in place of the boundary.
+struct ContactTile {
+  static constexpr double kContactMm = 0.05;
+  glm::dvec3 centre, normal, side_u, side_v;
+  double half_size_mm;
+  glm::dvec3 reflectance;
+
+  ContactTile(const BackingSpec& b)
+      : centre(b.point_mm), normal(b.normal), half_size_mm(0.5 * b.size_mm), reflectance(b.reflectance) {
+    std::tie(side_u, side_v) = Tangents(normal);
+  }
+  bool Holds(const glm::dvec3& p) const {
+    const glm::dvec3 d = p - centre;
+    return std::abs(glm::dot(d, normal)) <= kContactMm && std::abs(glm::dot(d, side_u)) <= half_size_mm &&
+           std::abs(glm::dot(d, side_v)) <= half_size_mm;
+  }
+};
+
+class LightFields;
+
+/// Walks end after so many collisions of the true random walk and one flight by the reduced coefficient: what comes to
+/// them there is taken from diffuse light (light_field.h).
+struct HandOver {
+  int collisions = 0;
+  const LightFields* fields = nullptr;  ///< none: walks go on to their end
+};
+
+/// Everything that stays the same for all paths of some photographs.
+struct Studio {
+  const WalkScene& scene;
+  const Media& media;
+  const std::vector<OpaqueThing>& opaque;
+  std::vector<OuterBoundary> outer{};  ///< between each medium and the outside
+  bool cut_is_opaque = false;
+  glm::dvec3 cut_reflectance{0.0};  ///< of an opaque cut, from inside
+  std::optional<ContactTile> contact{};
+  std::vector<Lamp> lamps{};
+  std::vector<Polarisers> polarisers{};  ///< per photograph
+  bool wants_slopes = false;             ///< derivatives beside the values
+  CutSlopes cut_slopes{};
+  /// For light that leaves smoothly: lamps are looked for in the lobe of diffuse light that is refracted out, in place
+  /// of the one direction it takes. Per medium the lobe's 1 / (pi x share of diffuse light that enters from outside).
+  bool has_diffuse_exits = false;
+  std::vector<double> exit_scale{};
+  HandOver hand_over{};
+
+  /// From here on a walk flies by the reduced coefficient.
+  bool IsReduced(const WalkState& state) const { return hand_over.fields && state.collisions >= hand_over.collisions; }
+};
+
+/// The opaque things of some photographs, each once: its mesh and what paths know of it.
+struct Surroundings {
+  std::vector<TriangleMesh> meshes;
+  std::vector<OpaqueThing> things;
+
+  /// `scenery`: all of the capture's, in its order.
+  Surroundings(const Capture& capture, const std::vector<TriangleMesh>& scenery,
+               const std::vector<size_t>& photographs);
+};
+
+/// The layers' media in the order of WalkScene: outside first. `body` holds their textures.
+Media MediaOf(const Capture& capture, const Material& material, const LayeredBody& body);
+
+/// `begun` has scene, media and opaque things; returned with boundaries, cut, tile in contact and lamps. `photographs`
+/// can share walks.
+Studio StudioOf(const Capture& capture, const Material& material, const std::vector<size_t>& photographs,
+                const PathOptions& options, Studio begun);
+
+/// Whether the same paths serve both photographs: one camera in one pose, the same tile in contact, if any.
+bool CanShareWalks(const Capture& capture, size_t a, size_t b);
+
+}  // namespace crownfit

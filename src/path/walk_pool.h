@@ -1,0 +1,27 @@
+#pragma once
+// Many paths at once: what needs no decision, flights and collisions, runs in lanes; boundaries, lamps and roulette one
+// path after the other.
+
+#include <functional>
+#include <vector>
+
+#include "path/camera_path.h"
+#include "path/flight_lanes.h"
+
+namespace crownfit {
+
+/// Where a path starts.
+struct PathStart {
+  glm::dvec3 position, direction;
+  int hero;
+  RandomStream random;
+};
+
+/// Traces paths 0 ... count - 1, at most `lanes` at once, and hands each over when it ends, in any order. Every path's
+/// numbers depend on its start alone. Without lanes: one after the other by rays alone, the straightforward way that
+/// the others are measured against, without slopes.
+void TracePaths(const Studio& studio, const FacetGrid& grid, size_t count, int lanes,
+                const std::function<PathStart(size_t)>& start,
+                const std::function<void(size_t, const CameraPath&)>& ended, WalkCounters& counters);
+
+}  // namespace crownfit

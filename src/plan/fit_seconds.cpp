@@ -1,0 +1,135 @@
+#include "plan/fit_seconds.h"
+
+#include <algorithm>
+
+#include "capture/calibration_error.h"
+#include "capture/light_rig.h"
+#include "fit/calibration_derivatives.h"
+#include "fit/choose_pixels.h"
+#include "fit/fit_shader.h"
+#include "fit_path/gather_walks.h"
+#include "fit_path/walk_schedule.h"
+#include "path/path_derivatives.h"
+
+namespace crownfit {
+namespace {
+
+constexpr double kCores = 2;
+
+// Of one core.
+constexpr double kOfShare = 0.4e-6, kOfVertex = 13e-6;
+constexpr double kOfWalk = 12e-6, kOfHandedWalk = 4e-6;  // to its end; until it is handed over
+constexpr double kOfNode = 5e-6, kOfNodeSlopes = 9e-6;   // a photograph's
+constexpr double kOfRay = 2e-6, kOfCollision = 0.2e-6;   // a lamp's
+constexpr double kSlopes = 2.5;                          // times a ray without
+constexpr double kOfBody = 1.0;                          // whose thickness was moved, with its lattice
+
+bool IsDifferenced(const FreeEntry& e) {
+  return e.quantity == Quantity::kThickness || e.quantity == Quantity::kThicknessScale || e.quantity == Quantity::kIor;
+}
+
+CastSeconds CastOf(const Capture& capture, const FitState& at) {
+  const double vertices = static_cast<double>(at.cast.crown->fine.vertices.size());
+  const std::vector<CalibrationError> errors = StatedErrors(capture);
+  constexpr double kRaysOfMoved = 2 * kStrataOfMoved * kStrataOfMoved;  // to either side
+  double rays = 0, of_slopes = 0;
+  for (const FitPixels& p : at.pixels) {
+    const PhotographSpec& spec = capture.photographs[p.photograph];
+    const CastOptions strata;
+    for (const size_t light : spec.lights) {
+      const int times = IsAllAround(capture.lights[light].shape) ? 4 : 1;
+      rays += strata.strata * strata.strata * times;
+      for (const CalibrationError& e : errors) of_slopes += e.light == light ? kRaysOfMoved * times : 0;
+    }
+    if (spec.backing || !spec.scenery.empty()) rays += strata.gather_strata * strata.gather_strata;
+  }
+  return {vertices * rays * kOfShare, vertices * of_slopes * kOfShare};
+}
+
+}  // namespace
+
+void FitSeconds::Count(const Capture& capture, const FitState& at) {
+  cast_ = CastOf(capture, at);
+  shared_.clear();
+  std::vector<size_t> photographs;
+  for (const FitPixels& p : at.pixels) photographs.push_back(p.photograph);
+  for (const std::vector<size_t>& together : WhichShareWalks(capture, photographs)) {
+    Shared& s = shared_.emplace_back();
+    for (const size_t k : together) {
+      s.photographs += 1.0;
+      s.lamps += static_cast<double>(capture.photographs[photographs[k]].lights.size());
+      s.pixels = std::max(s.pixels, static_cast<double>(at.pixels[k].sources.size()));
+    }
+  }
+}
+
+FitSeconds FitSeconds::Of(const Capture& capture, const FitState& at) const {
+  FitSeconds other = *this;
+  other.Count(capture, at);
+  return other;
+}
+
+FitSeconds::FitSeconds(const FitProblem& problem, const CrownInput& input, const FitState& at) {
+  Count(problem.capture, at);
+  const std::vector<FreeEntry>& entries = problem.free.entries;
+  const auto any = [&](const auto& is) { return std::any_of(entries.begin(), entries.end(), is); };
+  // A free depth is sought from five places.
+  const bool has_depth = any([](const FreeEntry& e) { return e.quantity == Quantity::kThickness && !e.moves_surface; });
+  steps_of_shader_ =
+      (has_depth ? 150.0 : 30.0) * static_cast<double>(at.cast.crown->fine.vertices.size() * at.pixels.size());
+  has_law_ = KeepsALaw(problem.capture);  // which is asked about at the end
+  if (has_law_) steps_of_shader_ *= 1.3;
+  pictures_beside_ = 2.0 * static_cast<double>(std::count_if(entries.begin(), entries.end(), IsDifferenced));
+  has_rough_ = any([](const FreeEntry& e) { return e.quantity == Quantity::kRoughness; });
+
+  const Material material = MaterialAt(problem.free, at.x);
+  fewest_ = FewestPaths(material);
+  collisions_that_tell_ = CollisionsThatTell(material);
+  collisions_ = std::max(problem.options.collisions, collisions_that_tell_);
+  Bodies bodies(input, problem.options.threads);
+  nodes_ = static_cast<double>(bodies.LatticeOf(material).nodes().count());
+  bodies.ResolvePathsFrom(kShortestOfSearch);
+  nodes_of_search_ = static_cast<double>(bodies.LatticeOf(material).nodes().count());
+}
+
+double FitSeconds::ByShader() const {
+  constexpr int kWithoutErrors = 2;
+  const double casts = cast_.slopes > 0 ? kMostCasts : kWithoutErrors;
+  return (casts * (cast_.values + cast_.slopes) + steps_of_shader_ * kOfVertex) / kCores;
+}
+
+double FitSeconds::Handed(const Shared& s, double nodes, const Picture& p) const {
+  return p.paths * kOfHandedWalk + s.photographs * nodes * (p.has_slopes ? kOfNodeSlopes : kOfNode) +
+         s.lamps * p.rays * (p.has_slopes ? kSlopes : 1.0) * (kOfRay + kOfCollision * p.collisions);
+}
+
+double FitSeconds::Differentiated(const Shared& s, double nodes, double paths) const {
+  const double walked = std::max(paths, kPathsOfAGroup * fewest_ * s.pixels), rays = kRaysOfAPath * paths;
+  return Handed(s, nodes, {walked, rays, collisions_that_tell_, true}) +
+         pictures_beside_ * (Handed(s, nodes, {walked, rays, collisions_that_tell_, false}) + kOfBody);
+}
+
+double FitSeconds::ByWalks(double paths) const {
+  constexpr double kBeside = 0.2;
+  // A free roughness is searched for from several places, a thickness sometimes from two.
+  const bool has_beside = pictures_beside_ > 0;
+  const double searches = has_rough_ || has_beside ? 12 : 8;
+  const double middles = (has_rough_ ? 8 : has_beside ? 4 : 2) + (has_law_ ? 1 : 0);
+  const double runs = has_rough_ ? 10 : 6;
+  // The start by shader, and pixels for the search and for long runs.
+  double seconds = 3.0 * cast_.values + 2.0 * cast_.slopes + steps_of_shader_ * kOfVertex;
+  for (const Shared& s : shared_) {
+    Shared sought = s;
+    sought.pixels = std::min(s.pixels, static_cast<double>(kPixelsOfSearch));
+    const auto at_least = [&](const Shared& of, double n) { return std::max(n, fewest_ * of.pixels); };
+    const double few = kSearchShare * paths, middle = kMiddleShare * paths;
+    seconds +=
+        searches * (Handed(sought, nodes_of_search_, {at_least(sought, few), kRaysOfValues, collisions_, false}) +
+                    Differentiated(sought, nodes_of_search_, few)) +
+        middles * (at_least(sought, middle) * kOfWalk + Differentiated(sought, nodes_of_search_, middle)) +
+        runs * (at_least(s, paths) * (1.0 + kBeside) * kOfWalk + Differentiated(s, nodes_, SlopePaths(paths)));
+  }
+  return seconds / kCores;
+}
+
+}  // namespace crownfit

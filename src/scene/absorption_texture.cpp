@@ -1,0 +1,116 @@
+#include "scene/absorption_texture.h"
+
+#include <algorithm>
+#include <cmath>
+#include <functional>
+
+#include "base/error.h"
+#include "base/parallel.h"
+#include "geometry/mesh_file.h"
+#include "geometry/ray_caster.h"
+#include "photo/image_io.h"
+
+namespace crownfit {
+namespace {
+
+constexpr double kLargest = 1000.0;  // of a factor
+
+using Lookup = std::function<glm::dvec3(const SurfacePoint&)>;
+
+/// Linear between pixel centres, repeated beyond the edges; u to the right, v up, as OBJ and glTF tools write them.
+glm::dvec3 PixelsAt(const Image& image, const glm::dvec2& uv) {
+  const auto wrapped = [](double i, int n) { return std::min(static_cast<int>(i - n * std::floor(i / n)), n - 1); };
+  const double x = uv.x * image.width - 0.5, y = (1.0 - uv.y) * image.height - 0.5;
+  const double x0 = std::floor(x), y0 = std::floor(y);
+  glm::dvec3 sum(0.0);
+  for (int dy = 0; dy < 2; ++dy)
+    for (int dx = 0; dx < 2; ++dx) {
+      const double weight = (dx ? x - x0 : 1 - (x - x0)) * (dy ? y - y0 : 1 - (y - y0));
+      const int px = wrapped(x0 + dx, image.width), py = wrapped(y0 + dy, image.height);
+      for (int c = 0; c < kChannels; ++c) sum[c] += weight * image.at(px, py, image.channels < 3 ? 0 : c);
+    }
+  return sum;
+}
+
+Lookup PictureOn(const TriangleMesh& mesh, const AbsorptionTextureSpec& spec, const std::filesystem::path& mesh_file) {
+  if (mesh.corner_uv.empty())
+    throw InputError(mesh_file, "", "the mesh has no texture coordinates, which absorption_texture.file needs",
+                     "Export it as OBJ with vt, or as PLY with s, t (or u, v) per vertex or texcoord per face.");
+  return [&mesh, image = ReadImageFile(*spec.file).image](const SurfacePoint& p) {
+    const auto& uv = mesh.corner_uv[p.triangle];
+    return PixelsAt(image, p.weights.x * uv[0] + p.weights.y * uv[1] + p.weights.z * uv[2]);
+  };
+}
+
+Lookup PropertiesOf(const TriangleMesh& mesh, const AbsorptionTextureSpec& spec,
+                    const std::filesystem::path& mesh_file) {
+  std::array<const std::vector<double>*, kChannels> values{};
+  for (size_t c = 0; c < kChannels; ++c) {
+    const std::string& name = spec.vertex_properties[spec.vertex_properties.size() == 1 ? 0 : c];
+    const auto found = mesh.vertex_properties.find(name);
+    if (found == mesh.vertex_properties.end())
+      throw InputError(mesh_file, "", "the mesh has no vertex property '" + name + "', which absorption_texture names",
+                       "Write it into the PLY file: one number for every vertex.");
+    values[c] = &found->second;
+  }
+  return [&mesh, values](const SurfacePoint& p) {
+    const glm::ivec3 t = mesh.triangles[p.triangle];
+    glm::dvec3 factor;
+    for (int c = 0; c < kChannels; ++c)
+      factor[c] = p.weights.x * (*values[c])[t.x] + p.weights.y * (*values[c])[t.y] + p.weights.z * (*values[c])[t.z];
+    return factor;
+  };
+}
+
+}  // namespace
+
+AbsorptionTexture::AbsorptionTexture(const Capture& capture, size_t layer, const std::filesystem::path& mesh_file,
+                                     int threads) {
+  const AbsorptionTextureSpec& spec = *capture.layers[layer].absorption_texture;
+  const TriangleMesh mesh = ReadMeshFile(mesh_file);
+  const RayCaster caster({&mesh});
+  const Lookup value = spec.file ? PictureOn(mesh, spec, mesh_file) : PropertiesOf(mesh, spec, mesh_file);
+
+  const auto [low, high] = Bounds(mesh);
+  const glm::dvec3 size = high - low;
+  step_mm_ = std::max(0.1, std::max({size.x, size.y, size.z}) / 96.0);
+  low_ = low;
+  count_ = glm::ivec3(glm::ceil(size / step_mm_)) + 1;
+  factor_.resize(static_cast<size_t>(count_.x) * count_.y * count_.z);
+  ParallelFor(static_cast<size_t>(count_.y) * count_.z, threads, [&](size_t row) {
+    const size_t y = row % count_.y, z = row / count_.y;
+    for (int x = 0; x < count_.x; ++x) {
+      const glm::dvec3 node = low_ + step_mm_ * glm::dvec3(x, static_cast<double>(y), static_cast<double>(z));
+      factor_[row * count_.x + x] = glm::vec3(spec.low + (spec.high - spec.low) * value(caster.ClosestPoint(node)));
+    }
+  });
+  for (const glm::vec3& f : factor_)
+    for (int c = 0; c < kChannels; ++c)
+      if (!(f[c] >= 0 && f[c] <= kLargest))
+        throw InputError(capture.file, "object.layers[" + std::to_string(layer) + "].absorption_texture",
+                         "the texture holds the factor " + std::to_string(f[c]) + " on absorption, outside [0, 1000]",
+                         "\"range\": [low, high] says what the values 0 and 1 stand for.");
+}
+
+glm::dvec3 AbsorptionTexture::At(const glm::dvec3& p) const {
+  const glm::dvec3 last = glm::dvec3(count_ - 1), q = glm::clamp((p - low_) / step_mm_, glm::dvec3(0.0), last);
+  const glm::ivec3 cell = glm::min(glm::ivec3(q), glm::max(count_ - 2, glm::ivec3(0)));
+  const glm::dvec3 f = q - glm::dvec3(cell);
+  glm::dvec3 sum(0.0);
+  for (int corner = 0; corner < 8; ++corner) {
+    const glm::ivec3 up(corner & 1, (corner >> 1) & 1, corner >> 2), node = glm::min(cell + up, count_ - 1);
+    const double weight = (up.x ? f.x : 1 - f.x) * (up.y ? f.y : 1 - f.y) * (up.z ? f.z : 1 - f.z);
+    sum += weight * glm::dvec3(factor_[(static_cast<size_t>(node.z) * count_.y + node.y) * count_.x + node.x]);
+  }
+  return sum;
+}
+
+glm::dvec3 AbsorptionTexture::Along(const glm::dvec3& from, const glm::dvec3& direction, double length_mm) const {
+  const int steps = std::max(1, static_cast<int>(std::ceil(length_mm / step_mm_)));
+  const double step = length_mm / steps;
+  glm::dvec3 sum(0.0);
+  for (int i = 0; i < steps; ++i) sum += At(from + (i + 0.5) * step * direction);
+  return step * sum;
+}
+
+}  // namespace crownfit

@@ -1,0 +1,33 @@
+#pragma once
+// A layer's absorption where it varies over the crown, as stains and characterisations do: a factor per channel, read
+// from a picture or from numbers at the vertices.
+
+#include <vector>
+
+#include "capture/capture.h"
+#include "geometry/triangle_mesh.h"
+
+namespace crownfit {
+
+/// Inside the layer every point takes the factor of the nearest point of the surface. Held on a grid of 0.1 mm or 1/96
+/// of the longest side, whichever is larger, and linear in between: finer detail is lost.
+class AbsorptionTexture {
+ public:
+  /// Texture of `layer`, on `mesh_file`: the layer's own mesh, or the one it is an offset of, as it stands in its file
+  /// (repairs forget UV). Throws InputError: no such property, no UV, a picture that can't be read, factors outside [0,
+  /// 1000].
+  AbsorptionTexture(const Capture& capture, size_t layer, const std::filesystem::path& mesh_file, int threads);
+
+  /// Factor on the layer's absorption, per channel.
+  glm::dvec3 At(const glm::dvec3& p) const;
+  /// Its integral over a way, mm. `direction`: unit.
+  glm::dvec3 Along(const glm::dvec3& from, const glm::dvec3& direction, double length_mm) const;
+
+ private:
+  glm::dvec3 low_;
+  glm::ivec3 count_;
+  double step_mm_;
+  std::vector<glm::vec3> factor_;
+};
+
+}  // namespace crownfit

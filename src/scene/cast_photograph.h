@@ -1,0 +1,27 @@
+#pragma once
+// One photograph, cast: what the shader model needs to know of every vertex and pixel.
+
+#include <vector>
+
+#include "capture/capture.h"
+#include "scene/cast_samples.h"
+
+namespace crownfit {
+
+/// Meshes of the capture's scenery, in the order of Capture::scenery.
+std::vector<TriangleMesh> ReadScenery(const Capture& capture);
+
+/// What arrives at the vertices alone.
+VertexCast CastVertices(const Capture& capture, const Crown& crown, const std::vector<TriangleMesh>& scenery,
+                        size_t photograph, const CastOptions& options);
+
+/// Casts one photograph: every pixel that shows the object, and scenery when options say so.
+PhotographCast CastPhotograph(const Capture& capture, const Crown& crown, const std::vector<TriangleMesh>& scenery,
+                              size_t photograph, const CastOptions& options);
+
+/// The pixels alone, and only the `wanted` ones (row by row), in light that was cast already.
+PhotographCast CastPixels(const Capture& capture, const Crown& crown, const std::vector<TriangleMesh>& scenery,
+                          size_t photograph, const CastOptions& options, const VertexCast& light,
+                          const std::vector<uint8_t>& wanted);
+
+}  // namespace crownfit

@@ -1,0 +1,85 @@
+#pragma once
+// Everything the shader model needs to know about where light goes, cast once per photograph: the material enters
+// later.
+
+#include <vector>
+
+#include "scene/crown.h"
+#include "scene/tap_kernel.h"
+
+namespace crownfit {
+
+struct CastOptions {
+  int strata = 6;                        ///< per lamp: strata^2 directions (domes: four times as many)
+  int gather_strata = 8;                 ///< in which a vertex looks for scenery and backings
+  TapKernel kernel = ConvergedKernel();  ///< for BuildCrown
+  double gloss_roughness = 0.15;         ///< lobe by which domes are sampled; any later roughness stays unbiased
+  bool shade_scenery = false;  ///< also shade scenery and backing, as pixels or vertices show them (for whole pictures)
+  int threads = 0;
+};
+
+/// One light's share at one place, in one band of incidence: direct, or by way of scenery it shines on. Means are
+/// weighted with the irradiance.
+struct LightShare {
+  int light;
+  glm::dvec3 irradiance;  ///< per channel at intensity_scale 1, visibility and cosine included
+  double cos_incidence;
+};
+
+struct BackingShare {
+  glm::dvec3 reflectance{0.0};  ///< reflectance x share of the hemisphere it fills x share of its sky the object fills
+};
+
+/// A direction in which the surface mirrors a lamp. What blocks lamps is known at the vertices and interpolated.
+struct Highlight {
+  int light;
+  float cos_light, cos_half, cos_light_half;  ///< light.normal, half.normal, light.half
+  glm::vec3 irradiance;                       ///< weight x cos x visibility
+};
+
+/// What of a lamp a smooth film over the surface would show in one pixel.
+struct Mirrored {
+  int light;
+  glm::vec3 radiance;  ///< mean over the pixel, of a perfect mirror
+};
+
+struct PixelCast {
+  int x, y;
+  bool at_silhouette;  ///< a corner of the pixel's square misses the object, or shows the cut at its neck
+  float from_cut_mm;   ///< distance to that cut; infinite without one
+  double cos_view;
+  Interpolation at;  ///< of what the vertices around show
+  int first_highlight, highlight_count, first_mirrored, mirrored_count;
+};
+
+struct BackgroundPixel {
+  int x, y;
+  glm::dvec3 value;  ///< pi x radiance of scenery or backing seen directly, direct light only
+};
+
+/// Scenery or a backing tile, and what its vertices show: pi x radiance at exposure 1, direct light only.
+struct ShadedMesh {
+  TriangleMesh mesh;
+  std::vector<glm::dvec3> front, back;  ///< on the side its normals point to, and on the other; a tile has no back
+};
+
+/// The light of one photograph at the vertices of the fine mesh.
+struct VertexCast {
+  std::vector<int> first_share;  ///< per vertex + 1
+  std::vector<LightShare> vertex_shares;
+  std::vector<BackingShare> backing;  ///< per vertex
+  bool has_backing = false;
+  std::vector<float> visibility;    ///< per vertex, for every light of the photograph in its order: share that arrives
+  std::vector<ShadedMesh> scenery;  ///< where it was asked for
+};
+
+/// One photograph's casts on one crown.
+struct PhotographCast : VertexCast {
+  glm::dvec3 camera{0.0};  ///< its place in the object's frame
+  std::vector<PixelCast> pixels;
+  std::vector<Highlight> highlights;
+  std::vector<Mirrored> mirrored;
+  std::vector<BackgroundPixel> background;
+};
+
+}  // namespace crownfit

@@ -1,0 +1,86 @@
+#pragma once
+// One photograph's scene, for casting: who blocks light, who sends it back.
+
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "capture/capture.h"
+#include "scene/cast_samples.h"
+#include "scene/light_samples.h"
+#include "scene/tile_view.h"
+
+namespace crownfit {
+
+/// A light in the object's frame.
+struct PhotographLight {
+  int index;  ///< in the capture
+  LightShape shape;
+  double intensity;  ///< as the capture states it
+};
+
+/// One photograph's scene: who blocks light, who sends it back.
+class Caster {
+ public:
+  Caster(const Capture& capture, const Crown& crown, const std::vector<TriangleMesh>& scenery, size_t photograph,
+         const CastOptions& options);
+
+  /// Light that arrives at a place, light by light. `visibility`: the share of each that nothing blocks.
+  void Gather(const glm::dvec3& position, const glm::dvec3& normal, int lamp_strata, std::vector<LightShare>& shares,
+              float* visibility = nullptr) const;
+
+  /// Directions in which a rough surface mirrors the lamps, each lamp dimmed by its share in `visibility`.
+  void AddHighlights(const glm::dvec3& position, const glm::dvec3& normal, const glm::dvec3& view,
+                     std::span<const float> visibility, std::vector<Highlight>& highlights) const;
+
+  /// Light that reaches a place by way of scenery and backings (one bounce), and how much of its sky the backing fills.
+  BackingShare GatherScenery(const glm::dvec3& position, const glm::dvec3& normal,
+                             std::vector<LightShare>& shares) const;
+
+  /// Radiance of a Lambertian thing seen along `direction`, one entry per light: rho E / pi, direct light only.
+  std::vector<glm::dvec3> SceneryRadiance(const Hit& hit, const glm::dvec3& direction, int lamp_strata) const;
+
+  /// Scenery and tile, in triangles small enough that their vertices show the shadows.
+  std::vector<ShadedMesh> ShadedScenery() const;
+
+  /// What a pixel shows of scenery.
+  glm::dvec3 SceneryShown(const Hit& hit, const glm::dvec3& direction) const;
+
+  /// Adds `share` of what a mirror at `position` shows of every lamp to the camera's ray `direction`.
+  void Mirror(const glm::dvec3& position, const glm::dvec3& normal, const glm::dvec3& direction, double share,
+              std::vector<Mirrored>& mirrored) const;
+
+  glm::dvec3 PixelDirection(double x, double y) const;
+  std::optional<Hit> Seen(const glm::dvec3& direction) const { return caster_.Nearest(camera_, direction); }
+  int strata() const { return options_.strata; }
+  size_t lights() const { return lights_.size(); }
+
+ private:
+  std::vector<glm::dvec3> Radiance(int mesh, const glm::dvec3& place, const glm::dvec3& normal, int lamp_strata) const;
+
+  /// The tile's radiance varies little over a cell, and thousands of places on the crown look at it.
+  void TabulateTile(const BackingSpec& spec, const Crown& crown);
+
+  /// pi x radiance of a matte thing at exposure 1, in the lights as the capture states them: direct light only.
+  glm::dvec3 Shown(size_t mesh, const glm::dvec3& place, const glm::dvec3& normal, int lamp_strata) const;
+
+  ShadedMesh Shaded(size_t mesh) const;
+
+  /// Faces the object, whichever way its normal is stated.
+  static TriangleMesh BackingTile(const BackingSpec& b, const Crown& crown);
+
+  const PhotographSpec& photo_;
+  const CastOptions& options_;
+  TriangleMesh tile_;
+  std::optional<TileGrid> tile_grid_;
+  glm::dvec3 tile_normal_;                 ///< towards the object
+  std::vector<double> object_seen_;        ///< per place of the tile's grid
+  std::vector<glm::dvec3> tile_radiance_;  ///< per place and light
+  glm::dvec3 camera_;
+  std::vector<PhotographLight> lights_;
+  std::vector<const TriangleMesh*> meshes_;
+  std::vector<glm::dvec3> reflectance_;
+  RayCaster caster_;
+};
+
+}  // namespace crownfit

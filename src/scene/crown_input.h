@@ -1,0 +1,28 @@
+#pragma once
+// What a capture's files hold, read and checked against each other.
+
+#include <optional>
+#include <vector>
+
+#include "photo/photograph.h"
+#include "scene/crown_source.h"
+
+namespace crownfit {
+
+/// A capture with everything it names read and found consistent.
+struct CrownInput {
+  Capture capture;
+  std::vector<Photograph> photographs;
+  CrownSource source;
+  std::vector<TriangleMesh> scenery;
+};
+
+/// Where a lamp of finite place stands in the object's frame. A ring may lie around the object, and has none.
+std::optional<glm::dvec3> PlaceOf(const Light& light, const RigidTransform& object_from_camera);
+
+/// Reads images and meshes and checks them against each other; thicknesses are bounded by what the crown is deep enough
+/// for. Throws InputError.
+/// `with_images` false: as for rendering, where the photographs need not exist.
+CrownInput ReadInput(const Capture& capture, int threads, bool with_images = true);
+
+}  // namespace crownfit

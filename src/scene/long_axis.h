@@ -1,0 +1,23 @@
+#pragma once
+// Where cervical and incisal are.
+
+#include <optional>
+
+#include "capture/capture.h"
+#include "geometry/triangle_mesh.h"
+
+namespace crownfit {
+
+/// From the neck to the incisal edge.
+struct LongAxis {
+  glm::dvec3 direction;    ///< unit
+  double low_mm, high_mm;  ///< of the crown along it
+  /// 0 at the neck, 1 at the edge.
+  double At(const glm::dvec3& p) const { return (glm::dot(p, direction) - low_mm) / (high_mm - low_mm); }
+};
+
+/// As the capture states it, or away from the neck of an open scan; nothing where the mesh is closed and the capture
+/// says nothing.
+std::optional<LongAxis> LongAxisOf(const Capture& capture, const TriangleMesh& outer);
+
+}  // namespace crownfit
