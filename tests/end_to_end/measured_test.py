@@ -65,7 +65,7 @@ with tempfile.TemporaryDirectory() as folder:
         alone = folder / f"{name}_alone/material.json"
         done = subprocess.run([program, "fit", capture, "-o", folder / f"{name}_prior", "--profiles", "0", "--prior", alone], capture_output=True, text=True)
         if name == "typical":  # the prior says everything
-            assert done.returncode == 1 and "stands by itself" in done.stdout and "does not hold" not in done.stdout, done
+            assert done.returncode == 1 and "can be used by itself" in done.stdout and "If the model held" not in done.stdout, done
         else:  # far from 540 nm a level and an exponent, each by itself, say less
             assert done.returncode == 0, done
         before, after = (json.loads((folder / f"{name}_{how}/material.json").read_text()) for how in ("alone", "prior"))
@@ -80,7 +80,9 @@ with tempfile.TemporaryDirectory() as folder:
     assert "channels" in said and "power law" in said, said
 
     # What needs a shape, or photographs' models, says so.
-    for command in (["render", samples, "-o", folder / "no"], ["view", folder / "one/material.json", "--capture", samples, "--screenshot", folder / "no.png"],
+    has_viewer = "--screenshot" in run("view", "--help").stdout
+    for command in (["render", samples, "-o", folder / "no"],
+                    *[["view", folder / "one/material.json", "--capture", samples, "--screenshot", folder / "no.png"]] * has_viewer,
                     ["export", folder / "one/material.json", "--to", "gltf", "--capture", samples, "-o", folder / "no"],
                     ["match", folder / "one/material.json", "--capture", samples, "-o", folder / "no.json"], ["check", samples, "-o", folder / "no.png"],
                     ["fit", samples, "-o", folder / "no", "--model", "path"]):

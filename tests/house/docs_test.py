@@ -6,7 +6,7 @@ import sys
 from pathlib import Path
 
 root = Path(__file__).resolve().parent.parent.parent
-pages = {page: page.read_text() for page in [root / "README.md", *sorted((root / "docs").rglob("*.md"))]}
+pages = {page: page.read_text() for page in [*sorted(root.glob("*.md")), root / "studies/README.md", *sorted((root / "docs").rglob("*.md"))]}
 
 
 def is_json(text):

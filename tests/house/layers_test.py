@@ -1,8 +1,10 @@
 #!/usr/bin/env python3
 """Reads every #include line in src/ against the tables in docs/architecture.md: which module may include which, and in
-which file a heavy library may be named. Fails on an arrow the tables do not allow, and on a module they do not list."""
+which file a heavy library may be named. Fails on an arrow the tables do not allow, on a module they do not list, and on
+files that include each other in a circle (a header and its .cpp count as one file)."""
 import re
 import sys
+from graphlib import CycleError, TopologicalSorter
 from pathlib import Path
 
 root = Path(__file__).resolve().parent.parent.parent
@@ -22,6 +24,7 @@ for module, may in table("## Who may include whom"):
 libraries = [(header, [f.strip(" `") for f in files.split(",")]) for header, files in table("## Where libraries are named")]
 
 bad = []
+included = {}  # by file, without its ending
 seen = {header: False for header, _ in libraries}
 for file in sorted((root / "src").rglob("*")):
     if file.suffix not in (".h", ".cpp"):
@@ -33,6 +36,8 @@ for file in sorted((root / "src").rglob("*")):
         continue
     for name in re.findall(r'^#include\s+["<]([^">]+)[">]', file.read_text(), re.M):
         target = name.split("/")[0] if (root / "src" / name).exists() and "/" in name else ("jobs" if (root / "src" / name).exists() else None)
+        if (root / "src" / name).exists() and name.rsplit(".", 1)[0] != relative.rsplit(".", 1)[0]:
+            included.setdefault(relative.rsplit(".", 1)[0], set()).add(name.rsplit(".", 1)[0])
         if target and target not in allowed[module]:
             bad.append(f"{relative} includes {name}: '{module}' may not include '{target}'")
         for header, files in libraries:
@@ -40,6 +45,10 @@ for file in sorted((root / "src").rglob("*")):
                 seen[header] = True
                 if not any(relative == f or relative.startswith(f.rstrip("/") + "/") for f in files):
                     bad.append(f"{relative} includes <{name}>, which belongs in {', '.join(files)}")
+try:
+    TopologicalSorter(included).prepare()
+except CycleError as e:
+    bad.append("files include each other in a circle: " + " <- ".join(e.args[1]))
 bad += [f"docs/architecture.md lists <{header}>, which nothing includes" for header, used in seen.items() if not used]
 for line in bad:
     print("FAIL", line)

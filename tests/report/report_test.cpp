@@ -169,7 +169,7 @@ TEST(PlainWords, AnUnusableResultIsSaidFirst) {
   EXPECT_EQ(PlainVerdictOf(fit).headline, "Do not use this result.");
 }
 
-TEST(Caveats, PhotographsThatCannotBeTrustedAreNamed) {
+TEST(Findings, PhotographsThatCannotBeTrustedAreNamed) {
   Capture capture;
   std::vector<Photograph> photographs(2);
   for (const char* name : {"front", "back"}) {
@@ -177,29 +177,26 @@ TEST(Caveats, PhotographsThatCannotBeTrustedAreNamed) {
     capture.photographs.back().name = name;
     capture.photographs.back().has_noise_file = true;
   }
-  const auto says = [&](const char* word) {
-    for (const auto& caveat : InWords(PhotographFindings(capture, photographs)))
-      if (caveat.find(word) != std::string::npos) return true;
-    return false;
+  const auto finds = [&](FindingKind kind, const std::vector<double>& numbers, const std::vector<std::string>& names) {
+    return std::ranges::count(PhotographFindings(capture, photographs), Finding{kind, numbers, names}) == 1;
   };
   EXPECT_TRUE(PhotographFindings(capture, photographs).empty());
   photographs[0].white_balance = photographs[1].white_balance = {2.0, 1.0, 1.5};
-  EXPECT_FALSE(says("white balance"));
+  EXPECT_TRUE(PhotographFindings(capture, photographs).empty());
   (*photographs[1].white_balance)[0] = 1.9;
-  EXPECT_TRUE(says("white balance differs between the camera files of 'front', 'back'"));
-  EXPECT_FALSE(says("JPEG"));
+  EXPECT_TRUE(finds(FindingKind::kWhiteBalanceDiffers, {}, {"front", "back"}));
   photographs[1].was_jpeg = true;
-  EXPECT_TRUE(says("JPEG (back)"));
+  EXPECT_TRUE(finds(FindingKind::kJpeg, {}, {"back"}));
   photographs[0].has_ignored_profile = true;
-  EXPECT_TRUE(says("'front' carries a colour profile"));
-  EXPECT_FALSE(says("false colours"));
+  EXPECT_TRUE(finds(FindingKind::kProfileIgnored, {}, {"front"}));
+  EXPECT_FALSE(finds(FindingKind::kFalseColours, {600, 540, 450}, {}));
   capture.wavelengths_nm = {450, 540, 600};
-  EXPECT_TRUE(says("450, 540, 600 nm, not red, green and blue"));
+  EXPECT_TRUE(finds(FindingKind::kFalseColours, {450, 540, 600}, {}));
   for (PhotographSpec& p : capture.photographs) p.has_colour_file = true;
-  EXPECT_FALSE(says("false colours")) << "the colour file knows";
+  EXPECT_FALSE(finds(FindingKind::kFalseColours, {450, 540, 600}, {})) << "the colour file knows";
 }
 
-TEST(Caveats, NameTheStatementThatPhotographsContradictMost) {
+TEST(Findings, NameTheStatementThatPhotographsContradictMost) {
   CrownFit fit = SomeFit();
   fit.model = Model::kPath;
   fit.converged = true;
@@ -218,7 +215,7 @@ TEST(Caveats, NameTheStatementThatPhotographsContradictMost) {
   EXPECT_FALSE(fit.usable);
 }
 
-TEST(Caveats, NameThePhotographsThatNoiseDoesNotExplain) {
+TEST(Findings, NameThePhotographsThatNoiseDoesNotExplain) {
   CrownFit fit = SomeFit();
   fit.model = Model::kPath;
   fit.entries.clear();
@@ -278,7 +275,7 @@ TEST(Verdict, RefusesLightThatTilesAndSceneryOfSeveralReflectancesDenyAlike) {
   EXPECT_TRUE(usable({black, white})) << "reflectances that were guessed are not off alike";
 }
 
-TEST(Caveats, NameThePriorThatPhotographsContradict) {
+TEST(Findings, NameThePriorThatPhotographsContradict) {
   CrownFit fit = SomeFit();
   fit.model = Model::kPath;
   for (FreeEntry& e : fit.entries) e.quantity = Quantity::kAbsorption, e.prior_mean = 1.0, e.prior_stddev = 0.3;
@@ -292,7 +289,7 @@ TEST(Caveats, NameThePriorThatPhotographsContradict) {
   EXPECT_TRUE(ModelFindings(fit).empty());
 }
 
-TEST(Caveats, NameTheHeldOutPhotographThatIsPredictedWrongly) {
+TEST(Findings, NameTheHeldOutPhotographThatIsPredictedWrongly) {
   CrownFit fit = SomeFit();
   fit.model = Model::kPath;
   fit.entries.clear();
