@@ -32,7 +32,7 @@ void FitByTheModelThatSuffices(const FitProblem& problem, CrownInput& input, Fit
   fit.model_choice = asked == Model::kAuto ? ChoiceAfter(problem, at).why : problem.options.model_choice;
   if (fit.model != Model::kShader && !FitByWalks(problem, input, at, asked == Model::kAuto, progress)) {
     fit.model = Model::kShader;
-    fit.model_choice += "; random walks leave more: were these photographs rendered by shader?";
+    fit.model_choice += "; path explains the photographs less well, as if shader had rendered them";
     if (at.converged) return;
     FitOptions to_its_end = problem.options;  // walks needed but a start; what others know is of the path model
     to_its_end.model = Model::kShader;
@@ -47,7 +47,7 @@ std::vector<LawDeparture> DeparturesOf(const FitProblem& problem, CrownInput& in
   if (!at.converged || !KeepsALaw(problem.capture)) return {};
   const Capture freed = WithoutLaws(problem.capture, MaterialAt(problem.free, at.x));
   const FreeParameters free = FreeParametersOf(freed);
-  progress.Show("what channels share", 0.5);
+  progress.Show("shared scattering", 0.5);
   if (!is_by_walks) {
     const ImageResiduals residuals(freed, at.cast, free, at.pixels, at.calibration, {3.0, problem.options.threads});
     SolveOptions solve_options;
@@ -102,8 +102,8 @@ std::vector<LikelihoodProfile> ProfilesOf(const FitProblem& problem, CrownInput&
 CrownFit FitCrown(const Capture& stated, const FitOptions& options, Progress& progress, const KnownBeside& beside) {
   if (stated.photographs.empty()) return FitMeasurements(stated, options, progress, beside);
   if (options.model == Model::kLayered)
-    throw InputError(stated.file, "--model", "model layered is for flat samples, and this capture has photographs",
-                     "Use auto, shader or path; its measurements are fitted beside the photographs.");
+    throw InputError(stated.file, "--model", "model layered is for flat samples, but this capture has photographs",
+                     "Use --model auto, shader or path; the measurements are fitted with the photographs.");
   CrownFit fit;
   fit.options = options;
   fit.capture = stated;

@@ -43,10 +43,10 @@ std::vector<std::string> NamesOf(const std::vector<Capture>& captures) {
 void CheckSameMaterial(const Capture& first, const Capture& other) {
   const auto refuse = [&](const std::string& key, const std::string& what) {
     throw InputError(other.file, key, what + " " + first.file.string(),
-                     "Captures fitted together state the material that they share alike.");
+                     "Captures that are fitted together must state the material that they share in the same way.");
   };
   if (first.channel_names != other.channel_names || first.wavelengths_nm != other.wavelengths_nm)
-    refuse("channels", "the channels are others than in");
+    refuse("channels", "the channels differ from those in");
   for (const LayerSpec& a : first.layers)
     for (const LayerSpec& b : other.layers)
       for (size_t i = 0; a.name == b.name && i < kParameters.size(); ++i) {
@@ -54,7 +54,7 @@ void CheckSameMaterial(const Capture& first, const Capture& other) {
         if (row.owner != Owner::kLayer || !IsShared(0, row.quantity)) continue;
         const ParameterSpec &p = a.parameters[i], &q = b.parameters[i];
         const std::string key = "layers." + b.name + "." + row.key;
-        if (p.fixed != q.fixed) refuse(key, std::string("is ") + (q.fixed ? "fixed" : "free") + ", and not so in");
+        if (p.fixed != q.fixed) refuse(key, std::string("is ") + (q.fixed ? "fixed" : "free") + ", unlike in");
         if (p.fixed && p.value != q.value) refuse(key, "is fixed to another value than in");
         if (p.sharing != q.sharing) refuse(key, "is shared between channels in another way than in");
       }
@@ -66,7 +66,7 @@ void CheckSharesALayer(const std::vector<Capture>& captures, size_t i) {
       for (const LayerSpec& b : captures[j].layers)
         if (j != i && a.name == b.name) return;
   throw InputError(captures[i].file, "object.layers", "shares no layer with the other captures",
-                   "Layers of one material have one name in all captures; fit others by themselves.");
+                   "Give layers of one material the same name in all captures, or fit this capture by itself.");
 }
 
 /// It would count twice.
@@ -78,7 +78,7 @@ void CheckNoPhotographTwice(const std::vector<Capture>& captures) {
       const auto [at, is_new] = seen.emplace(Sha256OfFile(p.files.image), p.files.image.string());
       if (!is_new)
         throw InputError(p.files.image, "", "is the same picture as " + at->second,
-                         "What two captures show must be photographed twice, or it counts twice.");
+                         "It would count twice. Photograph the object again for the second capture.");
     }
 }
 
@@ -94,9 +94,10 @@ void CheckNoReadingTwice(const std::vector<Capture>& captures) {
           if (!m.is_holdout && !n.is_holdout && m.thickness_mm == n.thickness_mm && m.geometry == n.geometry &&
               are_same(m.reflectance, n.reflectance) && are_same(m.transmittance, n.transmittance) &&
               are_same(m.lab, n.lab))
-            throw InputError(captures[i].file, "measurements",
-                             "'" + m.name + "' holds the readings of '" + n.name + "' in " + captures[j].file.string(),
-                             "What two captures hold must be measured twice, or it counts twice.");
+            throw InputError(
+                captures[i].file, "measurements",
+                "'" + m.name + "' has the same readings as '" + n.name + "' in " + captures[j].file.string(),
+                "They would count twice. Measure the sample again for the second capture.");
 }
 
 /// Whether a photograph that is fitted has a part of the scene that is to be left out; what is unneeded any may have.
@@ -112,8 +113,8 @@ bool Has(const Capture& capture, const std::string& name) {
 void CheckPartsToLeaveOut(const std::vector<Capture>& captures, const std::vector<std::string>& parts) {
   for (const std::string& part : parts)
     if (std::none_of(captures.begin(), captures.end(), [&](const Capture& c) { return Has(c, part); }))
-      throw InputError(captures[0].file, "--leave-out", "no capture's scene has " + part,
-                       "Parts are named as in light:left, tile:black; `crownfit check` lists a capture's.");
+      throw InputError(captures[0].file, "--leave-out", "no capture has the part " + part,
+                       "Name parts as in light:left or tile:black; `crownfit check` lists those of a capture.");
 }
 
 class Together {

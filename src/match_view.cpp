@@ -127,7 +127,7 @@ ViewMatch MatchView(const Capture& capture, const Material& material, const Matc
 }
 
 std::string MatchSummary(const ViewMatch& match, const Material& material) {
-  std::string text = "CIEDE2000 of the shader against the path model (median / 95 %)\n";
+  std::string text = "CIEDE2000 between model shader and model path (median / 95 %)\n";
   text += Printed("%-28s %16s %16s\n", "light", "physical", "effective");
   for (const auto& v : match.views) {
     text += Printed("%-28s %8.2f /%6.1f %8.2f /%6.1f%s\n", v.name.c_str(), v.physical.median, v.physical.p95,
@@ -135,8 +135,8 @@ std::string MatchSummary(const ViewMatch& match, const Material& material) {
   }
   if (match.keeps_physical)
     text +=
-        "\nNone found is nearer than the physical values, which are kept. More paths (--paths) or pixels may find "
-        "one.\n";
+        "\nNo effective values were found that match better, so the physical ones are kept. More --paths or --pixels "
+        "may help.\n";
   text += "\neffective (physical) values\n";
   for (size_t l = 0; l < material.layers.size(); ++l)
     for (const ParameterRow& row : kParameters) {
@@ -168,8 +168,7 @@ std::string MaterialJsonWithMatch(const std::filesystem::path& material_file, co
                                        {"de00_median_physical", v.physical.median},
                                        {"de00_p95_physical", v.physical.p95}});
   const JsonValue viewer = JsonValue::Object{
-      {"note",
-       "effective parameters: with them the real-time shader looks as the path model does with the physical ones"},
+      {"note", "effective parameters: with them the real-time shader looks like path tracing with the physical ones"},
       {"layers", layers},
       {"matched", JsonValue::Object{{"paths_per_pixel", options.paths_per_pixel},
                                     {"pixels", options.pixels},

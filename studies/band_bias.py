@@ -16,6 +16,8 @@ from pathlib import Path
 import numpy as np
 import OpenImageIO as oiio
 
+import tables
+
 WAVELENGTHS = np.arange(400.0, 730.0, 10.0)
 CENTRES, WIDTH = [600.0, 540.0, 450.0], 80.0  # nm; full width at half maximum
 PATHS, NOISE, FLOOR = 250, 0.005, 0.0005
@@ -93,12 +95,20 @@ def main():
     subprocess.run([program, "fit", str(capture), "-o", str(work / "result"), "--model", "path", "--progress", "none"], stdout=subprocess.DEVNULL)
     fitted = json.loads((work / "result/material.json").read_text())
     print(f"{fitted['status']}, chi2 of patches {fitted['identifiability']['block_chi2']:.2f}")
+    rows = []
     for key, spectrum in (("reduced_scattering_per_mm", scattering), ("absorption_per_mm", absorption)):
         found = fitted["layers"][0][key]
         means = w @ np.array([spectrum(v) for v in WAVELENGTHS])
+        rows.append([key, *(f"{100 * (found['value'][c] / means[c] - 1):+.1f} %" for c in range(3))])
         for c in range(3):
             print(f"{key}[{'RGB'[c]}]: mean over the band {means[c]:.4f}, at its centre {spectrum(CENTRES[c]):.4f}, fitted {found['value'][c]:.4f} "
                   f"+- {found['stddev'][c]:.4f}: {100 * (found['value'][c] / means[c] - 1):+.1f} % of the mean")
+    tables.write(
+        "bands", title="Three broad bands", command="./dev bench bands",
+        shows="Error that a fit makes by taking each broad camera channel for one wavelength, against the coefficients' means over the bands.",
+        columns=["coefficient", *(f"{n}, {centre:.0f} nm" for n, centre in zip("RGB", CENTRES))], rows=rows,
+        notes=["A ceramic disc of 1 mm with smooth spectra is path-traced at 33 wavelengths and seen through bands 80 nm wide.",
+               f"The fit is `{fitted['status']}`, with a patch chi-squared of {fitted['identifiability']['block_chi2']:.2f}."])
 
 
 if __name__ == "__main__":

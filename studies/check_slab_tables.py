@@ -7,7 +7,7 @@ Reads tooth_*.csv and ceramic_*.csv from $CROWNFIT_REFERENCE/reference. For ever
   layered  reflectance and transmittance, against adding-doubling where the table has it, else Monte Carlo
   path     the same with its own stated errors, and its ring means against MCML's, rings of fewer than 30 counts pooled
 Demands: totals within 4 combined standard errors + min(0.001, 0.5 %); over all rings an rms z of 0.9 to 1.15 and 99.9 % of
-them within 4 standard errors. Prints the figures of docs/validation.md. Exit 77: no reference data.
+them within 4 standard errors. Leaves a table for docs/validation.md. Exit 77: no reference data.
 """
 import argparse
 import csv
@@ -19,6 +19,8 @@ import sys
 import tempfile
 from collections import defaultdict
 from pathlib import Path
+
+import tables
 
 
 def rows(path):
@@ -139,9 +141,12 @@ def main():
                         if len(scores) > 10 and math.sqrt(sum(z * z for z in scores) / len(scores)) > 1.6:
                             print(f"note: {case} {what}: rms z {math.sqrt(sum(z * z for z in scores) / len(scores)):.2f} over {len(scores)} rings")
         print(f"wall {run.wall:.0f} s")
+    table = []
     for (model, family, what), values in totals.items():
         scores = [z for _, z in values if z is not None]
         text = f"{model} {family} {what}: {len(values)} cases, largest difference {max(abs(d) for d, _ in values):.2e}"
+        rms = f"{math.sqrt(sum(z * z for z in scores) / len(scores)):.2f}" if scores else "-"
+        table.append([f"`{model}`", f"totals, {family}, {what}", f"{len(values)} cases", f"{max(abs(d) for d, _ in values):.2e}", rms, "-"])
         if scores:
             text += f", rms z {math.sqrt(sum(z * z for z in scores) / len(scores)):.2f}, mean z {sum(scores) / len(scores):+.2f}, worst {max(scores, key=abs):+.2f}"
         print(text)
@@ -155,10 +160,17 @@ def main():
         print(f"rings in all: {len(every)}, rms z {rms:.3f}, within 4 standard errors {100 * within:.3f} %")
         if not 0.9 <= rms <= 1.15:
             bad.append(f"rms z of all rings {rms:.3f}, not in 0.9 to 1.15")
+        table.append(["`path`", "rings", f"{len(every)} rings", "-", f"{rms:.3f}", f"{100 * within:.3f} %"])
         if within < 0.999:
             bad.append(f"only {100 * within:.3f} % of the rings within 4 standard errors")
     for line in bad:
         print("FAIL", line)
+    tables.write(
+        "slab_tables", title="Slabs and rings against tables", command=f"./dev bench slabs {' '.join(sys.argv[2:])}".strip(),
+        shows="`crownfit slab` for flat layered samples, against tables of adding-doubling with 64 angles and of MCML.",
+        columns=["model", "quantity", "compared", "largest difference", "rms z", "within 4 standard errors"], rows=table,
+        notes=[f"{a.photons:,} photons a case; one case of {a.every}.", "z is a difference in combined standard errors; its rms is 1 where programs agree.",
+               "Rings of fewer than 30 counts are pooled."])
     return 1 if bad else 0
 
 

@@ -14,6 +14,8 @@ import sys
 import tempfile
 from pathlib import Path
 
+import tables
+
 
 def slab(program, layers, **more):
     with tempfile.TemporaryDirectory() as folder:
@@ -28,13 +30,18 @@ def hulst(absorption, reduced):
 
 
 def albedos(program):
+    """The largest error of the formula, and of what OpenPBR's formula finds again."""
+    off, again = [], []
     print("| g | sa / ss' | albedo by formula | by adding-doubling | difference | sa / ss' found again by OpenPBR's formula |\n|---|---|---|---|---|---|")
     for g in (0.0, 0.7, 0.93):
         for ratio in (0.003, 0.01, 0.03, 0.1, 0.3):
             exact = slab(program, [{"ior": 1, "g": g, "scattering_per_mm": 1 / (1 - g), "absorption_per_mm": ratio, "thickness_mm": 1000}])["reflectance_diffuse"]
             c = hulst(ratio, 1.0)
+            off.append(abs(c - exact))
             s2 = (4.09712 + 4.20863 * c - math.sqrt(9.59217 + 41.6808 * c + 17.7126 * c * c)) ** 2
+            again.append(abs(s2 / (1 - s2) / ratio - 1))
             print(f"| {g} | {ratio} | {c:.4f} | {exact:.4f} | {c - exact:+.4f} | {100 * (s2 / (1 - s2) / ratio - 1):+.1f} % |")
+    return max(off), max(again)
 
 
 def one_medium(program):
@@ -51,17 +58,26 @@ def one_medium(program):
         one["absorption_per_mm"] = math.sqrt(low * high)
         low, high = (one["absorption_per_mm"], high) if slab(program, [one])["reflectance_collimated"] > wanted else (low, one["absorption_per_mm"])
     print("\n| two layers, one medium | layers | one medium |\n|---|---|---|")
+    rows = []
     for what, scale, key in (("reflectance", 1.0, "reflectance_collimated"), ("transmittance", 1.0, "transmittance_collimated"),
                              ("reflectance at half the thickness", 0.5, "reflectance_collimated"), ("transmittance at half the thickness", 0.5, "transmittance_collimated")):
         values = [slab(program, [x | {"thickness_mm": scale * x["thickness_mm"]} for x in stack])[key] for stack in (layers, [one])]
         print(f"| {what} | {values[0]:.4f} | {values[1]:.4f} |")
+        rows.append([f"{what}, one medium for 0.7 mm of enamel over 1.5 mm of dentine", *(f"{v:.4f}" for v in reversed(values)), f"{values[1] - values[0]:+.4f}"])
+    return rows
 
 
 def main():
     if len(sys.argv) != 2:
         sys.exit(__doc__)
-    albedos(sys.argv[1])
-    one_medium(sys.argv[1])
+    off, again = albedos(sys.argv[1])
+    tables.write(
+        "conversions", title="Formulas of exports", command="./dev bench conversions",
+        shows="Formulas by which `crownfit export` simplifies a material, against adding-doubling.",
+        columns=["quantity", "by the formula", "by adding-doubling", "difference"],
+        rows=[["albedo of multiple scattering, absorption / reduced scattering up to 0.3, g 0, 0.7, 0.93", "-", "-", f"at most {off:.4f}"],
+              ["absorption / reduced scattering found again by OpenPBR's formula", "-", "-", f"at most {100 * again:.1f} %"], *one_medium(sys.argv[1])],
+        notes=["`all_layers` of an export to MaterialX is the one medium."])
 
 
 if __name__ == "__main__":

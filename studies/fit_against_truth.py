@@ -2,7 +2,7 @@
 """fit_against_truth.py CROWNFIT CAPTURE...: fits captures whose truth is known and prints how far off it ends.
 
 For every capture (a folder with capture.json and truth.json): the fit from the capture's own start, and the same model at the
-true values, which is the model's own error. Printed as the tables of docs/validation.md. Options after -- go to `crownfit fit`.
+true values, which is the model's own error. Leaves two tables for docs/validation.md. Options after -- go to `crownfit fit`.
 """
 import json
 import subprocess
@@ -10,6 +10,8 @@ import sys
 import tempfile
 import time
 from pathlib import Path
+
+import tables
 
 CHANNELS = "RGB"
 
@@ -48,6 +50,7 @@ def main():
     arguments, options = (sys.argv[1:], []) if "--" not in sys.argv else (sys.argv[1:sys.argv.index("--")], sys.argv[sys.argv.index("--") + 1:])
     if len(arguments) < 2:
         sys.exit(__doc__)
+    table, shots = [], []
     for capture in map(Path, arguments[1:]):
         truth = json.loads((capture / "truth.json").read_text())
         with tempfile.TemporaryDirectory() as folder:
@@ -62,8 +65,22 @@ def main():
         print(f"\n{capture.name}: {material['status']} in {seconds:.0f} s\n\n| parameter | truth | fitted | off | 95 % interval | status |\n|---|---|---|---|---|---|")
         for name, goal, value, (low, high), status in rows:
             holds = "holds it" if low <= goal <= high else "**misses it**"
-            print(f"| {name} | {goal:.3g} | {value:.3g} | {100 * (value / goal - 1):+.0f} % | [{low:.2g}, {high:.2g}] {holds} | {status} |")
+            table.append([capture.name, name, f"{goal:.3g}", f"{value:.3g}", f"{100 * (value / goal - 1):+.0f} %", f"[{low:.2g}, {high:.2g}] {holds}", status])
+            print("| " + " | ".join(table[-1][1:]) + " |")
         print(f"\nCIEDE2000, median / 95 %: fitted {images(material)}; at the true values {images(at_truth)}")
+        fitted, true = (m["image_error"]["photographs"] for m in (material, at_truth))
+        shots += [[f"{capture.name}: `{material['status']}`, {seconds:.0f} s", name, *(f"{e[name]['de00_median']:.2f} / {e[name]['de00_p95']:.1f}" for e in (fitted, true))]
+                  for name in fitted]
+    model, command = material["model"], " ".join(["./dev bench truth", *(["--", *options] if options else [])])
+    tables.write(
+        f"truth_{model}", title=f"The {model} model against truth", command=command,
+        shows=f"Values fitted by the model `{model}` to the bundled path-traced captures, against their true materials.",
+        columns=["capture", "parameter", "truth", "fitted", "error", "95 % interval", "status"], rows=table, notes=["Fits start off by a factor 1.5."])
+    tables.write(
+        f"truth_{model}_photographs", title=f"Photographs by the {model} model", command=command,
+        shows=f"CIEDE2000 of photographs by the model `{model}`, with the fitted and with the true values, against the path-traced ones.",
+        columns=["capture", "photograph", "fitted, median / 95 %", "at the true values, median / 95 %"], rows=shots,
+        notes=["The difference at the true values is the model's own error, with the photographs' noise."])
 
 
 if __name__ == "__main__":

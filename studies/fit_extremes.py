@@ -21,6 +21,8 @@ import subprocess
 import sys
 from pathlib import Path
 
+import tables
+
 BOUNDS = {"reduced_scattering_per_mm": (1e-3, 100), "absorption_per_mm": (1e-5, 20), "roughness": (0.01, 1), "thickness_mm": (0.02, 20), "ior": (1, 3), "g": (-0.99, 0.99)}
 BODIES = ("disc", "incisor_shader", "sphere")
 CHANNELS = "RGB"
@@ -197,6 +199,20 @@ def summary(lines):
             print(f"FAULT in case {line['case']}: {fault}")
 
 
+def table(lines):
+    """The rows of docs/validation.md, for either maker."""
+    columns = []
+    for maker in ("shader", "path"):
+        mine = [l for l in lines if l["maker"] == maker]
+        good, seconds = [l for l in mine if l.get("status") == "usable"], [l["seconds"] for l in mine if "seconds" in l]
+        worst = [abs(z) for l in good for _, status, z in l["numbers"] if status == "fitted"]
+        columns.append([len(mine), len(good), len(mine) - len(good), sum(l["fitted"] for l in good), sum(l["held"] for l in good), f"{max(worst, default=0):.1f}",
+                        f"{sum(seconds) / max(1, len(seconds)):.0f} s, at most {max(seconds, default=0):.0f} s", sum(len(l["faults"]) for l in mine)])
+    names = ["cases", "usable", "not usable or refused", "values reported as fitted in usable results", "of these within their 95 % intervals",
+             "furthest, nominal deviations", "processor time of a fit", "faults"]
+    return [[name, *values] for name, *values in zip(names, *columns)]
+
+
 def main():
     p = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     p.add_argument("crownfit")
@@ -219,6 +235,12 @@ def main():
         if not lines[number]["faults"] and a.case is None:
             shutil.rmtree(folder)
     summary([lines[n] for n in sorted(lines)])
+    if a.case is None:
+        tables.write(
+            "extremes", title="Fits over the whole range", command=f"./dev bench extremes {a.count}",
+            shows="Fits of random captures over the whole range of every parameter, against their known materials.",
+            columns=["quantity", "made and fitted by `shader`", "path-traced, fitted by `path` with 100,000 paths a photograph"], rows=table([lines[n] for n in sorted(lines)]),
+            notes=["Faults are crashes, more than 900 s, values that are no numbers, missing reasons, and usable values more than 4 deviations off."])
     return 1 if any(l["faults"] for l in lines.values()) else 0
 
 

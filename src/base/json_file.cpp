@@ -49,7 +49,7 @@ class Builder {
     if (HasControlCharacter(k)) return Refuse("a key holds a control character");
     if (object.size() >= kMostKeys) return Refuse("an object has more than " + std::to_string(kMostKeys) + " keys");
     for (const auto& [name, value] : object)
-      if (name == k) return Refuse("key '" + k + "' stands twice in one object");
+      if (name == k) return Refuse("key '" + k + "' occurs twice in one object");
     object.emplace_back(std::move(k), JsonValue());
     return true;
   }
@@ -285,9 +285,8 @@ JsonNode JsonObject::Require(const std::string& key) const {
 namespace {
 
 std::string TextOf(const std::filesystem::path& file) {
-  return ReadWholeFile(
-      file, std::ldexp(InputLimits().json_MiB, 20),
-      "JSON states values; pictures and meshes stand in files of their own. Else: CROWNFIT_MAX_JSON_MIB.");
+  return ReadWholeFile(file, std::ldexp(InputLimits().json_MiB, 20),
+                       "Keep pictures and meshes in files of their own, or raise CROWNFIT_MAX_JSON_MIB.");
 }
 
 }  // namespace

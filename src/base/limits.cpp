@@ -17,7 +17,7 @@ void TakeFromEnvironment(const char* name, double& limit) {
   const auto [stop, error] = std::from_chars(text, end, limit);
   if (error != std::errc() || stop != end || !(limit > 0 && limit <= 1e6))
     throw InputError("", name, "'" + std::string(text).substr(0, 40) + "' is not a number above 0, at most 1000000",
-                     "Correct this environment variable, or unset it: docs/limits.md.");
+                     "Correct this environment variable, or unset it; see docs/limits.md.");
 }
 
 }  // namespace

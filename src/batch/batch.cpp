@@ -162,7 +162,7 @@ class Fitting {
     folder_.CheckRoom(crown.row.id + ": " + reason);
     const bool crashed = (end.signal != 0 || end.exit_code == 4) && !end.was_too_slow && !end.was_too_large;
     if (crashed && attempts_[i]++ < options_.retries) {
-      Tell(crown, reason + ", tried again");
+      Tell(crown, reason + "; it is tried again");
       waiting_.push_back(i);
       return;
     }
@@ -190,14 +190,14 @@ class Fitting {
     if (done > 0) {
       const double per_s = static_cast<double>(done) / passed_s, left_s = static_cast<double>(to_do_ - done) / per_s;
       detail +=
-          Printed(", %.3g a minute, ", 60 * per_s) +
+          Printed(", %.3g per minute, ", 60 * per_s) +
           (left_s < 90 ? Printed("%.0f s left", std::ceil(left_s)) : Printed("%.0f min left", std::ceil(left_s / 60)));
     }
     std::string names;
     for (size_t i : in_work_) names += (names.empty() ? "" : " ") + crowns_[i].row.id;
     if (names.size() > 60) names = names.substr(0, 57) + "...";
     progress_.Show("fitting", static_cast<double>(done) / static_cast<double>(std::max<size_t>(1, to_do_)),
-                   detail + "; in work: " + names);
+                   detail + "; in progress: " + names);
   }
 
   const BatchOptions& options_;
@@ -232,8 +232,9 @@ Manifest GoodManifest(const BatchOptions& options) {
   Manifest manifest = ReadManifest(options.manifest, options.fit, options.shard);
   const std::string faults = manifest.AllFaults();
   if (!manifest.faults.empty() || (!faults.empty() && !options.keep_going))
-    throw InputError("", "", "the manifest has faults:\n" + faults,
-                     manifest.faults.empty() ? "Mend them, or fit the others alone with --keep-going." : "Mend them.");
+    throw InputError(
+        "", "", "the manifest has faults:\n" + faults,
+        manifest.faults.empty() ? "Correct them, or fit only the other rows with --keep-going." : "Correct them.");
   return manifest;
 }
 

@@ -42,8 +42,8 @@ FileLock::FileLock(const fs::path& file, bool is_shared, const fs::path& folder)
   std::ifstream stream(file);
   std::string who;
   std::getline(stream, who);
-  throw InputError(folder, "", "another batch works here (" + who + ")",
-                   "Wait for it, stop it, or give this one another folder.");
+  throw InputError(folder, "", "another batch is running here (" + who + ")",
+                   "Wait for it, stop it, or choose another folder.");
 }
 
 FileLock::~FileLock() { close(handle_); }
@@ -100,7 +100,7 @@ void BatchFolder::CheckRoom(const std::string& failure) const {
   const auto space = fs::space(root_, error);
   if (!error && space.available < kLeast)
     throw InputError(root_, "", "the disk is full (" + std::to_string(space.available >> 10) + " KiB left): " + failure,
-                     "Make room and run the same command again; what is finished stays.");
+                     "Free some space and run the same command again; finished crowns stay.");
 }
 
 void WriteIntoFolder(const fs::path& root, const fs::path& name, const std::string& text) {

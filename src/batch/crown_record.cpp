@@ -110,7 +110,8 @@ CrownRecord RecordOf(const std::filesystem::path& result, const std::filesystem:
       const std::string stamp = StampOf(capture_folder / name, &changed_s);
       const double now_s = std::chrono::duration<double>(std::chrono::system_clock::now().time_since_epoch()).count();
       if (stamp.empty() || (changed_s > begun_s && changed_s < now_s))  // times to come are a clock's mistake
-        throw InputError(capture_folder / name, "", "changed while it was fitted", "Run the same command again.");
+        throw InputError(capture_folder / name, "", "changed while the crown was fitted",
+                         "Run the same command again.");
       record.files.push_back({name, Text(digest), stamp});
     }
   std::error_code ignored;

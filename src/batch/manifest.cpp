@@ -27,7 +27,7 @@ class CsvReader {
     text_ = ReadWholeFile(file, std::ldexp(InputLimits().json_MiB, 20),
                           "Split the manifest, or raise CROWNFIT_MAX_JSON_MIB.");
     if (text_.find('\0') != std::string::npos)
-      throw InputError(file, "", "is no text of one byte a letter: UTF-16, perhaps", "Save it as CSV in UTF-8.");
+      throw InputError(file, "", "is not a UTF-8 text; it may be UTF-16", "Save it as CSV in UTF-8.");
     if (text_.starts_with("\xEF\xBB\xBF")) at_ = 3;
     const std::string header = text_.substr(at_, text_.find('\n', at_) - at_);
     if (header.find(',') == std::string::npos && header.find(';') != std::string::npos) separator_ = ';';
@@ -68,7 +68,8 @@ class CsvReader {
         cells.back() += c;
       }
     }
-    if (quoted) throw InputError(file_, "", "a quoted cell is never closed", "Look for a single \" in the file.");
+    if (quoted)
+      throw InputError(file_, "", "a cell in quotation marks is never closed", "Look for an unpaired \" in the file.");
   }
   std::filesystem::path file_;
   std::string text_;
@@ -93,7 +94,8 @@ std::vector<RawRow> ReadCsv(const std::filesystem::path& file, const FitCommand&
   CsvReader reader(file);
   std::vector<std::string> header, cells;
   size_t line = 0;
-  if (!reader.Next(header, line)) throw InputError(file, "", "the manifest is empty", "Its first line is: id,capture");
+  if (!reader.Next(header, line))
+    throw InputError(file, "", "the manifest is empty", "Begin it with the line: id,capture");
   std::vector<RawRow> rows;
   for (std::string& name : header) {
     name = Trimmed(name);
@@ -188,7 +190,7 @@ std::vector<std::string> Arguments(const RawRow& raw, const FitCommand& fit, std
 
 Manifest ReadManifest(const std::filesystem::path& file, const FitCommand& fit, const std::optional<Shard>& only) {
   std::vector<RawRow> raw_rows = file.extension() == ".json" ? ReadJson(file) : ReadCsv(file, fit);
-  if (raw_rows.empty()) throw InputError(file, "", "the manifest lists no crown", "Give it one row a crown.");
+  if (raw_rows.empty()) throw InputError(file, "", "the manifest lists no crown", "Give it one row per crown.");
   std::set<std::string> known{"id", "capture", "group"};
   std::string columns = "id, capture, group";
   for (const FitColumn& c : fit.columns) {
@@ -216,9 +218,9 @@ Manifest ReadManifest(const std::filesystem::path& file, const FitCommand& fit, 
     const auto first = place_of_id.emplace(row.id, raw.place);
     std::error_code ignored;
     if (!IsGoodId(row.id)) {
-      fault = "id: '" + row.id + "' can't name a folder: letters, digits, '.', '-' and '_', at most 100";
+      fault = "id: '" + row.id + "' can't name a folder; use at most 100 letters, digits, '.', '-' and '_'";
     } else if (!first.second) {
-      fault = "id: '" + row.id + "' stands twice; the first is " + first.first->second;
+      fault = "id: '" + row.id + "' occurs twice; the first is " + first.first->second;
     } else if (row.capture.empty()) {
       fault = "capture: no folder is named";
     } else if (is_mine && !std::filesystem::is_regular_file(row.capture, ignored) &&

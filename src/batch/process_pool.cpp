@@ -50,7 +50,7 @@ void ProcessPool::Start(size_t job, const std::vector<std::string>& arguments,
   const int errors = open(standard_error.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0644);
   if (errors < 0)
     throw InputError(standard_error, "", std::string("can't be written: ") + std::strerror(errno),
-                     "Make room or choose another output folder, and run the same command again.");
+                     "Free some space or choose another output folder, and run the same command again.");
   const int nothing = open("/dev/null", O_RDWR | O_CLOEXEC);
   const int parent = getpid(), pid = fork();
   if (pid == 0) {

@@ -139,7 +139,7 @@ std::string ArrayScript(const BatchOptions& options, size_t shards) {
   command.insert(command.end(), options.fit.defaults.begin(), options.fit.defaults.end());
   return "#!/bin/sh\n"
          "# One task of the array: its share of the crowns. Written by crownfit batch --slurm.\n"
-         "# Stopped early (its time is up, its place is needed), it asks for another turn and goes on where it was.\n" +
+         "# If it is stopped early (time limit, preemption), it requeues itself and continues where it was.\n" +
          Quoted(command) + " --shard \"$SLURM_ARRAY_TASK_ID/" + std::to_string(shards) +
          "\" &\n"
          "fits=$!\n"
@@ -156,8 +156,8 @@ std::string ArrayScript(const BatchOptions& options, size_t shards) {
 
 SlurmSubmission SubmitBatch(const BatchOptions& options, const SlurmOptions& slurm) {
   if (Ask({"sbatch", "--version"}).exit_code != 0)
-    throw InputError("", "--slurm", "sbatch is not to be found on this machine",
-                     "Run this where jobs are submitted, or divide the work with --shard i/n.");
+    throw InputError("", "--slurm", "sbatch was not found on this machine",
+                     "Run the command where jobs are submitted, or divide the work with --shard i/n.");
   const BatchOutcome state = StartBatchFolder(options);
   Submitted submitted = ReadSubmitted(options.output);
   const std::vector<QueuedTask> queued = TasksInQueue(submitted);
@@ -168,9 +168,9 @@ SlurmSubmission SubmitBatch(const BatchOptions& options, const SlurmOptions& slu
   }
   if (submitted.shards > most)
     throw InputError("", "--chunk",
-                     std::to_string(submitted.shards) + " tasks are more than this cluster takes in an array (" +
+                     std::to_string(submitted.shards) + " tasks are more than this cluster accepts in an array (" +
                          std::to_string(most) + ")",
-                     "Give more crowns to a task.");
+                     "Give each task more crowns.");
   SlurmSubmission submission;
   submission.in_queue = queued.size();
   std::vector<size_t> to_submit;
@@ -200,7 +200,7 @@ SlurmSubmission SubmitBatch(const BatchOptions& options, const SlurmOptions& slu
   command.push_back((root / "slurm" / "array.sh").string());
   const Answer answer = Ask(command);
   if (answer.exit_code != 0)
-    throw InputError("", "--slurm", "sbatch refuses: " + answer.text, "It was asked: " + Quoted(command));
+    throw InputError("", "--slurm", "sbatch refused: " + answer.text, "The command was: " + Quoted(command));
   submission.job = answer.text.substr(0, answer.text.find_first_of(";\n"));
   submitted.jobs.push_back(submission.job);
   WriteIntoFolder(options.output, "slurm/jobs.json",

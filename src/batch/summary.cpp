@@ -229,7 +229,7 @@ std::string SummaryHtml(std::span<const CrownOutcome> crowns) {
   std::string html = kPage;
   html += "<h1>" + std::to_string(crowns.size()) + " crowns, " + std::to_string(usable) + " usable</h1>\n";
   html += "<p>Click a heading to sort. Flags: image error: median CIEDE2000 above " + Text(kAcceptable) +
-          "; outlier: more than " + Text(kOutlier) + " robust standard deviations from its group's median.</p>\n";
+          "; outlier: more than " + Text(kOutlier) + " robust standard deviations from the median of its group.</p>\n";
   html +=
       "<table><thead><tr><th>crown<th>photograph, prediction, "
       "difference<th>group<th>status<th>flags<th>CIEDE2000<br><small>median</small><th>95 %";
@@ -256,9 +256,12 @@ std::string SummaryHtml(std::span<const CrownOutcome> crowns) {
     html += "</tr>\n";
   }
   html +=
-      "</tbody></table>\n<h2>Over crowns</h2>\n<p>Usable crowns alone. The mean is weighted by the intervals; its "
-      "error is widened where crowns differ by more than their intervals allow.</p>\n<table><thead><tr><th>group"
-      "<th>parameter<th>crowns<th>mean<th>its error<th>spread over crowns<th>median</tr></thead><tbody>\n";
+      "</tbody></table>\n"
+      "<h2>Statistics of the usable crowns</h2>\n"
+      "<p>The mean is weighted by the intervals. Its error is widened where crowns differ by more than their intervals "
+      "allow.</p>\n"
+      "<table><thead><tr><th>group<th>parameter<th>crowns<th>mean<th>error of mean<th>spread over "
+      "crowns<th>median</tr></thead><tbody>\n";
   for (const GroupStatistics& s : statistics) {
     html += "<tr><td>" + Html(s.group) + "<td>" + Html(s.parameter);
     for (const std::string& n :

@@ -47,7 +47,7 @@ std::vector<Light> LightsFromBalls(const std::vector<BallPhotograph>& photograph
       if (ray) {
         of_light.push_back(*ray);
       } else {
-        notes.push_back("light " + photo.light + ": a ball shows no highlight that stands out; it was not used.");
+        notes.push_back("light " + photo.light + ": a ball shows no clear highlight and was not used.");
       }
     }
   }
@@ -73,7 +73,7 @@ std::vector<Light> LightsFromBalls(const std::vector<BallPhotograph>& photograph
       light.shape = PointLight{found->position_mm, glm::dvec3(distance * distance), distance * std::numbers::pi / 180};
       if (found->rms_sigma > 3)
         notes.push_back("light " + name + ": its balls disagree by " + Text(found->rms_sigma) +
-                        " standard deviations; a large lamp, or another reflection taken for it?");
+                        " standard deviations. The lamp may be large, or another reflection was taken for it.");
     } else {
       constexpr double kDegree = std::numbers::pi / 180, kDisagree = 3.0;
       const double n = static_cast<double>(of_light.size());
@@ -87,13 +87,12 @@ std::vector<Light> LightsFromBalls(const std::vector<BallPhotograph>& photograph
       light.shape = DirectionalLight{mean, glm::dvec3(1.0), kDegree};
       if (n < 2)
         notes.push_back("light " + name +
-                        ": one ball tells a direction and no distance; if the lamp is nearer than some metres, "
-                        "photograph two or more, far apart, with --camera.");
+                        ": one ball gives the direction but not the distance. If the lamp is nearer than some metres, "
+                        "photograph two or more balls, far apart, and give --camera.");
       else if (disagree > kDisagree)
-        notes.push_back(
-            "light " + name + ": its balls point in directions that differ by " + Text(disagree) +
-            " standard deviations. Another lamp's reflection taken for it, or a near lamp, whose place balls "
-            "further apart would tell (with --camera)? The direction is their mean.");
+        notes.push_back("light " + name + ": the directions from its balls differ by " + Text(disagree) +
+                        " standard deviations; their mean is used. Another lamp's reflection may have been taken for "
+                        "it, or the lamp is near: then place the balls further apart and give --camera.");
     }
     lights.push_back(light);
   }

@@ -161,10 +161,11 @@ BoardView FindTags(const cv::Mat& grey, const Board& board) {
 
 std::string FaultOf(const Board& board) {
   if (board.columns < 2 || board.rows < 2) return "--corners: expected COLUMNSxROWS, each at least 2, such as 9x6";
-  if (!(board.square_mm > 0)) return "--square-mm: the squares' size as measured on the print, in mm, is needed";
-  if (board.marker_mm >= board.square_mm) return "--marker-mm: a marker is smaller than its square";
+  if (!(board.square_mm > 0)) return "--square-mm: give the width of a square in mm, as measured on the print";
+  if (board.marker_mm >= board.square_mm) return "--marker-mm: a marker must be smaller than its square";
   if (board.kind == BoardKind::kChessboard && board.columns == board.rows)
-    return "--corners: a chessboard with as many rows as columns looks the same turned by 90 degrees; use another";
+    return "--corners: a chessboard with as many rows as columns looks the same after a quarter turn; use another "
+           "board";
   return "";
 }
 

@@ -76,10 +76,9 @@ Product CameraProduct(const std::vector<CameraView>& views, int width, int heigh
     throw InputError("", "",
                      "the board was found in " + std::to_string(found) + " of " + std::to_string(views.size()) +
                          " photographs; at least " + std::to_string(kLeastViews) + " are needed",
-                     found
-                         ? advice
-                         : "Are --board, --corners and --dictionary those of the printed board? A photograph taken in "
-                           "a mirror has to be flipped back first.");
+                     found ? advice
+                           : "Check that --board, --corners and --dictionary are those of the printed board. Flip "
+                             "photographs that were taken in a mirror.");
   const auto estimate = EstimateCamera(views, width, height, distortion);
   Check(estimate.has_value(), "four views make a camera");
   const Camera& camera = estimate->camera;
@@ -115,27 +114,27 @@ Product CameraProduct(const std::vector<CameraView>& views, int width, int heigh
     if (std::find(estimate->used.begin(), estimate->used.end(), v) != estimate->used.end()) continue;
     product.notes.push_back(views[v].name + ": " +
                             (views[v].corners.pixel.size() < 6
-                                 ? "the board was not found; left out"
+                                 ? "the board was not found; the photograph is left out"
                                  : "does not fit the others (rms " + Text(estimate->view_rms_px[v], "px") +
-                                       "); left out: another board, a moved camera or another focus?"));
+                                       "); it is left out. It may show another board, or focus or zoom changed."));
   }
   if (estimate->used.size() < kLeastViews)
     product.refusals.push_back("only " + std::to_string(estimate->used.size()) +
                                " photographs agree with each other. " + advice);
   if (estimate->tilt_range_deg < kLeastTilt_deg)
-    product.refusals.push_back("the boards are all but parallel (" + Text(estimate->tilt_range_deg, "degrees") +
-                               " between the most different two): focal length and distance can't be told apart. " +
+    product.refusals.push_back("the boards are almost parallel (" + Text(estimate->tilt_range_deg, "degrees") +
+                               " between the most different two), so focal length and distance can't be separated. " +
                                advice);
   if (estimate->rms_px > kLargestRms_px)
     product.refusals.push_back("rms " + Text(estimate->rms_px, "px") + " is over " + Text(kLargestRms_px, "px") +
-                               ": are --corners and --square-mm those of the board, is it flat, was the zoom or the "
-                               "focus changed in between?");
+                               ". Check --corners and --square-mm, that the board is flat, and that zoom and focus did "
+                               "not change in between.");
   if (const double error = std::max(s[0] / camera.fx, s[1] / camera.fy); error > kLargestFocalError)
-    product.refusals.push_back("the focal length is known to " + Text(100 * error, "%") + " only, of at most " +
+    product.refusals.push_back("the focal length is only known to " + Text(100 * error, "%") + ", above the limit of " +
                                Text(100 * kLargestFocalError, "%") + ". " + advice);
   if (coverage < kGoodCoverage)
     product.notes.push_back("corners cover " + Text(100 * coverage, "%") +
-                            " of the picture; distortion is extrapolated over the rest.");
+                            " of the picture; the distortion is extrapolated over the rest.");
   product.picture = CameraPicture(views, *estimate);
   return product;
 }

@@ -54,8 +54,8 @@ Product ColourProduct(const Chart& chart, const std::vector<PatchReading>& found
     }
     product.refusals.push_back(
         "only " + std::to_string(undamaged) + " of " + std::to_string(readings.size()) + " patches can be used" +
-        (saturated ? ", " + std::to_string(saturated) + " are saturated: expose for the white patch at 0.8"
-                   : ": is the chart partly hidden, or in glare?"));
+        (saturated ? ", " + std::to_string(saturated) + " are saturated. Expose the white patch to 0.8 of full scale."
+                   : ". Keep the whole chart in the picture and out of glare."));
     if (source.picture) product.picture = ColourPicture(chart, readings, nullptr, *source.picture);
     return product;
   }
@@ -73,33 +73,32 @@ Product ColourProduct(const Chart& chart, const std::vector<PatchReading>& found
                      {"fall_off", 100 * estimate->fall_off, "% across the chart"},
                      {"fall_off_stddev", 100 * estimate->fall_off_stddev, "%"}};
   if (estimate->transform.root_polynomial)
-    product.notes.push_back("a root polynomial predicts left-out patches better than a matrix and is used.");
+    product.notes.push_back("a root polynomial is used, because it predicts left-out patches better than a matrix.");
   for (size_t p = 0; p < readings.size(); ++p)
     if (!readings[p].damage.empty())
       product.notes.push_back("patch " + std::to_string(p + 1) + " (" + chart.patches[p].name +
                               ") is not used: " + readings[p].damage);
   if (source.is_encoded)
-    product.notes.push_back(
-        std::string("the photograph is encoded for display") + (source.is_jpeg ? " (JPEG)" : "") +
-        ": its white balance and tone curve may differ from picture to picture, and this file holds for "
-        "this one. Photograph in RAW.");
+    product.notes.push_back(std::string("the photograph is encoded for display") + (source.is_jpeg ? " (JPEG)" : "") +
+                            ". Its white balance and tone curve may differ from picture to picture, so this file is "
+                            "only valid for this picture. Photograph in RAW.");
   if (std::abs(estimate->tone_slope - 1) > kLargestTone)
-    product.refusals.push_back(
-        "grey patches follow the light with a slope of " + Text(estimate->tone_slope) +
-        " in place of 1: a tone curve or glare. Photograph in RAW, tilt the chart out of the lamp's reflection.");
+    product.refusals.push_back("grey patches follow the light with a slope of " + Text(estimate->tone_slope) +
+                               " instead of 1, because of a tone curve or glare. Photograph in RAW, and tilt the chart "
+                               "out of the lamp's reflection.");
   else if (std::abs(estimate->tone_slope - 1) > kGoodTone)
     product.notes.push_back("grey patches follow the light with a slope of " + Text(estimate->tone_slope) +
-                            " in place of 1.");
+                            " instead of 1.");
   if (estimate->fall_off > std::max(0.1, 3 * estimate->fall_off_stddev))
     product.notes.push_back("the light changes by " + Text(100 * estimate->fall_off, "%") +
-                            " across the chart: photograph a white card in its place and give it as --flat-field.");
+                            " across the chart. Photograph a white card in its place and give it as --flat-field.");
   if (estimate->used.size() < kLeastPatches)
-    product.refusals.push_back("only " + std::to_string(estimate->used.size()) + " patches can be used, of at least " +
+    product.refusals.push_back("only " + std::to_string(estimate->used.size()) + " patches can be used, fewer than " +
                                std::to_string(kLeastPatches));
   if (estimate->mean > kLargestMean)
-    product.refusals.push_back("the patches are left with a mean dE00 of " + Text(estimate->mean) + ", of at most " +
+    product.refusals.push_back("the mean dE00 of the patches is " + Text(estimate->mean) + ", above the limit of " +
                                Text(kLargestMean) +
-                               ": mixed light, over-exposure, a tone curve, or another chart (--chart)?");
+                               ". Check for mixed light, over-exposure, a tone curve, or another chart (--chart).");
   else if (estimate->mean > kGoodMean)
     product.notes.push_back("a mean dE00 of " + Text(estimate->mean) +
                             " is large; 1 to 2 is usual for RAW and even light.");
@@ -153,21 +152,20 @@ Product GreyCardProduct(const Image& linear, const std::array<double, 4>& rectan
                      {"blue_over_green_scatter", std::sqrt(squares.z), ""},
                      {"unevenness", 100 * (high - low), "% across the card"}};
   product.notes.push_back(
-      "a grey card gives the white balance alone: colours stay the camera's own, and CIEDE2000 of coloured things is "
-      "off "
-      "by some units. A ColorChecker gives them.");
+      "a grey card gives only the white balance. Colours stay the camera's own, so CIEDE2000 of coloured objects is "
+      "off by some units. Use a ColorChecker for colours.");
   if (source.is_encoded)
     product.notes.push_back(
-        "the photograph is encoded for display: its tone curve is taken for sRGB's. Photograph in "
-        "RAW.");
+        "the photograph is encoded for display; its tone curve is assumed to be that of sRGB. Photograph in RAW.");
   if (saturated > all / 1000)
     product.refusals.push_back(Text(100.0 * static_cast<double>(saturated) / static_cast<double>(all), "%") +
-                               " of the card is saturated: expose it to 0.5 of full scale");
+                               " of the card is saturated. Expose the card to 0.5 of full scale.");
   if (!(mean.y > kLeastSignal) || !(mean.x > 0) || !(mean.z > 0))
-    product.refusals.push_back("the card is too dark (" + Text(mean.y) + "), or the rectangle does not show it");
+    product.refusals.push_back("the card is too dark (" + Text(mean.y) +
+                               "), or the rectangle is not on it. Expose it to 0.5 of full scale.");
   if (high - low > kLargestUnevenness)
     product.refusals.push_back("the light changes by " + Text(100 * (high - low), "%") +
-                               " over the rectangle: glare, a shadow, or not the card alone");
+                               " over the rectangle. Avoid glare and shadows, and keep the rectangle on the card.");
   else if (high - low > kGoodUnevenness)
     product.notes.push_back("the light changes by " + Text(100 * (high - low), "%") + " over the rectangle.");
   if (source.picture) {

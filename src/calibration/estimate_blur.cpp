@@ -238,9 +238,9 @@ Product BlurProduct(const Image& linear, const BlurInput& input) {
                           Text(100 * fit->rms, "% of the step"));
       }
   if (fits.empty() || fits[0].empty())
-    throw InputError(
-        "", "", "no edge could be measured: they are too short (at least 25 px), saturated, or without contrast",
-        "Photograph the printed square so that it is 100 px wide or more and its paper at half of saturation.");
+    throw InputError("", "",
+                     "no edge could be measured: the edges are shorter than 25 px, saturated, or without contrast",
+                     "Photograph the printed square at least 100 px wide, with the paper at half of saturation.");
   const auto mean_of = [&](auto value) {
     double sum = 0, squares = 0, n = 0;
     for (const auto& channel : fits)
@@ -296,7 +296,8 @@ Product BlurProduct(const Image& linear, const BlurInput& input) {
                                  Text(*input.dark_reflectance) + " is too high, or the black level was not removed");
     glare = std::max(glare, 0.0);
   } else {
-    product.notes.push_back("veiling glare was not measured: it needs --dark-reflectance (a hole into a dark box: 0).");
+    product.notes.push_back(
+        "veiling glare was not measured, because it needs --dark-reflectance (0 for a hole into a dark box).");
   }
   product.content.emplace_back("veiling_glare", glare);
   product.content.emplace_back(
@@ -309,11 +310,11 @@ Product BlurProduct(const Image& linear, const BlurInput& input) {
     for (const EdgeFit& fit : channel) least = std::min(least, fit.sigma_px), most = std::max(most, fit.sigma_px);
   if (sigma > kLargest_px)
     product.refusals.push_back("sigma " + Text(sigma, "px") + " is over " + Text(kLargest_px, "px") +
-                               ": out of focus, or the aperture is too small for this pixel pitch");
+                               ". Focus on the square, or open the aperture if it is too small for this pixel pitch.");
   if (most > kDirections * least && most - least > 0.3)
     product.refusals.push_back(
         "sigma is " + Text(least) + " to " + Text(most, "px") +
-        " from edge to edge or colour to colour: the camera shook, or the square is not in focus throughout");
+        " between edges or colours. The camera shook, or part of the square is out of focus: photograph it again.");
   product.picture = BlurPicture(linear, input.edges, lines);
   return product;
 }

@@ -194,7 +194,7 @@ std::vector<PatchReading> InOrder(const Chart& chart, const std::vector<PatchRea
   const Order best = BestOrder(chart, readings);
   if (best.agreement < 0.8)
     fault = "the patches are not those of a " + chart.name + " in any order (agreement " + Text(best.agreement) +
-            "): is part of it hidden, or is it another chart?";
+            "). Check that no part of it is hidden, and that --chart names this chart.";
   else if (best.is_mirrored != SeenFromBehind(readings[0]))
     fault = "the chart is mirrored: flip the photograph back";
   if (!fault.empty()) return {};

@@ -228,15 +228,14 @@ Product LightsProduct(const std::vector<Light>& geometry, const std::vector<Card
     if (start.Stddev_mm() > 0) product.figures.push_back({start.name + "_stddev", start.Stddev_mm(), "mm"});
     if (start.stddev_deg > 0) product.figures.push_back({start.name + "_direction_stddev", start.stddev_deg, "deg"});
     if (start.stddev_deg > kLargest_deg)
-      product.refusals.push_back("light " + start.name + ": its direction is known to " +
-                                 Text(start.stddev_deg, "degrees") +
-                                 " only: photograph the ball larger (100 px or more)");
+      product.refusals.push_back("light " + start.name + ": its direction is only known to " +
+                                 Text(start.stddev_deg, "degrees") + ". Photograph the ball at least 100 px wide.");
     if (of_light.empty()) {
       product.notes.push_back("light " + start.name + ": no card was photographed under it" +
                               (start.scale_is_free
-                                   ? "; its intensity is not known (1 at the ball), and stays free in every fit. "
-                                     "Absorption is told far better by a known one."
-                                   : "; its intensity is as the rig states it."));
+                                   ? ", so its intensity is unknown (1 at the ball) and every fit frees it. Absorption "
+                                     "is determined far better if the intensity is known."
+                                   : "; its intensity is that of the rig."));
     } else if (const auto fit = FitCards(start, of_light, refine)) {
       light = fit->light;
       // A good card's reflectance is known to a hundredth.
@@ -246,25 +245,27 @@ Product LightsProduct(const std::vector<Light>& geometry, const std::vector<Card
           {start.name + "_intensity_stddev", 100 * std::max({fit->stddev.x, fit->stddev.y, fit->stddev.z}), "%"});
       if (refine) product.figures.push_back({start.name + "_moved", fit->moved_mm, "mm"});
       if (fit->rms > kLargestRms)
-        product.refusals.push_back(
-            "light " + start.name + ": the card's shading disagrees with where the lamp is said to be by " +
-            Text(100 * fit->rms, "%") + ": a wrong place, a second lamp, a glossy card, or a wrong card pose");
+        product.refusals.push_back("light " + start.name +
+                                   ": the card's shading disagrees with the place of the lamp by " +
+                                   Text(100 * fit->rms, "%") +
+                                   ". Check the place of the lamp, the pose of the card, that no second lamp is on, "
+                                   "and that the card is matt.");
       else if (fit->rms > kGoodRms)
-        product.notes.push_back("light " + start.name + ": the card's shading is left with " +
-                                Text(100 * fit->rms, "%") + ": is the lamp larger than stated, or uneven?");
+        product.notes.push_back("light " + start.name + ": the card's shading differs from the prediction by " +
+                                Text(100 * fit->rms, "%") + ". The lamp may be larger than stated, or uneven.");
       for (size_t k = 0; k < of_light.size(); ++k) drawn.push_back({of_light[k], {fits.size(), k}});
       fits.push_back(*fit);
     } else {
-      product.refusals.push_back("light " + start.name +
-                                 ": the card could not be read: saturated, outside the picture, or its pose "
-                                 "is wrong");
+      product.refusals.push_back(
+          "light " + start.name +
+          ": the card could not be read. It is saturated or outside the picture, or its pose is wrong.");
     }
     lights.push_back(light);
   }
   for (const auto& card : cards)
     if (std::none_of(geometry.begin(), geometry.end(), [&](const Light& l) { return l.name == card.light; }))
       product.refusals.push_back("a card was photographed under '" + card.light +
-                                 "', a light that is neither on a ball nor in the rig");
+                                 "', but this light is neither on a ball nor in the rig");
   product.content = {{"lights", LightsJson(lights)}};
   std::vector<std::pair<const CardPhotograph*, const std::vector<CardFit::Sample>*>> pictures;
   for (const auto& [card, at] : drawn) pictures.emplace_back(card, &fits[at.first].samples[at.second]);

@@ -123,8 +123,9 @@ Product MarkerPosesProduct(const std::vector<PosedPhotograph>& photographs, cons
     const auto pose = EstimatePose(photo.view, camera);
     if (!pose || pose->corners < kLeastCorners) {
       product.refusals.push_back(photo.name + ": shows " + std::to_string(photo.view.pixel.size()) +
-                                 " corners of markers, of at least " + std::to_string(kLeastCorners) +
-                                 ": is the jig in the picture, sharp, not in a mirror, and of the right kind?");
+                                 " corners of markers, fewer than " + std::to_string(kLeastCorners) +
+                                 ". Check that the jig or board is in the picture, sharp, not seen in a mirror, and "
+                                 "the one that --jig or --board states.");
       continue;
     }
     const auto& c = pose->covariance;
@@ -139,12 +140,12 @@ Product MarkerPosesProduct(const std::vector<PosedPhotograph>& photographs, cons
     product.figures.push_back({photo.name + "_along_view_stddev", std::sqrt(place[2][2]), "mm"});
     if (pose->left_out)
       product.notes.push_back(photo.name + ": " + std::to_string(pose->left_out) +
-                              " corners lie elsewhere and were left out.");
+                              " corners do not fit the others and were left out.");
     if (pose->rms_px > kLargestRms_px)
-      product.refusals.push_back(
-          photo.name + ": corners are left " + Text(pose->rms_px, "px") + " off, of at most " +
-          Text(kLargestRms_px, "px") +
-          ": is the camera file that of this lens, focus and picture size, and the jig flat and printed at 100 %?");
+      product.refusals.push_back(photo.name + ": the corners are off by " + Text(pose->rms_px, "px") +
+                                 ", above the limit of " + Text(kLargestRms_px, "px") +
+                                 ". Check that the camera file is for this lens, focus and picture size, and that the "
+                                 "jig is flat and printed at 100 %.");
     poses.push_back({photo.name, pose->camera_from_board, pose->covariance});
     if (product.picture.width == 0) product.picture = PosePicture(photo, camera, *pose);
   }

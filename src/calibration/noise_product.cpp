@@ -54,7 +54,7 @@ Product NoiseProduct(const std::vector<std::pair<const Image*, const Image*>>& p
     const auto channel = EstimateChannelNoise(pairs, darks, c);
     if (!channel)
       throw InputError("", "", "the photographs show too few levels of brightness between black and saturation",
-                       "Photograph a scene with everything from dark to nearly white, twice, without moving anything.");
+                       "Photograph a scene with everything from dark to nearly white twice, without moving anything.");
     channels.push_back(*channel);
   }
   Product product;
@@ -91,37 +91,39 @@ Product NoiseProduct(const std::vector<std::pair<const Image*, const Image*>>& p
     product.figures.push_back({"nonlinearity" + suffix, 100 * n.nonlinearity, "%"});
     product.figures.push_back({"reduced_chi2" + suffix, n.chi2, ""});
     if (n.gain < 2 * n.gain_stddev)
-      product.refusals.push_back("channel " + std::string(names[c]) + ": the gain is not measured (" + Text(n.gain) +
-                                 " +- " + Text(n.gain_stddev) +
-                                 "). Were the photographs smoothed, or all equally dark?");
+      product.refusals.push_back(
+          "channel " + std::string(names[c]) + ": the gain is not measured (" + Text(n.gain) + " +- " +
+          Text(n.gain_stddev) +
+          "). The photographs may be smoothed, or all equally dark: use RAW, and a scene from dark to nearly white.");
     product.figures.push_back({"shift" + suffix, n.shift_px, "px"});
     if (n.shift_px > 0.2)
       product.refusals.push_back("two photographs of a pair are shifted by " + Text(n.shift_px, "px") +
                                  ": the camera or the scene moved. Use a tripod and a remote release.");
     else if (n.shift_px > 0.05)
       product.notes.push_back("two photographs of a pair are shifted by " + Text(n.shift_px, "px") +
-                              "; only even places were used.");
+                              "; only places without edges were used.");
     if (n.nonlinearity > 0.05)
-      product.refusals.push_back("channel " + std::string(names[c]) + ": the values leave proportion to the light by " +
-                                 Text(100 * n.nonlinearity, "%") +
-                                 ". Photograph in RAW, or undo the camera's tone curve.");
+      product.refusals.push_back(
+          "channel " + std::string(names[c]) + ": the values are not proportional to the light; they depart by " +
+          Text(100 * n.nonlinearity, "%") + ". Photograph in RAW, or undo the camera's tone curve.");
     constexpr double kPoor = 30.0;
     if (n.chi2 > kPoor)
-      product.notes.push_back("channel " + std::string(names[c]) +
-                              ": the variance does not go with the value as light's does (reduced chi2 " +
-                              Text(n.chi2) + "). Smoothed or compressed files, or flicker? Deviations allow for it.");
+      product.notes.push_back(
+          "channel " + std::string(names[c]) + ": the variance does not follow photon noise (reduced chi2 " +
+          Text(n.chi2) +
+          "). The files may be smoothed or compressed, or the light flickered. The standard deviations allow for it.");
     if (n.hidden_black > 0)
-      product.notes.push_back("channel " + std::string(names[c]) + ": values are as if about " + Text(n.hidden_black) +
-                              " of full scale were a black level, which is not taken off. Photograph with the lens "
-                              "covered and give the files as --dark.");
+      product.notes.push_back(
+          "channel " + std::string(names[c]) + ": the values suggest a black level of about " + Text(n.hidden_black) +
+          " of full scale, which was not subtracted. Photograph with the lens covered and give the files as --dark.");
     else if (n.read_noise == 0)
-      product.notes.push_back("channel " + std::string(names[c]) + ": the read noise is too small to be seen.");
+      product.notes.push_back("channel " + std::string(names[c]) + ": the read noise is too small to be measured.");
   }
-  if (!any_saturates) product.notes.push_back("nothing was saturated: the file's full scale counts as saturation.");
+  if (!any_saturates) product.notes.push_back("no pixel was saturated, so full scale counts as saturation.");
   for (size_t c = 0; any_saturates && c < channels.size(); ++c)
     if (!channels[c].saturation)
       product.notes.push_back("channel " + std::string(names[c]) +
-                              " was not saturated: the file's full scale counts as its saturation.");
+                              " was not saturated, so full scale counts as its saturation.");
   product.picture = NoisePicture(channels);
   return product;
 }

@@ -52,22 +52,22 @@ Product ScanPosesProduct(const TriangleMesh& mesh, const std::vector<std::string
     product.figures.push_back({name + "_across_stddev", std::sqrt(std::max(place[0][0], place[1][1])), "mm"});
     product.figures.push_back({name + "_along_view_stddev", std::sqrt(place[2][2]), "mm"});
     if (a.contrast[i] < kLeastContrast)
-      product.refusals.push_back(name + ": the object has the colours of what surrounds it (contrast " +
-                                 Text(a.contrast[i]) + ", of at least " + Text(kLeastContrast) +
-                                 "): photograph it on a ground of another colour, or use a jig");
+      product.refusals.push_back(name + ": the object has nearly the colour of its surroundings (contrast " +
+                                 Text(a.contrast[i]) + ", below the limit of " + Text(kLeastContrast) +
+                                 "). Photograph it on a background of another colour, or use a jig.");
     else if (a.matched[i] < kLeastMatched || a.rms_px[i] > kLargestRms_px * scale)
       product.refusals.push_back(
-          name + ": " + Text(100 * a.matched[i], "%") + " of the outline found an edge, left " +
+          name + ": " + Text(100 * a.matched[i], "%") + " of the outline lies on an edge, off by " +
           Text(a.rms_px[i], "px") +
-          " off: the rough pose is too far away, the scan is another object or not in mm, or the camera file is wrong");
+          ". The rough pose is too far off, the scan is of another object or not in mm, or the camera file is wrong.");
     else if (a.from_start >= 1.0)
-      product.refusals.push_back(name +
-                                 ": the outline fits best further from the rough pose than three times --search-mm and "
-                                 "--search-deg: look at the picture; give a better rough pose, or search further if it "
-                                 "is that rough");
+      product.refusals.push_back(
+          name +
+          ": the outline fits best more than three times --search-mm and --search-deg away from the rough pose. Look "
+          "at the picture, and give a better rough pose, or search further.");
     else if (a.matched[i] < kGoodMatched)
       product.notes.push_back(name + ": only " + Text(100 * a.matched[i], "%") +
-                              " of the outline found an edge; look at the picture.");
+                              " of the outline lies on an edge. Look at the picture.");
     poses.push_back({name, a.camera_from_object[i], c});
     AppendBelow(product.picture, Overlay(caster, parts, photographs[k], a.camera_from_object[i]));
   }
@@ -78,12 +78,13 @@ Product ScanPosesProduct(const TriangleMesh& mesh, const std::vector<std::string
     product.figures.push_back({"size", 100 * (1 + a.larger), "% of the mesh"});
     product.figures.push_back({"size_stddev", 100 * a.larger_stddev, "%"});
     if (const double off = std::abs(a.larger); off > 3 * a.larger_stddev && off > kLargestSize)
-      product.refusals.push_back("the object is " + Text(100 * a.larger, "%") + " larger than its mesh: " +
-                                 (off > 0.15 ? "a mesh enlarged for sintering, or not in mm"
-                                             : "a jig printed at another scale, or another crown"));
+      product.refusals.push_back("the object is " + Text(100 * a.larger, "%") + " larger than its mesh. " +
+                                 (off > 0.15
+                                      ? "The mesh may be enlarged for sintering, or not in mm."
+                                      : "The jig may be printed at another scale, or the crown is another one."));
     else if (off > 3 * a.larger_stddev && off > kGoodSize)
       product.notes.push_back("the object is " + Text(100 * a.larger, "%") +
-                              " larger than its mesh: was the jig printed at 100 %?");
+                              " larger than its mesh. Check that the jig was printed at 100 %.");
   }
   product.content = {{"poses", PosesJson(poses)}};
   return product;

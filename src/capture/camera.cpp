@@ -32,9 +32,9 @@ Camera ReadCamera(const std::filesystem::path& path) {
   const auto focal = [&](const char* key) {
     const double side = std::max(camera.width, camera.height), f = root.Require(key).Positive();
     if (f < kShortest * side || f > kLongest * side)
-      root.Require(key).Fail("no lens has such a focal length with a picture of " + std::to_string(camera.width) +
+      root.Require(key).Fail("this focal length is not plausible for a picture of " + std::to_string(camera.width) +
                                  " x " + std::to_string(camera.height) + " pixels",
-                             "It is in pixels: half the width for a lens that sees 90 degrees.");
+                             "Give it in pixels: a lens with a field of view of 90 degrees has half the width.");
     return f;
   };
   camera.fx = focal("fx");

@@ -36,7 +36,8 @@ std::optional<ThicknessField> ReadThicknessField(const JsonObject& layer) {
   const auto zones = object.Find("zones"), property = object.Find("vertex_property");
   if (!zones && !property) return std::nullopt;
   if (node->Members().size() != 1)
-    node->Fail("\"zones\" and \"vertex_property\" stand alone", "Fit \"thickness_scale\", which multiplies them.");
+    node->Fail("\"zones\" or \"vertex_property\" must be the only key of a thickness",
+               "To fit the thickness, free \"thickness_scale\", which multiplies it.");
   ThicknessField field;
   if (property) field.vertex_property = property->String();
   if (zones) {
@@ -108,7 +109,8 @@ void ReadObject(const JsonNode& node, bool has_shape, Capture& capture) {
     LayerSpec spec;
     spec.name = layer.Require("name").Name();
     if (spec.name == "surface")
-      layer.Require("name").Fail("\"surface\" stands for what all layers share", "Name the layer otherwise.");
+      layer.Require("name").Fail("a layer can't be called \"surface\", which names the parameters of the outer surface",
+                                 "Choose another name.");
     for (const auto& other : capture.layers)
       if (other.name == spec.name) layer.Require("name").Fail("two layers are called '" + spec.name + "'");
     if (const auto surface = layer.Find("surface")) spec.surface = ReadPath(*surface, capture);
@@ -127,22 +129,22 @@ void ReadObject(const JsonNode& node, bool has_shape, Capture& capture) {
     const JsonObject keys(where, layer_keys);
     if (capture.layers[i + 1].surface && layer[Quantity::kThickness].stated && !layer[Quantity::kThickness].fixed)
       keys.Require("thickness_mm")
-          .Fail("the next layer has a surface of its own, which decides the thickness",
-                "Free thickness_scale instead.");
+          .Fail("the next layer has a surface of its own, which sets the thickness", "Free thickness_scale instead.");
     if (capture.layers[i + 1].surface && (layer.thickness_field || layer.junction_noise.amplitude_mm > 0))
       keys.Require(layer.thickness_field ? "thickness_mm" : "junction_noise")
-          .Fail("the next layer has a surface of its own, which decides the thickness", "Remove one of the two.");
+          .Fail("the next layer has a surface of its own, which sets the thickness",
+                "Remove this key, or the surface of the next layer.");
     if (!capture.layers[i + 1].surface && layer[Quantity::kThicknessScale].stated && !layer.thickness_field)
       keys.Require("thickness_scale").Fail("the next layer has no surface of its own", "State thickness_mm instead.");
     if (has_shape && !capture.layers[i + 1].surface && !layer[Quantity::kThickness].stated && !layer.thickness_field)
       throw InputError(capture.file, where.key() + ".thickness_mm", "this required key is missing",
-                       "The next layer has no surface, so this layer's thickness makes it.");
+                       "The next layer has no surface of its own, so this thickness defines it.");
   }
 
   const LayerSpec& last = capture.layers.back();
   if (last.thickness_field || last.junction_noise.amplitude_mm > 0)
     layers.Items().back().Fail("the last layer has no junction below it",
-                               "Zones, vertex properties and noise shape the next layer.");
+                               "Remove it: zones, vertex properties and noise shape the next layer.");
 
   JsonValue empty{JsonValue::Object()};
   const JsonNode nothing(&empty, &capture.file, "object.surface");
@@ -179,7 +181,7 @@ void ReadObject(const JsonNode& node, bool has_shape, Capture& capture) {
   if (const auto neck = object.Find("neck")) {
     const std::string word = neck->OneOf({"air", "absorbing", "root"});
     if (word != "root" && capture.surface[static_cast<size_t>(Quantity::kNeckReturn)].stated)
-      neck->Fail("surface.neck_return is about a neck that is \"root\"", "State \"root\", or remove neck_return.");
+      neck->Fail("surface.neck_return needs the neck \"root\"", "Write \"root\", or remove neck_return.");
     capture.neck = word == "air" ? Neck::kAir : word == "absorbing" ? Neck::kAbsorbing : Neck::kRoot;
   }
 }
@@ -194,23 +196,24 @@ PhotographSpec ReadPhotographSpec(const JsonNode& node, Capture& capture) {
   for (const auto& other : capture.photographs)
     if (other.name == photo.name) o.Require("name").Fail("two photographs are called '" + photo.name + "'");
   if (photo.name.find('/') != std::string::npos || photo.name[0] == '.')
-    o.Require("name").Fail("a photograph's name becomes a file name: no '/', no leading '.'");
+    o.Require("name").Fail("a photograph's name becomes a file name: it can't contain '/' or begin with '.'");
   photo.files.image = ReadPath(o.Require("file"), capture);
   photo.camera_file = ReadPath(o.Require("camera"), capture);
   photo.camera = ReadCamera(photo.camera_file);
   const JsonNode pose = o.Require("camera_from_object");
   photo.camera_from_object = ReadRigidTransform(pose);
   if (glm::length(photo.camera_from_object.translation_mm) > kFarthestPlace_mm)
-    pose.Fail("photograph '" + photo.name + "' was taken from more than 100 m", "translation_mm is in mm.");
+    pose.Fail("photograph '" + photo.name + "' was taken from more than 100 m", "Give translation_mm in mm.");
   photo.pose_covariance = ReadPoseCovariance(pose);
   const auto lights = o.Require("lights").Items();
   if (lights.size() > kMostLights)
     o.Require("lights").Fail(std::to_string(lights.size()) + " lights are more than " + std::to_string(kMostLights),
-                             "Describe many small lamps as one: a ring, a rectangle, an environment map.");
+                             "Combine small lamps into one: a ring, a rectangle or an environment map.");
   for (const auto& light : lights) {
     photo.lights.push_back(IndexOf(capture.lights, light.String(), light, "light"));
     if (std::count(photo.lights.begin(), photo.lights.end(), photo.lights.back()) > 1)
-      light.Fail("light '" + light.String() + "' stands twice", "It would count twice; scale it in the light rig.");
+      light.Fail("light '" + light.String() + "' is listed twice",
+                 "List it once. To make it brighter, scale it in the light rig.");
   }
   if (const auto p = o.Find("polarisation")) {
     const std::string word = p->OneOf({"none", "cross", "parallel"});
@@ -223,7 +226,7 @@ PhotographSpec ReadPhotographSpec(const JsonNode& node, Capture& capture) {
   if (const auto backing = o.Find("backing"); backing && backing->String() != "none")
     photo.backing = IndexOf(capture.backings, backing->String(), *backing, "backing");
   if (photo.backing && !capture.backings[*photo.backing].has_place)
-    o.Require("backing").Fail("this backing has no place", "State its point_mm and normal in object.backings.");
+    o.Require("backing").Fail("this backing has no position", "State its point_mm and normal in object.backings.");
   if (const auto scenery = o.Find("scenery"))
     for (const auto& thing : scenery->Items(kMostThings))
       photo.scenery.push_back(IndexOf(capture.scenery, thing.String(), thing, "piece of scenery"));
@@ -262,14 +265,14 @@ void ReadMeasurements(const JsonNode& node, Capture& capture) {
         item.Fail("two measurements are called '" + m.name + "'");
       } else if (!m.sample.empty() && other.sample == m.sample &&
                  (other.thickness_mm != m.thickness_mm || other.thickness_stddev_mm != m.thickness_stddev_mm)) {
-        item.Fail("'" + m.name + "' and '" + other.name + "' are of one sample and state its thickness differently",
-                  "State thickness_mm and thickness_stddev_mm alike, or name two samples.");
+        item.Fail("'" + m.name + "' and '" + other.name + "' are of one sample but state different thicknesses",
+                  "State the same thickness_mm and thickness_stddev_mm, or name two samples.");
       }
     capture.measurements.push_back(m);
   }
   if (std::all_of(capture.measurements.begin(), capture.measurements.end(),
                   [](const FlatMeasurement& m) { return m.is_holdout; }))
-    node.Fail("no measurement is there to be fitted", "List at least one without \"use\": \"holdout\".");
+    node.Fail("there is no measurement to fit", "List at least one measurement without \"use\": \"holdout\".");
 }
 
 Capture ReadAs(const std::string& format, const std::filesystem::path& path, std::vector<std::string> keys) {
@@ -291,7 +294,8 @@ Capture ReadAs(const std::string& format, const std::filesystem::path& path, std
       const JsonObject channel(items[c], {"name", "wavelength_nm"});
       capture.channel_names[c] = channel.Require("name").Name();
       if (std::count(capture.channel_names.begin(), capture.channel_names.begin() + c, capture.channel_names[c]))
-        channel.Require("name").Fail("a channel before it has this name", "Name each: results are listed by it.");
+        channel.Require("name").Fail("an earlier channel has this name",
+                                     "Give each channel a name of its own: results are listed by name.");
       capture.wavelengths_nm[c] = channel.Require("wavelength_nm").Number(200.0, 2500.0);
     }
   }
@@ -320,8 +324,8 @@ Quantity ThicknessQuantity(const Capture& capture, size_t layer) {
 
 void RequirePhotographs(const Capture& capture) {
   if (capture.photographs.empty())
-    throw InputError(capture.file, "photographs", "the capture has measurements alone: there is no shape to show",
-                     "crownfit fit and check read it; crownfit predict and export show what came of it.");
+    throw InputError(capture.file, "photographs", "the capture has measurements alone, so there is no shape to show",
+                     "Use crownfit fit or check with it, and crownfit predict or export with the result.");
 }
 
 Capture ReadCapture(const std::filesystem::path& path) {

@@ -29,7 +29,7 @@ std::vector<double> ReadCovariance(const JsonNode& node, size_t size) {
       correlation(static_cast<int>(r), static_cast<int>(c)) = scale > 0 ? value / scale : r == c ? 1.0 : 0.0;
     }
   if (EigenOfSymmetric(correlation).values[0] < -kOfRounding)
-    node.Fail("is no covariance: some combination has a negative variance");
+    node.Fail("is not a covariance: a combination of its values has a negative variance");
   return covariance;
 }
 

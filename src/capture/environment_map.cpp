@@ -207,8 +207,8 @@ std::shared_ptr<const EnvironmentMap> ReadEnvironmentMap(const std::filesystem::
   const Image& image = read.image;
   if (image.width != 2 * image.height)
     throw InputError(file, "",
-                     "an environment map is twice as wide as high, this one is " + std::to_string(image.width) + " x " +
-                         std::to_string(image.height),
+                     "an environment map must be twice as wide as high, but this one is " +
+                         std::to_string(image.width) + " x " + std::to_string(image.height),
                      "Give a latitude-longitude panorama.");
   Image radiance(image.width, image.height, 3);
   double sum = 0;
@@ -216,7 +216,7 @@ std::shared_ptr<const EnvironmentMap> ReadEnvironmentMap(const std::filesystem::
     for (int c = 0; c < 3; ++c) {
       const float v = image.values[p * image.channels + (image.channels >= 3 ? c : 0)];
       if (!(v >= 0 && std::isfinite(v)))
-        throw InputError(file, "", "the environment map holds light that is negative or not a number");
+        throw InputError(file, "", "the environment map has a value that is negative or not a number");
       radiance.values[3 * p + c] = read.is_srgb_encoded ? static_cast<float>(LinearFromSrgb(v)) : v;
       sum += radiance.values[3 * p + c];
     }

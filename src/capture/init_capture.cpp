@@ -51,7 +51,7 @@ void RequireKnown(const std::string& name, const std::vector<std::string>& known
 
 void InitCapture(const CaptureParts& parts, const Path& folder) {
   if (parts.meshes.empty())
-    throw InputError("", "--mesh", "the outermost layer's surface is needed, such as enamel=crown.stl");
+    throw InputError("", "--mesh", "the surface of the outermost layer is needed, such as enamel=crown.stl");
   if (parts.photographs.empty())
     throw InputError("", "--photo", "at least one photograph is needed, such as front=front.dng");
   std::vector<std::string> photographs, lights;
@@ -96,7 +96,7 @@ void InitCapture(const CaptureParts& parts, const Path& folder) {
     if (picture == parts.lights || beside.empty()) continue;
     if (*beside.begin() == "..")
       throw InputError(parts.lights, "lights", "names " + picture.string() + ", which is not in the rig's own folder",
-                       "Put the picture beside the rig and name it there.");
+                       "Put the picture into the folder of the rig, and name it without a path.");
     Copied(picture, folder, (Path("calib") / beside).string());
   }
   Object side;

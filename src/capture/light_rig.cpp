@@ -105,14 +105,14 @@ LightRig ReadLightRig(const std::filesystem::path& path) {
       light.scale_is_free = factor.is_free;
     }
     const auto stddev = object.Find("stddev_mm"), covariance = object.Find("covariance");
-    if (stddev && covariance) covariance->Fail("stands beside stddev_mm", "State one of them.");
+    if (stddev && covariance) covariance->Fail("can't be combined with stddev_mm", "Keep one of them.");
     if (stddev) light.covariance_mm2 = glm::dmat3(std::pow(stddev->Positive(kFarthestPlace_mm), 2));
     if (covariance) light.covariance_mm2 = glm::make_mat3(ReadCovariance(*covariance, 3).data());
     if (const auto turn = object.Find("stddev_deg")) light.stddev_deg = turn->Positive();
     light.shape = ReadShape(object, type, rig.files);
     rig.lights.push_back(light);
   }
-  if (rig.lights.empty()) root.Require("lights").Fail("the rig holds no lights");
+  if (rig.lights.empty()) root.Require("lights").Fail("the rig has no lights");
   return rig;
 }
 

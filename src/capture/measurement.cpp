@@ -29,7 +29,7 @@ std::optional<Reading> ReadReading(const JsonObject& o, const char* key, double 
   for (int c = 0; c < kChannels; ++c) {
     if (!(reading.value[c] >= low && reading.value[c] <= high))
       object.Require("value").Fail("the value is outside [" + std::to_string(low) + ", " + std::to_string(high) + "]",
-                                   low < -1 ? "State L*, a*, b*." : "State a share of the light, not per cent.");
+                                   low < -1 ? "State L*, a*, b*." : "State shares of the light, not per cent.");
     if (!(reading.stddev[c] > 0))
       object.Require("stddev").Fail("a reading's standard deviation must be positive",
                                     "State its repeatability and calibration together; 0.005 is usual for a sphere.");
@@ -48,7 +48,7 @@ void CheckEnergy(const FlatMeasurement& m, const JsonObject& o) {
       o.Require("reflectance")
           .Fail("reflectance and transmittance of '" + m.name + "' add up to " + std::to_string(sum) +
                     ", more than all light",
-                "Check the standard, the sphere's correction and the 100 % reading; or state their errors.");
+                "Check the standard, the correction of the sphere and the 100 % reading, or state larger errors.");
   }
 }
 
@@ -69,7 +69,7 @@ FlatMeasurement ReadFlatMeasurement(const JsonNode& node, const MeasurementConte
   if (const auto stddev = o.Find("thickness_stddev_mm")) {
     m.thickness_stddev_mm = stddev->Number(0.0, 10.0);
     if (m.thickness_stddev_mm > 0.3 * *std::min_element(m.thickness_mm.begin(), m.thickness_mm.end()))
-      stddev->Fail("a thickness that is not known within 30 % tells nothing", "Measure it by a micrometer.");
+      stddev->Fail("a thickness that is not known within 30 % is of no use", "Measure it with a micrometer.");
   }
   const std::map<std::string, MeasuredAt> geometries{
       {"0/d", MeasuredAt::k0_D}, {"d/0", MeasuredAt::k0_D}, {"45/0", MeasuredAt::k45_0}, {"0/45", MeasuredAt::k45_0},
@@ -81,7 +81,7 @@ FlatMeasurement ReadFlatMeasurement(const JsonNode& node, const MeasurementConte
   if (const auto specular = o.Find("specular")) {
     m.has_specular = specular->OneOf({"included", "excluded"}) == "included";
     if (m.has_specular && m.geometry == MeasuredAt::k45_0)
-      specular->Fail("at 45/0 nothing that the surface mirrors is seen", "Remove the key.");
+      specular->Fail("a 45/0 instrument does not see the surface's reflection", "Remove the key.");
   }
   if (const auto backing = o.Find("backing"); backing && backing->String() != "none")
     m.backing = context.backing(*backing);
@@ -90,26 +90,30 @@ FlatMeasurement ReadFlatMeasurement(const JsonNode& node, const MeasurementConte
     const JsonObject glass(*slide, {"ior", "thickness_mm"});
     m.slide = Slide{glass.Require("ior").Number(1.0, 3.0), glass.Require("thickness_mm").Number(0.0, 20.0)};
     if (m.aperture_mm)
-      slide->Fail("light that slides carry past an aperture is not modelled", "Remove \"slide\" or \"aperture_mm\".");
+      slide->Fail("slides together with an aperture are not modelled", "Remove \"slide\" or \"aperture_mm\".");
   }
   m.reflectance = ReadReading(o, "reflectance", -0.05, 1.2);
   m.transmittance = ReadReading(o, "transmittance", -0.05, 1.2);
   m.lab = ReadReading(o, "lab", -150, 150);
   if (!m.reflectance && !m.transmittance && !m.lab)
-    node.Fail("'" + m.name + "' holds no reading", "State \"reflectance\", \"transmittance\" or \"lab\".");
-  if (m.lab && m.reflectance) o.Require("lab").Fail("reflectance and lab of one reading count twice", "Keep one.");
+    node.Fail("'" + m.name + "' has no reading", "State \"reflectance\", \"transmittance\" or \"lab\".");
+  if (m.lab && m.reflectance)
+    o.Require("lab").Fail("reflectance and lab of one reading would count twice", "Keep one.");
   if (m.transmittance) {
     const JsonNode t = o.Require("transmittance");
-    if (m.backing) t.Fail("nothing is transmitted into a backing", "Make it a measurement of its own, without one.");
+    if (m.backing)
+      t.Fail("a transmittance can't be measured over a backing",
+             "Make it a measurement of its own, without a backing.");
     if (m.aperture_mm)
-      t.Fail("edge loss is modelled for reflectance alone", "Make it a measurement of its own, without aperture_mm.");
+      t.Fail("the light lost past an aperture is modelled for reflectance only",
+             "Make it a measurement of its own, without aperture_mm.");
     if (m.geometry != MeasuredAt::k0_D && m.geometry != MeasuredAt::kD_D)
-      t.Fail("a transmittance is measured at 0/d, or at d/d",
+      t.Fail("the geometry of a transmittance must be 0/d or d/d",
              "Make it a measurement of its own with \"geometry\": \"0/d\".");
   }
   CheckEnergy(m, o);
   if (const auto colour = o.Find("colour")) {
-    if (!m.lab) colour->Fail("only L*, a*, b* need a camera's bands as colours", "Remove the key.");
+    if (!m.lab) colour->Fail("colour is only used with lab", "Remove the key.");
     m.colour = ReadBandColour(context.file(*colour));
   }
   if (const auto use = o.Find("use")) m.is_holdout = use->OneOf({"fit", "holdout"}) == "holdout";

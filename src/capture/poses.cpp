@@ -60,11 +60,11 @@ std::vector<StatedPose> ReadPoses(const std::filesystem::path& path) {
     pose.covariance = ReadPoseCovariance(transform);
     poses.push_back(pose);
   }
-  if (poses.empty()) root.Require("poses").Fail("holds no poses");
+  if (poses.empty()) root.Require("poses").Fail("has no poses");
   std::set<std::string> names;
   for (const StatedPose& pose : poses)
     if (!names.insert(pose.photograph).second)
-      root.Require("poses").Fail("holds two poses of '" + pose.photograph + "'", "Keep one.");
+      root.Require("poses").Fail("has two poses of '" + pose.photograph + "'", "Keep one.");
   return poses;
 }
 
@@ -87,8 +87,8 @@ void RequireDistinctNames(const std::vector<std::filesystem::path>& photographs)
   std::map<std::string, std::filesystem::path> seen;
   for (const auto& file : photographs)
     if (const auto [other, is_new] = seen.emplace(file.stem().string(), file); !is_new)
-      throw InputError(file, "", "has the name of " + other->second.string() + ", and poses go by names",
-                       "Give each photograph a file name of its own, and a pose by that name.");
+      throw InputError(file, "", "has the same name as " + other->second.string() + ", but poses are found by name",
+                       "Give each photograph a file name of its own, and its pose that name.");
 }
 
 const StatedPose& PoseOf(const std::vector<StatedPose>& poses, const std::filesystem::path& photograph,
@@ -98,7 +98,7 @@ const StatedPose& PoseOf(const std::vector<StatedPose>& poses, const std::filesy
     if (pose.photograph == photograph.stem().string()) return pose;
     known += (known.empty() ? "" : ", ") + pose.photograph;
   }
-  throw InputError(poses_file, "poses", "holds no pose of " + photograph.stem().string(), "It has: " + known + ".");
+  throw InputError(poses_file, "poses", "has no pose of " + photograph.stem().string(), "It has: " + known + ".");
 }
 
 }  // namespace crownfit

@@ -28,7 +28,7 @@ glm::dvec3 ReadVector(const JsonNode& node) {
 
 glm::dvec3 ReadPlace(const JsonNode& node) {
   const glm::dvec3 v = ReadVector(node);
-  if (glm::length(v) > kFarthestPlace_mm) node.Fail("reaches farther than 100 m", "Lengths are in mm.");
+  if (glm::length(v) > kFarthestPlace_mm) node.Fail("the vector is longer than 100 m", "Give lengths in mm.");
   return v;
 }
 
@@ -62,7 +62,7 @@ RigidTransform ReadRigidTransform(const JsonNode& node) {
     for (int c = 0; c < 3; ++c) worst = std::max(worst, std::abs(gram[c][r] - (r == c ? 1.0 : 0.0)));
   if (worst > 1e-3)
     rotation.Fail("this is not a rotation (its columns must be orthonormal, its determinant +1)",
-                  "Give the rotation matrix of camera_from_object row by row; scale belongs into the mesh.");
+                  "Give the rotation matrix of camera_from_object row by row, without scale: scale the mesh instead.");
   transform.translation_mm = ReadVector(object.Require("translation_mm"));
   return transform;
 }

@@ -120,7 +120,7 @@ int Cancel(const BatchOptions& batch) {
   const std::filesystem::path& folder = batch.output;
   const std::vector<std::string> jobs = CancelBatch(folder);
   for (const std::string& job : jobs) std::printf("cancelled: job %s\n", job.c_str());
-  if (jobs.empty()) std::printf("nothing of %s is in Slurm's queue\n", folder.c_str());
+  if (jobs.empty()) std::printf("no task of %s is in Slurm's queue\n", folder.c_str());
   return 0;
 }
 
@@ -130,7 +130,7 @@ int SubmitToSlurm(const BatchOptions& batch, const SlurmOptions& slurm) {
   if (s.tasks > 0)
     std::printf("job %s: %zu tasks submitted for %zu unfinished crowns\n", s.job.c_str(), s.tasks, s.unfinished);
   if (s.unfinished == 0) return Collect(batch);
-  std::printf("How far it is: crownfit batch status %s\n", batch.output.c_str());
+  std::printf("To see its progress: crownfit batch status %s\n", batch.output.c_str());
   return 0;
 }
 
@@ -140,7 +140,7 @@ int FitHere(const BatchOptions& batch, ProgressMode mode) {
   const BatchOutcome outcome = RunBatch(batch, progress, [&](const BatchNews& news) { Print(news, as_json); });
   progress.Clear();
   if (outcome.signal != 0) {
-    std::fprintf(stderr, "crownfit: stopped by signal %d. Run the same command to go on.\n", outcome.signal);
+    std::fprintf(stderr, "crownfit: stopped by signal %d. Run the same command to continue.\n", outcome.signal);
     return outcome.signal == SIGTERM ? 75 : 3;
   }
   if (batch.shard) return 0;  // `batch collect` judges
@@ -152,57 +152,67 @@ int FitHere(const BatchOptions& batch, ProgressMode mode) {
 void AddBatch(CLI::App& app, Command& command) {
   const auto asked = std::make_shared<BatchCommand>();
   asked->program = command.program;
-  auto* batch = app.add_subcommand(
-      "batch",
-      "Fits every crown of a manifest, several at a time, each in a process of its own; then writes summary.csv,\n"
-      "summary.html and statistics.csv. Run the same command again to go on after a stop or a crash: what is\n"
-      "finished is skipped, what changed is fitted again. docs/batch.md shows manifests, clusters, and what happens "
-      "when.");
-  batch->add_option(
-      "MANIFEST", asked->batch.manifest,
-      "CSV with the columns id and capture, then any of group and the options of `crownfit fit`; or JSON.");
-  batch->add_option("-o,--output", asked->batch.output, "Folder for the results (made when missing).");
+  auto* batch = app.add_subcommand("batch",
+                                   "Fits every crown of a manifest, several at a time, each in its own process.\n"
+                                   "Writes summary.csv, summary.html and statistics.csv.");
+  batch->footer(
+      "After a stop or a crash, run the same command again: it skips finished crowns, and fits again those whose\n"
+      "capture or options changed. docs/batch.md describes manifests, clusters and faults.\n\n"
+      "Example:\n"
+      "  crownfit batch crowns.csv -o results --jobs 4\n"
+      "where crowns.csv is\n"
+      "  id,capture,group,fix\n"
+      "  1041,scans/1041,zirconia A2,\n"
+      "  1042,scans/1042,zirconia A2,core.ior=2.1\n"
+      "Open results/summary.html in a browser.");
+  batch->add_option("MANIFEST", asked->batch.manifest,
+                    "CSV with the columns id and capture. Further columns may be group and the options of\n"
+                    "`crownfit fit`. JSON is read too.");
+  batch->add_option("-o,--output", asked->batch.output, "Folder for the results; it is created if missing.");
   batch
       ->add_option("--jobs", asked->batch.jobs,
-                   "Crowns at a time; 0: one per processor. Threads are divided among them.")
+                   "Crowns fitted at a time; 0 (default): one per processor. They share the threads.")
       ->check(CLI::Range(0, 1024));
-  batch->add_option("--time-limit", asked->batch.limits.seconds, "Seconds a crown may take (default 3600).")
+  batch->add_option("--time-limit", asked->batch.limits.seconds, "Seconds that one crown may take (default 3600).")
       ->check(CLI::PositiveNumber);
   batch
       ->add_option("--memory-limit", asked->batch.limits.memory_MiB,
-                   "MiB of memory a crown may take (default: no limit).")
+                   "MiB of memory that one crown may take (default: no limit).")
       ->check(CLI::PositiveNumber);
-  batch->add_option("--retries", asked->batch.retries, "How often a crown that crashed is tried again (default 1).")
+  batch->add_option("--retries", asked->batch.retries, "How often a fit that crashed is tried again (default 1).")
       ->check(CLI::Range(0, 100));
-  batch->add_flag("--keep-going", asked->batch.keep_going, "Fit the good rows of a manifest that has faults.");
-  batch->add_option(
-      "--program", asked->batch.program,
-      "What to run in place of this program, with the same arguments: a wrapper such as nice or a container.");
+  batch->add_flag("--keep-going", asked->batch.keep_going, "Fit the valid rows of a manifest that has faults.");
+  batch->add_option("--program", asked->batch.program,
+                    "Program to run instead of crownfit, with the same arguments: a wrapper such as nice, or a\n"
+                    "container.");
   const std::vector<CLI::Option*> fit_options = AddFitOptions(batch, asked->text);
   AddCommonOptions(batch, asked->common);
   batch->add_option("--shard", asked->shard,
-                    "i/n: fit the i-th of n parts alone, beside others that fit theirs; `batch collect` sums up.");
+                    "i/n: fit only the i-th of n parts, while other processes fit theirs. `crownfit batch collect`\n"
+                    "then writes the summary.");
   batch
       ->add_flag("--slurm", asked->to_slurm,
-                 "Submit the work to Slurm as an array over a folder that all nodes see, and return. The same command\n"
-                 "again resubmits what died.")
+                 "Submit the crowns to Slurm as a job array and return. All nodes must see the folder.\n"
+                 "The same command again submits what is still unfinished.")
       ->group("Slurm");
-  batch->add_option("--chunk", asked->slurm.chunk, "Crowns a task (default: so many that scheduling costs under 5 %).")
+  batch
+      ->add_option("--chunk", asked->slurm.chunk,
+                   "Crowns per task (default: so many that scheduling takes under 5 % of the time).")
       ->check(CLI::Range(size_t{1}, size_t{1000000}))
       ->group("Slurm");
-  batch->add_option("-p,--partition", asked->partition, "As sbatch has it.")->group("Slurm");
-  batch->add_option("-t,--time", asked->time, "As sbatch has it.")->group("Slurm");
-  batch->add_option("-A,--account", asked->account, "As sbatch has it.")->group("Slurm");
+  batch->add_option("-p,--partition", asked->partition, "Slurm partition, passed on to sbatch.")->group("Slurm");
+  batch->add_option("-t,--time", asked->time, "Time limit of a task, passed on to sbatch.")->group("Slurm");
+  batch->add_option("-A,--account", asked->account, "Account, passed on to sbatch.")->group("Slurm");
   batch
       ->add_option("--sbatch", asked->slurm.sbatch,
-                   "Any further argument of sbatch, such as --sbatch=--mem=2G; repeat it.")
+                   "A further argument of sbatch, such as --sbatch=--mem=2G. Repeatable.")
       ->take_all()
       ->group("Slurm");
   batch->require_subcommand(0, 1);
   batch->final_callback([=, &command] {
     if (!batch->get_subcommands().empty()) return;
     if (asked->batch.manifest.empty() || asked->batch.output.empty())
-      throw InputError("", "batch", "expected MANIFEST -o DIR, or status, collect or cancel with DIR",
+      throw InputError("", "batch", "expected MANIFEST -o DIR; or status, collect or cancel with DIR",
                        "See crownfit batch --help.");
     BatchOptions options = BatchOf(*asked, fit_options);
     options.shard = ShardOf(asked->shard);
@@ -211,12 +221,13 @@ void AddBatch(CLI::App& app, Command& command) {
     command.run = [=] { return slurm ? SubmitToSlurm(options, *slurm) : FitHere(options, mode); };
   });
   const std::tuple<const char*, const char*, int (*)(const BatchOptions&)> tasks[] = {
-      {"status", "How far a batch is, here or on the cluster.", PrintStatus},
-      {"collect", "Write the summary of what is finished.", Collect},
-      {"cancel", "Take a batch's tasks from Slurm's queue; what is finished stays.", Cancel}};
+      {"status", "Prints how many crowns of a batch are finished, failed, waiting or queued.", PrintStatus},
+      {"collect", "Writes the summary of the finished crowns.", Collect},
+      {"cancel", "Removes a batch's tasks from Slurm's queue. Finished crowns stay.", Cancel}};
   for (const auto& [name, what, run] : tasks) {
     auto* task = batch->add_subcommand(name, what);
-    task->add_option("DIR", asked->batch.output, "The batch's folder.")->required();
+    task->footer(std::string("Example:\n  crownfit batch ") + name + " results");
+    task->add_option("DIR", asked->batch.output, "Folder of the batch.")->required();
     task->final_callback([=, &command, run = run] {
       command.run = [=, options = BatchOf(*asked, fit_options)] { return run(options); };
     });

@@ -97,14 +97,14 @@ int RunTradeOff(const TradeOffCommand& asked) {
                 "parameter_error_median_percent,parameter_error_largest_percent,intervals_that_hold,intervals,status,"
                 "on_pareto_front\n" +
                     Csv(t.predictions, "render", predictions) + Csv(t.fits, "fit", fits));
-  WriteTextFile(
-      asked.output / "prediction.svg",
-      ScatterPlotSvg({"Predicted photographs against " + std::to_string(options.reference_paths) + " paths a pixel",
-                      "processor seconds for all photographs, start and reading included",
-                      "CIEDE2000, median over 8 x 8 blocks",
-                      series,
-                      predictions,
-                      {{t.reference_de00_median, "noise of the reference"}}}));
+  WriteTextFile(asked.output / "prediction.svg",
+                ScatterPlotSvg({"Predicted photographs against a reference of " +
+                                    std::to_string(options.reference_paths) + " paths per pixel",
+                                "processor seconds for all photographs, start-up and reading included",
+                                "CIEDE2000, median over 8 x 8 blocks",
+                                series,
+                                predictions,
+                                {{t.reference_de00_median, "noise of the reference"}}}));
   if (options.fits)
     WriteTextFile(asked.output / "fits.svg", ScatterPlotSvg({"Fitted values against " + t.fitted_to,
                                                              "processor seconds",
@@ -115,12 +115,13 @@ int RunTradeOff(const TradeOffCommand& asked) {
   std::printf("%-7s %-26s %9s %9s %8s %8s %8s\n", "model", "setting", "CPU s", "clock s", "MiB", "median", "95 %");
   Print(t.predictions, predictions);
   std::printf(
-      "Rendered: %s. Compared with %d paths a pixel, whose own noise is %.2f (95 %%: %.2f). *: on the Pareto front.\n",
+      "Rendered: %s. Reference: %d paths per pixel, with a noise of CIEDE2000 %.2f (95 %%: %.2f). *: on the Pareto "
+      "front.\n",
       t.rendered.c_str(), options.reference_paths, t.reference_de00_median, t.reference_de00_p95);
   if (options.fits) {
     std::printf(
-        "\nFits: CIEDE2000 against the photographs; median and largest error of fitted values against %s; 95 %% "
-        "intervals that hold it\n",
+        "\nFits: CIEDE2000 against the photographs; median and largest error of the fitted values against %s; how many "
+        "95 %% intervals hold it\n",
         t.fitted_to.c_str());
     Print(t.fits, fits);
   }
@@ -132,27 +133,36 @@ int RunTradeOff(const TradeOffCommand& asked) {
 
 void AddBenchmark(CLI::App& app, Command& command) {
   const auto asked = std::make_shared<TradeOffCommand>();
-  auto* benchmark =
-      app.add_subcommand("benchmark", "What the program costs and gives on your own capture and machine.");
+  auto* benchmark = app.add_subcommand(
+      "benchmark", "Measures how fast and how accurate the program is on your own capture and machine.");
   benchmark->require_subcommand(1);
+  benchmark->footer(
+      "Example:\n"
+      "  crownfit benchmark tradeoff crown -o tradeoff");
   auto* trade_off = benchmark->add_subcommand(
       "tradeoff",
-      "Speed against accuracy: renders the capture's photographs with every model and setting, and compares them with\n"
-      "a long rendering by random walks. Writes tradeoff.csv and prediction.svg, a plot with its Pareto front: what "
-      "no\n"
-      "other setting beats in both time and CIEDE2000. With --fits also fits with every setting: fits.svg shows the\n"
-      "parameters' errors. Run it while the machine does nothing else.");
-  trade_off->add_option("CAPTURE", asked->capture, "Folder with capture.json, or that file.")->required();
-  trade_off->add_option("-o,--output", asked->output, "Folder for table, plots and pictures (made when missing).")
+      "Measures speed against accuracy: renders the capture's photographs with every model and setting,\n"
+      "and compares them with a long path-traced reference.");
+  trade_off->footer(
+      "Writes tradeoff.csv, the pictures, and prediction.svg: a plot with its Pareto front, the settings that\n"
+      "no other beats in both time and CIEDE2000. With --fits it also writes fits.svg with the errors of the fitted "
+      "values.\n"
+      "Run it while the machine is otherwise idle.\n\n"
+      "Example:\n"
+      "  crownfit benchmark tradeoff crown -o tradeoff");
+  trade_off->add_option("CAPTURE", asked->capture, "Folder that holds capture.json, or that file.")->required();
+  trade_off->add_option("-o,--output", asked->output, "Folder for table, plots and pictures; it is created if missing.")
       ->required();
   trade_off->add_option("--material", asked->options.material,
-                        "material.json to render; default: the capture's truth.json, or else its own values.");
+                        "material.json to render (default: the capture's truth.json if there is one, else the values\n"
+                        "that the capture states).");
   trade_off
       ->add_option("--paths", asked->options.reference_paths,
-                   "Paths per pixel of what all is compared with (default 1024): four times as many, half the noise.")
+                   "Paths per pixel of the reference (default 1024). Four times as many halve its noise.")
       ->check(CLI::Range(16, 100000000));
   trade_off->add_flag("--fits", asked->options.fits,
-                      "Fit too; errors are against truth.json, or the fit with most walks (many minutes).");
+                      "Also fit with every setting. Errors are against truth.json, or else against the fit with the\n"
+                      "most random walks. Takes many minutes.");
   AddCommonOptions(trade_off, asked->common);
   RunWith(trade_off, command, asked, RunTradeOff);
 }

@@ -39,15 +39,15 @@ int RunCamera(const CameraTask& asked) {
                        "is " + std::to_string(photo.image.width) + " x " + std::to_string(photo.image.height) +
                            " pixels, but " + files[0].filename().string() + " is " + std::to_string(width) + " x " +
                            std::to_string(height),
-                       "One camera file holds for one size of picture, taken all upright or all on their side.");
+                       "A camera file is valid for one picture size. Take all photographs in the same orientation.");
     width = photo.image.width;
     height = photo.image.height;
     views.push_back({files[i].filename().string(), FindBoard(photo, board)});
     for (size_t k = 0; k < i; ++k)
       if (!views[i].corners.pixel.empty() && views[k].corners.pixel == views[i].corners.pixel)
         throw InputError(files[i], "",
-                         "shows the board exactly where " + files[k].string() + " does: one picture twice",
-                         "Give each photograph once; the board is to be seen from several sides.");
+                         "shows the board exactly where " + files[k].string() + " does: it is the same picture",
+                         "Give each photograph once, and photograph the board from several sides.");
   }
   progress.Clear();
   return Finish(CameraProduct(views, width, height, model->second), files, asked.product);
@@ -57,14 +57,21 @@ int RunCamera(const CameraTask& asked) {
 
 void AddCalibrateCamera(CLI::App& calibrate, Command& command) {
   const auto asked = std::make_shared<CameraTask>();
-  auto* camera = AddProduct(&calibrate, asked->product, "camera",
-                            "Focal length, principal point and distortion from 10 to 20 photographs of a board.");
+  auto* camera =
+      AddProduct(&calibrate, asked->product, "camera",
+                 "Measures focal length, principal point and distortion from 10 to 20 photographs of a board.");
+  camera->footer(
+      "Focus and aperture must be those of the photographs of the crown.\n\n"
+      "Example:\n"
+      "  crownfit calibrate camera board*.dng --board charuco --corners 9x6 --square-mm 10 -o camera.json\n"
+      "Prints fx, fy, cx, cy, the distortion and rms in pixels, and writes camera.json and camera.png.");
   AddImages(camera, asked->images,
-            "Photographs of the board, tilted in different directions, with one focus and aperture.");
+            "Photographs of the board, tilted in different directions, all at one focus and aperture.");
   camera->add_option("--board", asked->board.kind, "chessboard, charuco or apriltag (a grid of tags).")->required();
   AddBoard(camera, asked->board);
   camera->add_option("--distortion", asked->distortion,
-                     "none, radial1, radial2, radial2_tangential or full (default: as much as the corners tell).");
+                     "none, radial1, radial2, radial2_tangential or full (default: the terms that the corners\n"
+                     "determine).");
   RunWith(camera, command, asked, RunCamera);
 }
 

@@ -38,7 +38,7 @@ int RunColour(const ColourTask& asked) {
   const auto& path = asked.images[0];
   const Chart chart = ReadChart(asked.chart);
   const ImageFile photo = ReadImageFile(path);
-  if (photo.image.channels < 3) throw InputError(path, "", "is grey; a colour chart needs a colour photograph");
+  if (photo.image.channels < 3) throw InputError(path, "", "is grey, but the chart needs a colour photograph");
   const bool encoded = photo.is_srgb_encoded && !asked.is_linear;
   Image linear = photo.image;
   if (encoded)
@@ -76,7 +76,7 @@ int RunColour(const ColourTask& asked) {
     const auto found = FindClassicChart(photo, linear, chart);
     if (!found)
       throw InputError(path, "", "no ColorChecker was found: it must be whole, in focus, and at least 150 px wide",
-                       "Give the outer patches' corners by hand: --chart-corners X1,Y1,X2,Y2,X3,Y3,X4,Y4.");
+                       "Give the corners of the outer patches by hand: --chart-corners X1,Y1,X2,Y2,X3,Y3,X4,Y4.");
     corners = *found;
   }
   const auto readings = ReadPatches(linear, chart, corners, kClassicGap, saturation);
@@ -89,29 +89,34 @@ void AddCalibrateColour(CLI::App& calibrate, Command& command) {
   const auto asked = std::make_shared<ColourTask>();
   auto* colour =
       AddProduct(&calibrate, asked->product, "colour",
-                 "From the camera's own values to linear sRGB, by a photograph of a ColorChecker Classic or Passport.");
+                 "Finds the transform from camera colours to linear sRGB from a photograph of a ColorChecker.");
+  colour->footer(
+      "Example:\n"
+      "  crownfit calibrate colour chart.dng --noise noise.json -o colour.json\n"
+      "Prints de00_mean, the mean CIEDE2000 of the patches: 1 to 2 is usual for RAW and even light.");
   AddImages(colour, asked->images,
-            "One photograph of the chart in the crown's place and light, its white patch unsaturated.");
-  colour->add_option(
-      "--chart", asked->chart,
-      "colorchecker_classic_2014 (default), colorchecker_classic_before_2014, or a file like those in calib/.");
+            "One photograph of a ColorChecker Classic or Passport in the crown's place and light, its white\n"
+            "patch not saturated.");
+  colour->add_option("--chart", asked->chart,
+                     "colorchecker_classic_2014 (default), colorchecker_classic_before_2014, or a file like those in\n"
+                     "calib/.");
   colour
-      ->add_option(
-          "--chart-corners", asked->chart_corners,
-          "X1,Y1,...,X4,Y4 in pixels: outer corners of the outer patches, clockwise from the first patch's (dark\n"
-          "skin); for charts that are not found.")
+      ->add_option("--chart-corners", asked->chart_corners,
+                   "X1,Y1,...,X4,Y4 in pixels, for a chart that is not found: outer corners of the outer patches,\n"
+                   "clockwise from the first patch (dark skin).")
       ->expected(8)
       ->delimiter(',');
   colour
       ->add_option("--grey-card", asked->grey_card,
-                   "X,Y,WIDTH,HEIGHT in pixels, on a grey card: the white balance alone, without a chart.")
+                   "X,Y,WIDTH,HEIGHT in pixels on a grey card: take only the white balance, without a chart.")
       ->expected(4)
       ->delimiter(',');
-  colour->add_option("--card-reflectance", asked->card_reflectance, "Of the grey card (default 0.18).")
+  colour->add_option("--card-reflectance", asked->card_reflectance, "Reflectance of the grey card (default 0.18).")
       ->check(CLI::Range(0.01, 1.0));
-  colour->add_option("--flat-field", asked->flat_field, "A white card in the chart's place: evens out the light.");
-  colour->add_option("--noise", asked->noise, "noise.json of the camera: black level and saturation.");
-  colour->add_flag("--linear", asked->is_linear, "Take the file as linear.");
+  colour->add_option("--flat-field", asked->flat_field,
+                     "Photograph of a white card in the chart's place, which corrects uneven light.");
+  colour->add_option("--noise", asked->noise, "noise.json of the camera, for black level and saturation.");
+  colour->add_flag("--linear", asked->is_linear, "Take the values of the file as linear.");
   RunWith(colour, command, asked, RunColour);
 }
 

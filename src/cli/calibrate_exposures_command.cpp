@@ -23,13 +23,13 @@ int RunExposures(const ExposuresTask& asked) {
     throw InputError(
         "", "--times",
         std::to_string(asked.times.size()) + " times for " + std::to_string(files.size()) + " photographs");
-  if (files.size() < 2) throw InputError("", "IMAGES", "a series has at least two exposures");
+  if (files.size() < 2) throw InputError("", "IMAGES", "a series needs at least two exposures");
   if (asked.product.output.extension() != ".exr")
-    throw InputError(asked.product.output, "-o", "the merged picture is written as .exr");
+    throw InputError(asked.product.output, "-o", "the merged picture is written as EXR: give a name that ends in .exr");
   std::vector<std::pair<double, std::filesystem::path>> order;
   for (size_t i = 0; i < files.size(); ++i) order.emplace_back(asked.times[i], files[i]);
   std::sort(order.begin(), order.end());
-  if (order.front().first <= 0) throw InputError("", "--times", "exposure times are positive");
+  if (order.front().first <= 0) throw InputError("", "--times", "exposure times must be positive");
   std::vector<ImageFile> photos;
   ExposureSeries series;
   for (const auto& [time, file] : order) {
@@ -68,30 +68,30 @@ int RunExposures(const ExposuresTask& asked) {
       product.figures.push_back({"ratio_" + times + "_over_times", *merged.time_ratios[k], ""});
     else
       product.notes.push_back("exposures " + times +
-                              ": none of the longer one's values lies between 0.15 and half of " +
-                              "saturation, so their times could not be checked.");
+                              ": no value of the longer one lies between 0.15 and 0.5 of saturation, " +
+                              "so their times could not be checked.");
   }
   product.figures.push_back({"nonlinearity", 100 * merged.worst_ratio, "%"});
   product.figures.push_back({"shift", merged.shift_px, "px"});
   product.figures.push_back({"saturated_in_all", 100 * merged.share_saturated, "% of pixels"});
   if (merged.worst_ratio > 0.1)
-    product.refusals.push_back(
-        "exposures differ by " + Text(100 * merged.worst_ratio, "%") +
-        " from what their times let expect: are the times right, did the light drift, are the files "
-        "linear?");
+    product.refusals.push_back("exposures differ by " + Text(100 * merged.worst_ratio, "%") +
+                               " from the ratio of their times. Check the times, whether the light drifted, and "
+                               "whether the files are linear.");
   else if (!any_compared)
-    product.refusals.push_back("no two exposures can be compared: are the times right, is the picture too dark?");
+    product.refusals.push_back(
+        "no two exposures can be compared. Check the times, and whether the pictures are too dark.");
   else if (merged.worst_ratio > 0.03)
-    product.notes.push_back("exposures depart by " + Text(100 * merged.worst_ratio, "%") + " from their times.");
+    product.notes.push_back("exposures differ by " + Text(100 * merged.worst_ratio, "%") +
+                            " from the ratio of their times.");
   constexpr double kMoved = 1.0, kSeen = 0.2;  // px
   if (merged.shift_px > kMoved)
     product.refusals.push_back("two exposures are shifted by about " + Text(merged.shift_px, "px") +
                                ": the camera or the scene moved. Use a tripod and a remote release.");
   else if (merged.shift_px > kSeen)
-    product.notes.push_back("two exposures are shifted by " + Text(merged.shift_px, "px") +
-                            ": edges are blurred by it.");
+    product.notes.push_back("two exposures are shifted by " + Text(merged.shift_px, "px") + ", which blurs edges.");
   if (merged.share_saturated > 0)
-    product.notes.push_back("what is saturated in every exposure has its lowest value: state \"saturation\": " +
+    product.notes.push_back("pixels that are saturated in every exposure have too low a value. State \"saturation\": " +
                             Text(0.99 * merged.saturation) + " for this picture in the capture.");
   if (product.refusals.empty()) {
     const std::filesystem::path variance = asked.product.output.stem().string() + "_variance.exr";
@@ -106,15 +106,19 @@ int RunExposures(const ExposuresTask& asked) {
 void AddCalibrateExposures(CLI::App& calibrate, Command& command) {
   const auto asked = std::make_shared<ExposuresTask>();
   auto* exposures = AddProduct(&calibrate, asked->product, "exposures",
-                               "One linear picture (EXR, and its variance beside it) from exposures of a still scene.");
+                               "Merges exposures of a still scene into one linear picture (EXR) and its variance.");
+  exposures->footer(
+      "Example:\n"
+      "  crownfit calibrate exposures a.dng b.dng c.dng --times 10,40,160 --noise noise.json -o front.exr\n"
+      "Writes front.exr and front_variance.exr, and prints how far the exposures depart from their times.");
   AddImages(exposures, asked->images,
-            "The exposures, in any order. Encoded ones (JPEG, PNG): their response is found first.");
-  exposures->add_option("--times", asked->times, "Their exposure times, in the same order, any unit.")
+            "The exposures, in any order. For encoded ones (JPEG, PNG) the response curve is estimated first.");
+  exposures->add_option("--times", asked->times, "Exposure times in the same order, in any unit.")
       ->required()
       ->delimiter(',');
-  exposures->add_option("--noise", asked->noise, "noise.json of the camera: black level, weights, variance.");
-  exposures->add_option("--dark", asked->darks, "Frames with the lens cap on: their mean is the black level.");
-  exposures->add_flag("--linear", asked->is_linear, "Take the files as linear.");
+  exposures->add_option("--noise", asked->noise, "noise.json of the camera, for black level, weights and variance.");
+  exposures->add_option("--dark", asked->darks, "Frames with the lens cap on; their mean is the black level.");
+  exposures->add_flag("--linear", asked->is_linear, "Take the values of the files as linear.");
   RunWith(exposures, command, asked, RunExposures);
 }
 

@@ -59,13 +59,13 @@ int RunLights(const LightsTask& asked) {
     };
     for (const Light& light : lights)
       if (!light.in_camera_frame && !std::holds_alternative<DomeLight>(light.shape) && has_card(light.name))
-        throw InputError(asked.rig, "lights",
-                         "light '" + light.name +
-                             "' stands in the object's frame; cards are placed "
-                             "in the camera's",
-                         "Measure the lamps from the camera, and state \"frame\": \"camera\".");
+        throw InputError(
+            asked.rig, "lights",
+            "light '" + light.name + "' is stated in the object's frame, but cards are placed in the camera's",
+            "Measure the lamps from the camera, and write \"frame\": \"camera\".");
   } else {
-    if (camera && asked.ball_mm <= 0) throw InputError("", "--ball-mm", "the balls' diameter is needed to place them");
+    if (camera && asked.ball_mm <= 0)
+      throw InputError("", "--ball-mm", "the diameter of the balls is needed to locate them");
     if (asked.balls.size() % 3) throw InputError("", "--ball", "expected X,Y,RADIUS for every ball");
     std::vector<BallPhotograph> photographs;
     for (const std::string& text : asked.lights) {
@@ -78,15 +78,15 @@ int RunLights(const LightsTask& asked) {
       if (photo.balls.empty()) photo.balls = FindBalls(balls.back(), asked.ball_count);
       if (photo.balls.empty())
         throw InputError(file, "", "no ball was found",
-                         "Say where they are: --ball X,Y,RADIUS in pixels, once for each.");
+                         "Give their places: --ball X,Y,RADIUS in pixels, once for each ball.");
       photographs.push_back(photo);
     }
     lights = LightsFromBalls(photographs, camera ? &*camera : nullptr, 0.5 * asked.ball_mm, notes);
     for (const BallPhotograph& photo : photographs)
       if (std::none_of(lights.begin(), lights.end(), [&](const Light& l) { return l.name == photo.light; }))
         refusals.push_back("light " + photo.light +
-                           ": none of its balls shows it. Is the lamp on, are the balls where "
-                           "--ball says?");
+                           ": no ball shows its highlight. Check that the lamp was on, and that --ball gives the "
+                           "places of the balls.");
     picture = BallsPicture(photographs);
   }
   for (Light& light : lights)
@@ -97,9 +97,9 @@ int RunLights(const LightsTask& asked) {
   std::vector<CardPhotograph> card_photographs;
   if (!asked.cards.empty()) {
     const auto poses = ReadPoses(Required(asked.card_poses, "--card-pose"));
-    if (!camera) throw InputError("", "--camera", "is needed to read cards");
+    if (!camera) throw InputError("", "--camera", "this option is needed to read cards");
     if (asked.card_mm.size() != 4)
-      throw InputError("", "--card-mm", "say which part of the card to read: X0,Y0,X1,Y1 in mm");
+      throw InputError("", "--card-mm", "give the part of the card to read: X0,Y0,X1,Y1 in mm");
     for (const std::string& text : asked.cards) {
       const auto [name, file] = NamedFile(text, "--card");
       cards.push_back(read(file));
@@ -127,35 +127,50 @@ int RunLights(const LightsTask& asked) {
 
 void AddCalibrateLights(CLI::App& calibrate, Command& command) {
   const auto asked = std::make_shared<LightsTask>();
-  auto* lights = AddProduct(
-      &calibrate, asked->product, "lights",
-      "Directions and places of lamps from mirror balls, intensities and colours from a white or grey card.");
+  auto* lights =
+      AddProduct(&calibrate, asked->product, "lights",
+                 "Finds directions and places of lamps from mirror balls, and their intensities from a card.");
+  lights->footer(
+      "Example:\n"
+      "  crownfit calibrate lights left=balls_left.dng right=balls_right.dng --camera camera.json --ball-mm 20 --balls "
+      "2 \\\n"
+      "    --card left=card_left.dng --card right=card_right.dng --card-pose card_poses.json --card-mm 20,-15,50,15 "
+      "\\\n"
+      "    -o light_rig.json\n"
+      "Without cards the intensities stay unknown, and every fit frees them.");
   lights->add_option("BALLS", asked->lights,
-                     "NAME=FILE: a photograph of polished balls under one lamp alone; several of one lamp are joined.");
-  lights->add_option("--camera", asked->camera, "camera.json; without it directions only, in parallel projection.");
-  lights->add_option("--ball-mm", asked->ball_mm, "The balls' diameter.")->check(CLI::PositiveNumber);
-  lights->add_option("--balls", asked->ball_count, "How many there are in a photograph (default 1).")
+                     "NAME=FILE: a photograph of polished balls with only lamp NAME on. Several of one lamp are\n"
+                     "combined.");
+  lights->add_option("--camera", asked->camera,
+                     "camera.json. Without it only directions are found, by parallel projection.");
+  lights->add_option("--ball-mm", asked->ball_mm, "Diameter of the balls in mm.")->check(CLI::PositiveNumber);
+  lights->add_option("--balls", asked->ball_count, "Number of balls in a photograph (default 1).")
       ->check(CLI::Range(1, 20));
-  lights->add_option("--ball", asked->balls, "X,Y,RADIUS in pixels of a ball, where they are not found; repeat it.")
+  lights->add_option("--ball", asked->balls, "X,Y,RADIUS in pixels of a ball, if balls are not found. Repeatable.")
       ->delimiter(',');
   lights
       ->add_option("--lamp-mm", asked->lamp_mm,
-                   "The lamps' radius (default: seen under a degree). Highlights on a smooth surface show it.")
+                   "Radius of the lamps in mm (default: 1 degree as seen from the balls). It shows in highlights\n"
+                   "on a smooth surface.")
       ->check(CLI::PositiveNumber);
   lights->add_option("--rig", asked->rig,
-                     "In place of balls: light_rig.json as measured, in the camera frame (ring and twin flashes).");
-  lights->add_option("--card", asked->cards, "NAME=FILE: a photograph of the card under one lamp alone; repeat it.")
+                     "Instead of balls: a measured light_rig.json in the camera frame (ring and twin flashes).");
+  lights
+      ->add_option("--card", asked->cards,
+                   "NAME=FILE: a photograph of a white or grey card with only lamp NAME on. Repeatable.")
       ->take_all();
   lights->add_option("--card-pose", asked->card_poses,
-                     "poses.json of those photographs, from a jig or board on the card.");
-  lights->add_option("--card-mm", asked->card_mm, "X0,Y0,X1,Y1 in the jig's frame: the part of the card to read.")
+                     "poses.json of these photographs, from a jig or board on the card.");
+  lights->add_option("--card-mm", asked->card_mm, "X0,Y0,X1,Y1 in mm in the jig's frame: the part of the card to read.")
       ->expected(4)
       ->delimiter(',');
-  lights->add_option("--card-reflectance", asked->card_reflectance, "Of the card (default 0.9; grey cards: 0.18).")
+  lights
+      ->add_option("--card-reflectance", asked->card_reflectance,
+                   "Reflectance of the card (default 0.9; grey cards have 0.18).")
       ->check(CLI::Range(0.01, 1.0));
-  lights->add_flag("--refine", asked->refine, "Move each lamp to where the cards' shading says it is.");
-  lights->add_option("--noise", asked->noise, "noise.json of the camera: black level and saturation.");
-  lights->add_flag("--linear", asked->is_linear, "Take the files as linear.");
+  lights->add_flag("--refine", asked->refine, "Move each lamp to the place that fits the shading of the cards.");
+  lights->add_option("--noise", asked->noise, "noise.json of the camera, for black level and saturation.");
+  lights->add_flag("--linear", asked->is_linear, "Take the values of the files as linear.");
   RunWith(lights, command, asked, RunLights);
 }
 

@@ -19,8 +19,9 @@ int RunNoise(const NoiseTask& asked) {
   const auto photos = ReadLinear(asked.images, asked.is_linear);
   const auto dark_files = ReadLinear(asked.darks, asked.is_linear);
   if (photos.size() < 2 || (!asked.is_series && photos.size() % 2))
-    throw InputError("", "IMAGES", "expected pairs of photographs, found " + std::to_string(photos.size()),
-                     "Photograph every scene twice, A A' B B'; or say --series.");
+    throw InputError(
+        "", "IMAGES", "expected pairs of photographs, found " + std::to_string(photos.size()),
+        "Photograph every scene twice and list A A' B B'; or add --series for one scene at rising exposures.");
   std::vector<std::pair<const Image*, const Image*>> pairs;
   for (size_t i = 0; i + 1 < photos.size(); i += asked.is_series ? 1 : 2)
     pairs.emplace_back(&photos[i].image, &photos[i + 1].image);
@@ -38,14 +39,22 @@ int RunNoise(const NoiseTask& asked) {
 
 void AddCalibrateNoise(CLI::App& calibrate, Command& command) {
   const auto asked = std::make_shared<NoiseTask>();
-  auto* noise = AddProduct(&calibrate, asked->product, "noise",
-                           "Gain, read noise, black level and saturation from pairs of photographs of a still scene.");
+  auto* noise =
+      AddProduct(&calibrate, asked->product, "noise",
+                 "Measures gain, read noise, black level and saturation from pairs of photographs of a still scene.");
+  noise->footer(
+      "Example:\n"
+      "  crownfit calibrate noise a1.dng a2.dng b1.dng b2.dng --dark cap1.dng cap2.dng -o noise.json\n"
+      "Prints gain, read_noise, black and saturation of each channel, as shares of full scale.");
   AddImages(noise, asked->images,
-            "Pairs A A' B B' ..., each twice the same, with light and dark places, nothing moved. RAW or linear.");
-  noise->add_option("--dark", asked->darks, "Frames with the lens cap on (at least two for the read noise).");
+            "Pairs A A' B B' ..., RAW or linear: each scene twice, with bright and dark places, nothing\n"
+            "moved.");
+  noise->add_option("--dark", asked->darks, "Frames with the lens cap on; at least two for the read noise.");
   noise->add_flag("--series", asked->is_series,
-                  "IMAGES are one still scene at rising exposures: neighbours make pairs, and linearity is checked.");
-  noise->add_flag("--linear", asked->is_linear, "Take the files as linear, such as a machine-vision camera's.");
+                  "IMAGES show one still scene at rising exposures. Neighbours in the list make pairs, and\n"
+                  "linearity is checked.");
+  noise->add_flag("--linear", asked->is_linear,
+                  "Take the values of the files as linear, as machine-vision cameras write them.");
   RunWith(noise, command, asked, RunNoise);
 }
 

@@ -12,9 +12,10 @@ namespace crownfit {
 
 CLI::App* AddProduct(CLI::App* calibrate, ProductOptions& options, const char* name, const std::string& what) {
   auto* task = calibrate->add_subcommand(name, what);
-  task->add_option("-o,--output", options.output, "The file to write.");
-  task->add_option("--picture", options.picture, "PNG to look at (default: beside the file, .png).");
-  task->add_flag("--json", options.json, "Print JSON.");
+  task->add_option("-o,--output", options.output, "File to write.");
+  task->add_option("--picture", options.picture,
+                   "PNG picture of the result, to look at (default: the name of the file, with .png).");
+  task->add_flag("--json", options.json, "Print the file and its figures as JSON.");
   AddCommonOptions(task, options.common);
   return task;
 }
@@ -36,7 +37,7 @@ int Finish(const Product& product, const std::vector<std::filesystem::path>& inp
   for (const auto& refusal : product.refusals) std::fprintf(stderr, "refused: %s\n", refusal.c_str());
   if (!product.refusals.empty())
     std::fprintf(stderr, "Nothing was written%s.\n",
-                 product.picture.width && !picture.empty() ? (" but " + picture.string()).c_str() : "");
+                 product.picture.width && !picture.empty() ? (" except " + picture.string()).c_str() : "");
   if (write && !options.json) std::printf("\nWritten: %s\n", options.output.c_str());
   if (product.picture.width && !picture.empty() && !options.json) std::printf("Look at: %s\n", picture.c_str());
   return product.refusals.empty() ? 0 : 1;
@@ -49,12 +50,14 @@ void AddImages(CLI::App* task, std::vector<std::filesystem::path>& images, const
 void AddBoard(CLI::App* task, BoardOptions& options) {
   Board& board = options.board;
   task->add_option("--corners", options.corners,
-                   "COLUMNSxROWS of inner corners, such as 9x6: one less than squares. apriltag: tags.");
-  task->add_option("--square-mm", board.square_mm, "A square's size, measured on the print. apriltag: a tag's.");
-  task->add_option("--marker-mm", board.marker_mm, "charuco: a marker's size (default: 3/4 of a square).");
-  task->add_option("--gap-mm", board.gap_mm, "apriltag: between tags (default: 3/10 of a tag).");
-  task->add_option("--dictionary", board.dictionary,
-                   "The markers', OpenCV's name (default 4X4_250; APRILTAG_36h11; jig: 4X4_50).");
+                   "COLUMNSxROWS of inner corners, such as 9x6: one less than squares each way. apriltag: of tags.");
+  task->add_option("--square-mm", board.square_mm,
+                   "Width of a square in mm, measured on the print. apriltag: of a tag.");
+  task->add_option("--marker-mm", board.marker_mm, "charuco: width of a marker in mm (default: 3/4 of a square).");
+  task->add_option("--gap-mm", board.gap_mm, "apriltag: gap between tags in mm (default: 3/10 of a tag).");
+  task->add_option(
+      "--dictionary", board.dictionary,
+      "OpenCV's name of the markers' dictionary (default 4X4_250; apriltag: APRILTAG_36h11; jig: 4X4_50).");
 }
 
 Board BoardOf(const BoardOptions& options) {
@@ -63,7 +66,7 @@ Board BoardOf(const BoardOptions& options) {
       {"chessboard", BoardKind::kChessboard}, {"charuco", BoardKind::kCharuco}, {"apriltag", BoardKind::kAprilTag}};
   const auto kind = kinds.find(options.kind);
   if (kind == kinds.end())
-    throw InputError("", "", "'" + options.kind + "' is no board: expected chessboard, charuco or apriltag");
+    throw InputError("", "", "'" + options.kind + "' is not a board: expected chessboard, charuco or apriltag");
   board.kind = kind->second;
   int length = 0;
   const std::string& corners = options.corners;
@@ -82,7 +85,7 @@ void RequireOneSize(const Image& image, const Image& first, const std::filesyste
   };
   throw InputError(file, "",
                    "has " + size(image) + " channels, but " + first_file.filename().string() + " has " + size(first),
-                   "Give photographs of one camera at one setting, none cropped or scaled.");
+                   "Give photographs of one camera at one setting, none of them cropped or scaled.");
 }
 
 void RequireSizeOf(const Camera& camera, const Image& image, const std::filesystem::path& file,
@@ -97,7 +100,7 @@ void RequireSizeOf(const Camera& camera, const Image& image, const std::filesyst
 }
 
 std::filesystem::path Required(const std::filesystem::path& file, const char* option) {
-  if (file.empty()) throw InputError("", option, "this option is needed here");
+  if (file.empty()) throw InputError("", option, "this option is required here");
   return file;
 }
 
@@ -106,9 +109,10 @@ std::vector<ImageFile> ReadLinear(const std::vector<std::filesystem::path>& file
   for (const auto& file : files) {
     photos.push_back(ReadImageFile(file));
     if (photos.back().is_srgb_encoded && !taken_as_linear)
-      throw InputError(
-          file, "", "is encoded for display: after a camera's tone curve its values are not proportional to the light",
-          "Give RAW files, or say --linear when the values are proportional to the light.");
+      throw InputError(file, "",
+                       "is encoded for display: its values are not proportional to the light, because the camera "
+                       "applied a tone curve",
+                       "Give RAW files, or add --linear if the values are proportional to the light.");
     RequireOneSize(photos.back().image, photos[0].image, file, files[0]);
   }
   return photos;

@@ -46,7 +46,7 @@ int AlignScanInPhotographs(const PoseTask& asked) {
   for (const auto& file : asked.images) {
     ImageFile photo = ReadImageFile(file);
     RequireSizeOf(camera, photo.image, file, asked.camera);
-    if (photo.image.channels < 3) throw InputError(file, "", "is grey; outlines are found by colour");
+    if (photo.image.channels < 3) throw InputError(file, "", "is grey, but the outline is found by colour");
     if (photo.is_srgb_encoded)
       for (float& v : photo.image.values) v = static_cast<float>(LinearFromSrgb(v));
     pictures.push_back(std::move(photo.image));
@@ -81,8 +81,8 @@ int RunPose(const PoseTask& asked) {
   const bool by_board = !asked.board.kind.empty();
   if (by_board != asked.jig.empty())
     throw InputError("", "--jig",
-                     "say how: markers around the object (--jig FILE), a board (--board KIND), or its scan (--mesh "
-                     "FILE --start FILE)");
+                     "give one way to find the pose: markers around the object (--jig FILE), a board (--board KIND), "
+                     "or its scan (--mesh FILE --start FILE)");
   const Board board = by_board ? BoardOf(asked.board) : Board{};
   const Jig jig = by_board ? Jig{} : ReadJig(asked.jig);
   Progress progress(asked.product.common.progress);
@@ -104,9 +104,8 @@ int RunPose(const PoseTask& asked) {
   if (by_board && board.kind == BoardKind::kChessboard && (board.columns + board.rows) % 2 == 0)
     product.notes.push_back(
         "a chessboard of " + asked.board.corners +
-        " corners looks the same turned by half a turn: these poses hold where it stands upright in "
-        "every photograph. One with an even and an odd number of corners, such as 9x6, can't be "
-        "mistaken.");
+        " corners looks the same after half a turn. These poses are right only if it stands upright in every "
+        "photograph. Use one with an even and an odd number of corners, such as 9x6.");
   return Finish(product, inputs, asked.product);
 }
 
@@ -114,35 +113,42 @@ int RunPose(const PoseTask& asked) {
 
 void AddCalibratePose(CLI::App& calibrate, Command& command) {
   const auto asked = std::make_shared<PoseTask>();
-  auto* pose = AddProduct(
-      &calibrate, asked->product, "pose",
-      "Where the object is in photographs: by markers of a jig or board around it, or by the scan's own outline.");
-  AddImages(pose, asked->images, "Photographs of one camera; the poses are named after the files.");
+  auto* pose =
+      AddProduct(&calibrate, asked->product, "pose",
+                 "Finds the object's pose in photographs, from markers around it or from the outline of its scan.");
+  pose->footer(
+      "Example:\n"
+      "  crownfit calibrate pose front.dng side.dng --camera camera.json --jig jig.json -o from_jig.json\n"
+      "  crownfit calibrate pose front.dng side.dng --camera camera.json --mesh crown.stl --start from_jig.json \\\n"
+      "    --placed 0,0,-5,180,0,0 --together -o poses.json\n"
+      "The first finds the jig. The second finds the crown on it: here about 5 mm in front of the jig, turned by half "
+      "a turn\n"
+      "about x. Look at the picture: the outline of the scan must lie on the edge of the crown.");
+  AddImages(pose, asked->images, "Photographs of one camera. The poses are named after the files.");
   pose->add_option("--camera", asked->camera, "camera.json of the camera.")->required();
-  pose->add_option("--jig", asked->jig, "The jig's markers, as `crownfit calibrate target jig` writes them.");
-  pose->add_option("--board", asked->board.kind, "In its place: chessboard, charuco or apriltag.");
+  pose->add_option("--jig", asked->jig, "Markers of the jig: jig.json of `crownfit calibrate target jig`.");
+  pose->add_option("--board", asked->board.kind, "Instead of a jig: chessboard, charuco or apriltag.");
   AddBoard(pose, asked->board);
   pose->add_option("--mesh", asked->meshes,
-                   "In place of markers: the scan in mm (PLY, STL, OBJ); repeat it for more crowns.")
+                   "Instead of markers: the scan in mm (PLY, STL, OBJ). Repeatable, for several crowns.")
       ->allow_extra_args(false)
       ->group("Scan");
   pose->add_option("--start", asked->start, "poses.json with a rough pose of every photograph.")->group("Scan");
-  pose->add_option(
-          "--placed", asked->placed,
-          "X,Y,Z,RX,RY,RZ: where the scan's frame lies in the start's, roughly: its origin in mm and a rotation "
-          "vector in degrees. For starts that are a jig's poses.")
+  pose->add_option("--placed", asked->placed,
+                   "X,Y,Z,RX,RY,RZ: rough place of the scan's frame in the frame of --start, such as a jig's:\n"
+                   "its origin in mm and a rotation vector in degrees.")
       ->expected(6)
       ->delimiter(',')
       ->group("Scan");
-  pose->add_option("--search-mm", asked->search_mm, "How far off the rough poses may be (default 5).")
+  pose->add_option("--search-mm", asked->search_mm, "Largest error of the rough poses in mm (default 5).")
       ->check(CLI::Range(0.0, 100.0))
       ->group("Scan");
-  pose->add_option("--search-deg", asked->search_deg, "The same in degrees (default 5).")
+  pose->add_option("--search-deg", asked->search_deg, "Largest error of the rough poses in degrees (default 5).")
       ->check(CLI::Range(0.0, 45.0))
       ->group("Scan");
-  pose->add_flag(
-          "--together", asked->together,
-          "The rough poses are right relative to each other (from a jig): find one motion of the object for all.")
+  pose->add_flag("--together", asked->together,
+                 "The rough poses are right relative to each other, as those of a jig: find one motion of the\n"
+                 "object for all photographs.")
       ->group("Scan");
   RunWith(pose, command, asked, RunPose);
 }

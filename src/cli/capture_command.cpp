@@ -44,8 +44,9 @@ int RunInit(const InitCommand& asked) {
     parts.lit.emplace_back(name, lights);
   }
   InitCapture(parts, asked.output);
-  std::printf("Index and g of every layer were taken by its name. Correct them in %s where you know better.\n",
-              (std::filesystem::path(asked.output) / "capture.json").c_str());
+  std::printf(
+      "Refractive index and g of each layer were chosen by its name. Correct them in %s if you know them better.\n",
+      (std::filesystem::path(asked.output) / "capture.json").c_str());
   return CheckWhatWasMade(asked.output, asked.common);
 }
 
@@ -60,67 +61,90 @@ void AddCapture(CLI::App& app, Command& command) {
   const auto asked = std::make_shared<InitCommand>();
   const auto measured_asked = std::make_shared<MeasuredCommand>();
   auto* capture = app.add_subcommand(
-      "capture",
-      "Makes captures, of photographs or of an instrument's readings: see crownfit capture init --help and\n"
-      "crownfit capture measured --help.");
+      "capture", "Makes a capture from photographs (init) or from an instrument's readings (measured).");
   capture->require_subcommand(1);
+  capture->footer(
+      "Examples:\n"
+      "  crownfit capture init -o crown --mesh enamel=crown.stl --photo front=front.dng --camera camera.json \\\n"
+      "    --poses poses.json --lights light_rig.json\n"
+      "  crownfit capture measured ceramic.rxt -o ceramic");
   auto* measured = capture->add_subcommand(
-      "measured",
-      "A capture of measurements alone, from iad's file of total reflectance and transmittance (.rxt), and checks it:\n"
-      "scattering and absorption free, index and g fixed, a measurement for each thickness. docs/measurements.md.");
+      "measured", "Makes a capture of measurements alone from an .rxt file of iad, and checks it.");
+  measured->footer(
+      "Scattering and absorption are free, index and g fixed. Every thickness in the file becomes a measurement.\n"
+      "docs/measurements.md describes the file.\n\n"
+      "Example:\n"
+      "  crownfit capture measured ceramic.rxt -o ceramic --wavelengths 600,540,450 --stddev 0.005\n"
+      "  crownfit fit ceramic -o result");
   MeasuredParts& m = measured_asked->parts;
-  measured->add_option("FILE", m.file, "The .rxt file; its readings must need no correction for a sphere.")->required();
-  measured->add_option("-o,--output", measured_asked->output, "The capture's folder (made when missing).")->required();
+  measured->add_option("FILE", m.file, "The .rxt file. Its readings must already be corrected for the sphere.")
+      ->required();
+  measured->add_option("-o,--output", measured_asked->output, "Folder of the capture; it is created if missing.")
+      ->required();
   measured
       ->add_option("--wavelengths", m.wavelengths_nm,
-                   "NM,NM,NM: of the three bands, or one for all (default 600,540,450). Between the file's own the "
-                   "readings are interpolated.")
+                   "NM,NM,NM: wavelengths of the three bands, or one for all (default 600,540,450). Readings are\n"
+                   "interpolated between the wavelengths of the file.")
       ->delimiter(',');
   measured
       ->add_option("--rows", m.rows,
-                   "N,N,N: rows of a file without wavelengths that are taken as the bands, or one for all, from 1.")
+                   "N,N,N, for a file without wavelengths: the rows, counted from 1, that become the three bands;\n"
+                   "or one row for all.")
       ->delimiter(',');
   measured
       ->add_option("--stddev", m.stddev,
-                   "Of every reading, repeatability and calibration together (default 0.005). Intervals rest on it.")
+                   "Standard deviation of every reading, repeatability and calibration together (default 0.005).\n"
+                   "The intervals depend on it.")
       ->check(CLI::Range(1e-7, 0.5));
-  measured->add_option("--g", m.asymmetry, "Mean cosine of scattering, where the file has no column g (default 0.8).")
+  measured->add_option("--g", m.asymmetry, "Mean cosine of scattering, if the file has no column g (default 0.8).")
       ->check(CLI::Range(-0.99, 0.99));
-  measured->add_option("--layer", m.layer, "Name of the material (default sample).");
+  measured->add_option("--layer", m.layer, "Name of the material (default: sample).");
   AddCommonOptions(measured, measured_asked->common);
   RunWith(measured, command, measured_asked, RunMeasured);
 
   auto* init = capture->add_subcommand(
-      "init",
-      "Gathers meshes, photographs and calibration products into a folder with capture.json, and checks it. "
-      "Scattering,\n"
-      "absorption and roughness are left free, exposures fixed to 1; edit capture.json for the rest.");
+      "init", "Gathers meshes, photographs and calibration files into a capture, and checks it.");
+  init->footer(
+      "Scattering, absorption and roughness are free, exposures fixed to 1. Edit capture.json for anything else.\n\n"
+      "Example:\n"
+      "  crownfit capture init -o crown --mesh enamel=crown.stl --layer dentine --thickness-mm 0.8 \\\n"
+      "    --photo front=front.dng --photo back=back.dng --lit back=left --holdout back --camera camera.json \\\n"
+      "    --poses poses.json --lights light_rig.json --noise noise.json --colour colour.json --blur blur.json\n"
+      "  crownfit fit crown -o result");
   CaptureParts& parts = asked->parts;
-  init->add_option("-o,--output", asked->output, "The capture's folder (made when missing).")->required();
+  init->add_option("-o,--output", asked->output, "Folder of the capture; it is created if missing.")->required();
   init->add_option("--mesh", asked->meshes,
-                   "LAYER=FILE: surface of a layer in mm, such as enamel=crown.stl; outermost first.")
+                   "LAYER=FILE: surface of a layer in mm, such as enamel=crown.stl. Repeatable, outermost layer\n"
+                   "first.")
       ->take_all()
       ->required();
-  init->add_option("--layer", parts.more_layers, "A further layer inside, without a mesh, such as dentine.")
+  init->add_option("--layer", parts.more_layers, "A further layer inside, without a mesh, such as dentine. Repeatable.")
       ->take_all();
-  init->add_option("--thickness-mm", parts.thickness_mm, "Of the layer above such a one (default 0.8).")
+  init->add_option("--thickness-mm", parts.thickness_mm,
+                   "Thickness in mm of the layer above a layer without a mesh (default 0.8).")
       ->check(CLI::PositiveNumber);
-  init->add_option("--photo", asked->photographs, "NAME=FILE: a photograph; repeat it.")->take_all()->required();
+  init->add_option("--photo", asked->photographs, "NAME=FILE: a photograph. Repeatable.")->take_all()->required();
   init->add_option("--camera", parts.camera, "camera.json of `crownfit calibrate camera`.")->required();
   init->add_option("--poses", parts.poses,
-                   "poses.json of `crownfit calibrate pose`; poses are found by the files' names.")
+                   "poses.json of `crownfit calibrate pose`. Poses are found by the names of the photographs' files.")
       ->required();
   init->add_option("--lights", parts.lights, "light_rig.json of `crownfit calibrate lights`.")->required();
-  init->add_option("--lit", asked->lit, "NAME=LIGHT,LIGHT: the lights that were on (default: all).")->take_all();
-  init->add_option("--polarisation", asked->polarisation, "NAME=none, cross or parallel.")->take_all();
-  init->add_option("--mask", asked->masks, "NAME=FILE: use only where this picture is above 0.5.")->take_all();
+  init->add_option("--lit", asked->lit, "NAME=LIGHT,LIGHT: the lights that were on in photograph NAME (default: all).")
+      ->take_all();
+  init->add_option("--polarisation", asked->polarisation,
+                   "NAME=none, cross or parallel: the polarisers of photograph NAME (default: none).")
+      ->take_all();
+  init->add_option("--mask", asked->masks, "NAME=FILE: use photograph NAME only where this picture is above 0.5.")
+      ->take_all();
   init->add_option("--noise", parts.noise, "noise.json of `crownfit calibrate noise`.");
   init->add_option("--colour", parts.colour, "colour.json of `crownfit calibrate colour`.");
   init->add_option("--blur", parts.blur, "blur.json of `crownfit calibrate blur`.");
-  init->add_option("--holdout", parts.holdouts, "NAME of a photograph that the fit is not to see.")->take_all();
+  init->add_option("--holdout", parts.holdouts,
+                   "NAME of a photograph that is not fitted, but compared with its prediction. Repeatable.")
+      ->take_all();
   AddCommonOptions(init, asked->common);
   init->add_flag("--exposure-free", parts.exposure_is_free,
-                 "Exposures are unknown: no card gave the lights' intensity.");
+                 "Free the exposures, because no card gave the intensity of the lights.");
   RunWith(init, command, asked, RunInit);
 }
 

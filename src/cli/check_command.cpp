@@ -112,32 +112,36 @@ void PrintScene(const Capture& capture, const CaptureCheck& check) {
 
 void PrintForeseen(const CaptureCheck& check) {
   std::printf(
-      "\n%zu numbers are free. What these %s would tell of them (95 %% intervals), foreseen at the start values:\n",
+      "\n%zu values are free. 95 %% intervals to expect from these %s, foreseen at the start values (a factor is upper "
+      "/ lower end):\n",
       check.foreseen.size(), check.crown ? "photographs" : "measurements");
   if (check.foreseen.empty()) {
-    std::printf("  none: a fit would only compare. State {\"initial\": v} for what is to be fitted.\n");
+    std::printf("  none: a fit would only compare. Write {\"initial\": v} for each parameter that is to be fitted.\n");
     return;
   }
-  if (check.crown) std::printf("  %-52s %-30s %s\n", "", "model shader, with its errors", "model path");
+  if (check.crown) std::printf("  %-52s %-30s %s\n", "", "model shader, with its error", "model path");
   for (const auto& e : check.foreseen)
     std::printf("  %-52s %-*s %s\n", e.name.c_str(), check.crown ? 30 : 0, e.by_shader.c_str(), e.by_path.c_str());
   if (check.crown)
     std::printf(
-        "  at most about %.0f s of two cores by shader, %.0f s by path; `crownfit fit` begins with shader and goes on "
-        "to path unless "
-        "it suffices\n",
+        "  estimated time on two cores, at most: %.0f s by shader, %.0f s by path. `crownfit fit` begins with shader "
+        "and\n"
+        "  continues with path if needed.\n",
         check.shader_s, check.path_s);
-  for (const auto& direction : check.weak_directions) std::printf("  weak: %s\n", direction.c_str());
+  for (const auto& direction : check.weak_directions)
+    std::printf("  weakly determined combination: %s\n", direction.c_str());
   if (check.crown)
-    std::printf("  %s\n", check.advice.empty() ? "No further photograph by this rig would tell much more."
-                                               : check.advice.c_str());
+    std::printf("  %s\n", check.advice.empty()
+                              ? "One more photograph with this rig would not narrow the intervals much."
+                              : check.advice.c_str());
 }
 
 void PrintRequirements(const CaptureCheck& check) {
   if (check.requirements.empty()) return;
   std::printf(
-      "\nWhat the scene requires: without it the picture changes by CIEDE2000, and a fit would save seconds (by "
-      "shader, by path) and miss by\n");
+      "\nWhat the scene requires. Without each part: change of the picture (CIEDE2000), seconds that a fit saves (by "
+      "shader,\n"
+      "by path), and error of the fitted values:\n");
   size_t width = 0;
   for (const auto& r : check.requirements) width = std::max(width, r.what.size());
   for (const auto& r : check.requirements)
@@ -147,43 +151,46 @@ void PrintRequirements(const CaptureCheck& check) {
 }
 
 std::string LawInWords(const SharedScattering& s) {
-  if (s.law == Sharing::kOneValue) return s.is_stated ? "one value, as stated" : "one value for a power law";
-  return s.is_stated ? "a power law, as stated" : "a power law for three values";
+  if (s.law == Sharing::kOneValue) return s.is_stated ? "one value, as stated" : "one value instead of a power law";
+  return s.is_stated ? "a power law, as stated" : "a power law instead of three values";
 }
 
 void PrintShared(const CaptureCheck& check) {
   if (check.shared.empty()) return;
   std::printf(
-      "\nWhat channels may share. Under a law with a number less all fitted values are better where the material "
-      "departs from it by less than would be told otherwise (one standard deviation, channel furthest off), and worse "
-      "where by more:\n");
+      "\nScattering that channels may share. A law for all channels has fewer numbers to fit. It improves all fitted "
+      "values if\n"
+      "the material departs from it by less than the data could detect (one standard deviation, worst channel); "
+      "otherwise\n"
+      "it makes them worse:\n");
   for (const SharedScattering& s : check.shared) {
-    const std::string told = !std::isfinite(s.told)
-                                 ? "nothing would tell a departure: better shared"
-                                 : "told to " + Number(100 * s.told, 2) + " %, published teeth depart by about " +
-                                       Number(100 * s.published, 2) +
-                                       " %: " + (s.IsAdvised() ? "better shared" : "better apart") +
-                                       Printed("; narrows %s %.2f times", s.narrowed.c_str(), s.narrows);
-    std::printf("  %-34s %-28s %s\n", s.parameter.c_str(), LawInWords(s).c_str(), told.c_str());
+    const std::string told =
+        !std::isfinite(s.told)
+            ? "no departure could be detected: share it"
+            : "detectable from " + Number(100 * s.told, 2) + " %, published teeth depart by about " +
+                  Number(100 * s.published, 2) + " %: " + (s.IsAdvised() ? "share it" : "do not share it") +
+                  Printed("; sharing makes the interval of %s %.2f times narrower", s.narrowed.c_str(), s.narrows);
+    std::printf("  %-34s %-35s %s\n", s.parameter.c_str(), LawInWords(s).c_str(), told.c_str());
   }
-  std::printf("  To try: crownfit fit --share NAME=none, NAME=power_law or NAME=channels.\n");
+  std::printf("  To change it for one fit: crownfit fit --share NAME=none, NAME=power_law or NAME=channels.\n");
 }
 
 void PrintExact(const CaptureCheck& check) {
   if (check.exact.empty()) return;
   std::printf(
-      "\nWhat the capture states as exact. Were it off by so much, fitted values would be off by about so much, which "
-      "intervals do not hold and photographs may not show:\n");
+      "\nValues that the capture states as exact. If one is off by the amount shown, the fitted values are off by "
+      "about the\n"
+      "percentages shown. Intervals do not include this error, and the photographs may not show it:\n");
   for (const ExactStatement& s : check.exact) {
     std::string shifts;
     for (const auto& [parameter, share] : s.shifts)
       shifts +=
           (shifts.empty() ? "" : ", ") + parameter + (share > 1 ? " over 100" : " " + Number(100 * share, 2)) + " %";
-    std::printf("  %-28s %-8s by %-6s %s\n", s.name.c_str(), Number(s.value).c_str(), s.error.c_str(), shifts.c_str());
+    std::printf("  %-28s %-8s off by %-6s %s\n", s.name.c_str(), Number(s.value).c_str(), s.error.c_str(),
+                shifts.c_str());
   }
-  std::printf(
-      "  (Nor are g and roughness in intervals where they are fixed; this model does not tell what they do.)\n");
-  std::printf("  What is not known so well, state as {\"initial\": v, \"prior\": {\"mean\": v, \"log_stddev\": s}}.\n");
+  std::printf("  (Errors of a fixed g or roughness are not included either; this model can't foresee their effect.)\n");
+  std::printf("  If a value is not exact, write {\"initial\": v, \"prior\": {\"mean\": v, \"log_stddev\": s}}.\n");
 }
 
 }  // namespace
@@ -218,12 +225,17 @@ int RunCheck(const CheckCommand& asked) {
 void AddCheck(CLI::App& app, Command& command) {
   const auto asked = std::make_shared<CheckCommand>();
   auto* check = app.add_subcommand(
-      "check",
-      "Reads a capture with all its files and says whether it can be fitted, what its photographs would tell of every "
-      "free number, what the scene requires, and which photograph to take next; fits nothing.");
-  check->add_option("CAPTURE", asked->capture, "Folder with capture.json, or that file.")->required();
+      "check", "Checks a capture and all its files, and foresees what a fit would find. It fits nothing.");
+  check->footer(
+      "Prints for every free value the interval to expect, which parts of the scene matter, what errors of fixed "
+      "values do,\n"
+      "and which photograph to take next.\n\n"
+      "Example:\n"
+      "  crownfit check crown -o slices.png\n"
+      "Look at slices.png: the layers must lie inside each other as in the crown.");
+  check->add_option("CAPTURE", asked->capture, "Folder that holds capture.json, or that file.")->required();
   check->add_option("-o,--output", asked->output, "PNG with slices through the layers, to look at.");
-  check->add_flag("--json", asked->json, "Print JSON.");
+  check->add_flag("--json", asked->json, "Print the result as JSON.");
   AddCommonOptions(check, asked->common);
   RunWith(check, command, asked, RunCheck);
 }

@@ -31,25 +31,26 @@ Command ParseCommandLine(int argc, char** argv) {
   command.program = argv[0];
   for (int i = 0; i < argc; ++i) command.line += (i ? " " : "") + std::string(argv[i]);
   CLI::App app{
-      "Fits the materials of dental crowns and teeth to calibrated photographs.\n\n"
-      "  crownfit check CAPTURE                 complete and consistent? what will it tell, what to photograph next?\n"
-      "  crownfit fit CAPTURE -o RESULT         scattering, absorption, thickness, roughness, with error bars\n"
-      "  crownfit report RESULT                 the page of a result again: report.html\n"
-      "  crownfit batch MANIFEST -o DIR         hundreds of crowns: parallel, resumable, with a summary\n"
-      "  crownfit render CAPTURE --material M   the photographs a material predicts\n"
-      "  crownfit view M --capture CAPTURE      the crown in a window: turn it, light it, change the material\n"
-      "  crownfit match M --capture C -o M2     effective parameters that make the viewer look like path tracing\n"
-      "  crownfit synthesize RECIPE -o CAPTURE  path-traced photographs with a known answer\n"
-      "  crownfit predict MATERIAL              its colour and translucency at other thicknesses, over other stumps\n"
-      "  crownfit shades ...                    your own shade tabs, and the nearest to a material\n"
-      "  crownfit slab SLAB.json                reflectance and transmittance of a flat layered sample\n"
-      "  crownfit calibrate WHAT IMAGES         camera, noise, blur, colour, lights and poses from photographs\n"
-      "  crownfit capture init ...              meshes, photographs and calibration gathered into a capture\n"
-      "  crownfit export M --to FORMAT -o DIR   for Mitsuba, pbrt, Blender, glTF, MaterialX, or as a table\n"
-      "  crownfit compare A B                   CIEDE2000 between two pictures\n"
-      "  crownfit benchmark tradeoff C -o DIR   speed against accuracy of every model, on your capture\n\n"
-      "CAPTURE is a folder that holds capture.json, or that file. docs/file_formats.md describes it.\n"
-      "Exit codes: 0 done; 1 finished, but the result must not be used (reasons are printed); 2 wrong input;\n"
+      "Fits the optical materials of dental crowns and teeth to calibrated photographs.\n\n"
+      "  crownfit check CAPTURE                 checks a capture and foresees what a fit would find\n"
+      "  crownfit fit CAPTURE -o RESULT         fits scattering, absorption, thickness, roughness, with intervals\n"
+      "  crownfit report RESULT                 writes the page of a result, report.html, again\n"
+      "  crownfit batch MANIFEST -o DIR         fits hundreds of crowns in parallel and resumes after a stop\n"
+      "  crownfit render CAPTURE -o DIR         renders the photographs that a material predicts\n"
+      "  crownfit view M --capture CAPTURE      shows the crown in a window: turn it, light it, change its material\n"
+      "  crownfit match M --capture C -o M2     finds parameters with which the viewer looks like path tracing\n"
+      "  crownfit synthesize RECIPE -o CAPTURE  path-traces photographs of a known material\n"
+      "  crownfit predict M                     predicts colour and translucency at any thickness, over any stump\n"
+      "  crownfit shades ...                    makes your own set of shade tabs and finds the nearest ones\n"
+      "  crownfit slab SLAB.json                computes reflectance and transmittance of a flat layered sample\n"
+      "  crownfit calibrate WHAT IMAGES         calibrates camera, noise, blur, colour, lights and poses\n"
+      "  crownfit capture init ...              gathers meshes, photographs and calibration into a capture\n"
+      "  crownfit export M --to FORMAT -o DIR   writes files for Mitsuba, pbrt, Blender, glTF, MaterialX, iad; CSV\n"
+      "  crownfit compare A B                   measures CIEDE2000 between two pictures\n"
+      "  crownfit benchmark tradeoff C -o DIR   measures speed against accuracy of every model\n\n"
+      "CAPTURE and C are a folder that holds capture.json, or that file (docs/file_formats.md).\n"
+      "M is the material.json of a fit, or a truth.json. `crownfit COMMAND --help` shows options and an example.\n"
+      "Exit codes: 0 done; 1 finished, but do not use the result (the reasons are printed); 2 wrong input;\n"
       "3 interrupted; 4 internal error; 75 batch stopped by SIGTERM."};
   app.name("crownfit");
   app.require_subcommand(1);
@@ -59,7 +60,7 @@ Command ParseCommandLine(int argc, char** argv) {
   try {
     app.parse(argc, argv);
     if (const CLI::Option* option = NotFinite(app))
-      throw CLI::ValidationError(option->get_name(), "is no finite number. Write one, as 0.5 or 1e-3.");
+      throw CLI::ValidationError(option->get_name(), "is not a finite number. Write one such as 0.5 or 1e-3.");
   } catch (const CLI::ParseError& e) {
     const int code = app.exit(e, std::cout, std::cerr) == 0 ? 0 : 2;
     command.run = [code] { return code; };

@@ -8,9 +8,11 @@
 namespace crownfit {
 
 void AddCommonOptions(CLI::App* app, CommonOptions& common) {
-  app->add_option("--threads", common.threads, "Threads to use; 0: one per processor. Results do not depend on it.")
+  app->add_option("--threads", common.threads,
+                  "Threads to use; 0 (default): one per processor. Results do not depend on it.")
       ->check(CLI::Range(0, 1024));
-  app->add_option("--progress", common.progress, "auto: a bar when stderr is a terminal; none; json: lines on stderr.")
+  app->add_option("--progress", common.progress,
+                  "auto (default): a bar if stderr is a terminal; none; json: lines of JSON on stderr.")
       ->transform(CLI::CheckedTransformer(std::map<std::string, ProgressMode>{
           {"auto", ProgressMode::kAuto}, {"none", ProgressMode::kNone}, {"json", ProgressMode::kJson}}));
 }
@@ -34,8 +36,8 @@ CLI::Option* AddModel(CLI::App* app, Model& model, const std::vector<Model>& kno
 CLI::Option* AddCollisions(CLI::App* app, int& collisions) {
   return app
       ->add_option("--collisions", collisions,
-                   "Model diffusion: collisions of every walk before diffusion takes over (default 10); 0: plain "
-                   "diffusion,\nmore: nearer to model path, and slower.")
+                   "Model diffusion: collisions of a random walk before it switches to diffusion (default 10).\n"
+                   "0: plain diffusion. More: nearer to model path, and slower.")
       ->check(CLI::Range(0, 1000000));
 }
 

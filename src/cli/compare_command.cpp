@@ -47,7 +47,7 @@ int RunCompare(const CompareCommand& asked) {
     mask[i] = first.usable[i] && (first.has_mask || lit(first.linear) || lit(second.linear));
   }
   const ColourDifference d = ComparePictures(first.linear, second.linear, mask);
-  if (d.pixels == 0) throw InputError(asked.image_a, "", "no pixel is left to compare", "Check the mask.");
+  if (d.pixels == 0) throw InputError(asked.image_a, "", "there is no pixel to compare", "Check the mask.");
   if (!asked.output.empty()) WriteImageFile(asked.output, DifferenceFigure(d));
   Figures figures;
   figures.Add("de00_median", d.median, "dE00");
@@ -66,13 +66,17 @@ int RunCompare(const CompareCommand& asked) {
 
 void AddCompare(CLI::App& app, Command& command) {
   const auto asked = std::make_shared<CompareCommand>();
-  auto* compare =
-      app.add_subcommand("compare", "CIEDE2000 (D65, 2 degrees) between two linear pictures, over 8 x 8 blocks.");
-  compare->add_option("IMAGE_A", asked->image_a, "The photograph; sets the common brightness.")->required();
-  compare->add_option("IMAGE_B", asked->image_b, "What to compare with it.")->required();
-  compare->add_option("--mask", asked->mask, "Compare where this picture is above 0.5.");
+  auto* compare = app.add_subcommand(
+      "compare", "Measures CIEDE2000 (D65, 2 degrees) between two linear pictures, over blocks of 8 x 8 pixels.");
+  compare->footer(
+      "Prints median, 95th percentile and mean, and the shares below 0.8 (not seen) and 1.8 (accepted).\n\n"
+      "Example:\n"
+      "  crownfit compare crown/photos/front.exr pictures/front.exr -o difference.png");
+  compare->add_option("IMAGE_A", asked->image_a, "The photograph. It sets the brightness of both.")->required();
+  compare->add_option("IMAGE_B", asked->image_b, "The picture to compare with it.")->required();
+  compare->add_option("--mask", asked->mask, "Compare only where this picture is above 0.5.");
   compare->add_option("-o,--output", asked->output, "PNG map of the differences.");
-  compare->add_flag("--json", asked->json, "Print JSON.");
+  compare->add_flag("--json", asked->json, "Print the figures as JSON.");
   RunWith(compare, command, asked, RunCompare);
 }
 

@@ -58,16 +58,20 @@ int RunFit(const FitCommand& asked) {
 
 CLI::App* AddFitCommand(CLI::App& app, FitCommand& asked) {
   auto* fit = app.add_subcommand(
-      "fit", "Fits the material of a capture; writes report.html, material.json, run.json and figures/.");
-  fit->add_option(
-         "CAPTURE", asked.captures,
-         "Folder with capture.json, or that file. Several: they show one material (discs of several\n"
-         "thicknesses, crowns from one blank) and are fitted together; layers of the same name share everything\n"
-         "but their thickness. RESULT/captures/ then holds a result for each.")
+      "fit", "Fits the material of a capture. Writes report.html, material.json, run.json and figures/.");
+  fit->footer(
+      "Example:\n"
+      "  crownfit fit crown -o result --fix enamel.ior=1.63\n"
+      "Prints whether the result is usable, and every value with its 95 % interval. Open result/report.html in a "
+      "browser.");
+  fit->add_option("CAPTURE", asked.captures,
+                  "Folder that holds capture.json, or that file. Several captures of one material (discs of\n"
+                  "several thicknesses, crowns from one blank) are fitted together: layers of the same name\n"
+                  "share everything but their thickness. RESULT/captures/ then holds a result for each.")
       ->required();
-  fit->add_option("-o,--output", asked.output, "Folder for the result (made when missing).")->required();
+  fit->add_option("-o,--output", asked.output, "Folder for the result; it is created if missing.")->required();
   AddFitOptions(fit, asked.text);
-  fit->add_flag("--json", asked.json, "Print material.json on stdout in place of the summary.");
+  fit->add_flag("--json", asked.json, "Print material.json instead of the summary.");
   AddCommonOptions(fit, asked.common);
   return fit;
 }

@@ -15,8 +15,9 @@ int main(int argc, char** argv) {
     return 2;
   } catch (const std::bad_alloc&) {
     std::fprintf(stderr,
-                 "crownfit: there is not enough memory for this input\n  Cut the photographs to the crown, or reduce "
-                 "the mesh: docs/limits.md says what each needs.\n");
+                 "crownfit: there is not enough memory for this input\n"
+                 "  Use smaller photographs, calibrated at their size, or a smaller mesh; docs/limits.md says how much "
+                 "memory each needs.\n");
     return 2;
   } catch (const std::exception& e) {
     std::fprintf(stderr, "crownfit: internal error: %s\n", e.what());

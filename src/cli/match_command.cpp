@@ -33,16 +33,23 @@ int RunMatch(const MatchCommand& asked) {
 void AddMatch(CLI::App& app, Command& command) {
   const auto asked = std::make_shared<MatchCommand>();
   auto* match = app.add_subcommand(
-      "match",
-      "Find parameters with which the viewer looks as the path model does with a material's own, under "
-      "light made for it; written as the material's block \"viewer\".");
-  match->add_option("MATERIAL", asked->material, "material.json or truth.json.")->required();
-  match->add_option("--capture", asked->capture, "The crown: folder with capture.json, or that file.")->required();
-  match->add_option("-o,--output", asked->output, "Where the material with its new block goes.")->required();
-  match->add_option("--paths", asked->paths, "Paths a pixel of the pictures to match (default 256).")
+      "match", "Finds effective parameters with which the viewer looks like path tracing with the physical ones.");
+  match->footer(
+      "The pictures to match are path-traced in a studio of their own, under several lamps. The effective parameters "
+      "are\n"
+      "written to the block \"viewer\" of the material; `crownfit view` then shows them.\n\n"
+      "Example:\n"
+      "  crownfit match result/material.json --capture crown -o matched.json\n"
+      "  crownfit view matched.json --capture crown");
+  match->add_option("MATERIAL", asked->material, "material.json of a fit, or truth.json.")->required();
+  match->add_option("--capture", asked->capture, "Capture of the crown: folder that holds capture.json, or that file.")
+      ->required();
+  match->add_option("-o,--output", asked->output, "File for the material with its block \"viewer\".")->required();
+  match->add_option("--paths", asked->paths, "Paths per pixel of the pictures to match (default 256).")
       ->check(CLI::Range(8, 1000000));
-  match->add_option("--pixels", asked->pixels, "Their width and height (default 64).")->check(CLI::Range(16, 1024));
-  match->add_option("--seed", asked->seed, "Seed of the walks (default 1).");
+  match->add_option("--pixels", asked->pixels, "Width and height of these pictures (default 64).")
+      ->check(CLI::Range(16, 1024));
+  match->add_option("--seed", asked->seed, "Seed of the paths (default 1).");
   AddCommonOptions(match, asked->common);
   RunWith(match, command, asked, RunMatch);
 }

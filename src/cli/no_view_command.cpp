@@ -6,7 +6,7 @@
 namespace crownfit {
 
 void AddView(CLI::App& app, Command&) {
-  auto* view = app.add_subcommand("view", "The crown in the light, in a window; this program was built without it.");
+  auto* view = app.add_subcommand("view", "Shows the crown in a window. This program was built without it.");
   view->allow_extras();
   view->final_callback([] {
     throw InputError("", "view", "this program was built without the viewer",

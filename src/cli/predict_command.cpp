@@ -80,17 +80,21 @@ int RunPredict(const PredictCommand& asked) {
 void AddPredict(CLI::App& app, Command& command) {
   const auto asked = std::make_shared<PredictCommand>();
   auto* predict = app.add_subcommand(
-      "predict",
-      "Colour and translucency of a fitted material at other thicknesses and over other things, with 95 % intervals:\n"
-      "L*a*b* over black, white and a stump, TP00, TP, contrast ratio, masking thickness, reflectance, transmittance,\n"
-      "Kubelka-Munk's K and S; at the design thickness and at 0.5, 1, 1.5 and 2 mm. docs/dental.md explains each.");
-  predict->add_option("MATERIAL", asked->material, "material.json or truth.json.")->required();
+      "predict", "Predicts colour and translucency of a material at any thickness and over any stump.");
+  predict->footer(
+      "Prints for the design thickness and for 0.5, 1, 1.5 and 2 mm, with 95 % intervals: L*a*b* over black, white and "
+      "the\n"
+      "stump, TP00, TP, contrast ratio, masking thickness, reflectance, transmittance, and Kubelka-Munk's K and S.\n"
+      "docs/dental.md explains each.\n\n"
+      "Example:\n"
+      "  crownfit predict result/material.json --thickness enamel=0.5,dentine=1 --stump 60,2,18 -o swatches.png");
+  predict->add_option("MATERIAL", asked->material, "material.json of a fit, or truth.json.")->required();
   AddLayUp(predict, asked->lay_up);
   AddDraws(predict, asked->lay_up);
   AddTargets(predict, asked->lay_up);
-  predict->add_option("--tabs", asked->lay_up.tabs, "Tabs (`crownfit shades`) that tab:NAME names.");
+  predict->add_option("--tabs", asked->lay_up.tabs, "Set of tabs from `crownfit shades`, for tab:NAME.");
   predict->add_option("-o,--output", asked->output, "PNG with the colours as swatches.");
-  predict->add_flag("--json", asked->json, "Print JSON.");
+  predict->add_flag("--json", asked->json, "Print the prediction as JSON.");
   AddCommonOptions(predict, asked->common);
   RunWith(predict, command, asked, RunPredict);
 }

@@ -31,10 +31,10 @@ int RunRender(const RenderCommand& asked) {
   if (asked.derivatives && (asked.model == Model::kShader || asked.paths < kFewestForDerivatives))
     throw InputError(
         "", "--derivatives",
-        "only with --model path or diffusion, and at least 16 --paths: their errors are found from groups");
+        "derivatives need --model path or diffusion, and at least 16 --paths: their errors come from groups of paths");
   if (asked.half_float && asked.model != Model::kShader)
     throw InputError("", "--half",
-                     "is for model shader: the variances of walks are smaller than what half floats hold");
+                     "is for model shader alone: the variances of other models are too small for 16-bit floats");
   Progress progress(asked.common.progress);
   const Capture capture = ReadCapture(asked.capture);
   const Material material =
@@ -85,33 +85,43 @@ int RunRender(const RenderCommand& asked) {
 
 void AddRender(CLI::App& app, Command& command) {
   const auto asked = std::make_shared<RenderCommand>();
-  auto* render =
-      app.add_subcommand("render", "Predicts the photographs of a capture with a material (EXR, and PNG to look at).");
+  auto* render = app.add_subcommand(
+      "render", "Renders the photographs of a capture as a material predicts them (EXR, and PNG to look at).");
+  render->footer(
+      "Example:\n"
+      "  crownfit render crown --material result/material.json --model path --photograph front -o pictures\n"
+      "Writes pictures/front.exr (linear) and pictures/front.png.");
   render
-      ->add_option("CAPTURE", asked->capture, "Folder with capture.json, or that file. Its photographs need not exist.")
+      ->add_option("CAPTURE", asked->capture,
+                   "Folder that holds capture.json, or that file. Its photographs need not exist.")
       ->required();
-  render->add_option("--material", asked->material, "material.json or truth.json; default: the capture's own values.");
-  render->add_option("-o,--output", asked->output, "Folder for the pictures.")->required();
+  render->add_option("--material", asked->material,
+                     "material.json of a fit, or truth.json (default: the values that the capture states).");
+  render->add_option("-o,--output", asked->output, "Folder for the pictures; it is created if missing.")->required();
   AddModel(render, asked->model, {Model::kShader, Model::kPath, Model::kDiffusion},
-           "shader: the real-time terms, seconds. path: random walks, the reference; with a variance layer.\n"
-           "diffusion: walks of --collisions, then diffusion in the crown's volume: less noise.");
+           "shader (default): the formulas of the viewer; seconds. path: path tracing, the reference, with a\n"
+           "variance layer. diffusion: --collisions of random walks, then diffusion in the crown's\n"
+           "volume: less noise.");
   AddCollisions(render, asked->collisions);
   render->add_option("--paths", asked->paths, "Paths per pixel of models path and diffusion (default 256).")
       ->check(CLI::Range(1, 100000000));
-  render->add_option("--photograph", asked->photograph, "Only this one.");
+  render->add_option("--photograph", asked->photograph, "Render only this photograph.");
   render
       ->add_option("--noise", asked->noise,
-                   "Add relative noise of this standard deviation (0.01: 1 %), keyed by --seed.")
+                   "Add relative noise of this standard deviation (0.01: 1 %), drawn with --seed.")
       ->check(CLI::Range(0.0, 1.0));
   render->add_flag("--derivatives", asked->derivatives,
-                   "Models path and diffusion: also PHOTOGRAPH_derivatives.exr, derivatives by scattering, absorption, "
-                   "g, index and so on.");
-  render->add_flag("--half", asked->half_float, "16-bit EXR.");
-  render->add_flag("--twelve-taps", asked->twelve_taps, "Blur by the thesis's 1 + 12 taps in place of 49.");
-  render->add_flag("--fine", asked->fine, "Four times the light samples.");
-  render->add_option("--scale", asked->scale, "Pictures of so many times the camera's width and height (default 1).")
+                   "Models path and diffusion: also write PHOTOGRAPH_derivatives.exr, with derivatives with\n"
+                   "respect to scattering, absorption, g, index and so on.");
+  render->add_flag("--half", asked->half_float, "Write 16-bit EXR.");
+  render->add_flag("--twelve-taps", asked->twelve_taps,
+                   "Model shader: blur with the thesis's 1 + 12 taps instead of 49.");
+  render->add_flag("--fine", asked->fine, "Model shader: four times as many light samples.");
+  render
+      ->add_option("--scale", asked->scale,
+                   "Scale of the pictures relative to the camera's width and height (default 1).")
       ->check(CLI::Range(0.01, 1.0));
-  render->add_option("--seed", asked->seed, "Seed of the noise and of model path's walks (default 1).");
+  render->add_option("--seed", asked->seed, "Seed of the noise and of the random walks (default 1).");
   AddCommonOptions(render, asked->common);
   RunWith(render, command, asked, RunRender);
 }

@@ -59,18 +59,19 @@ void WriteResultWithPage(const std::filesystem::path& folder, const CrownFit& fi
 
 void AddReport(CLI::App& app, Command& command) {
   const auto asked = std::make_shared<ReportCommand>();
-  auto* report = app.add_subcommand(
-      "report",
-      "Makes report.html of a result again, for a browser, without network: the verdict in plain words,\n"
-      "photographs against predictions, colours by thirds of the crown, parameters with intervals, their\n"
-      "correlation, convergence, the material as a flat piece, provenance. `crownfit fit` makes it too, over black.\n"
-      "With any of the options below the flat piece is laid up anew. docs/report.md explains it.");
-  report->add_option("RESULT", asked->result, "Folder that `crownfit fit` wrote, wherever it was moved to.")
-      ->required();
+  auto* report = app.add_subcommand("report", "Writes the page of a result, report.html, again.");
+  report->footer(
+      "`crownfit fit` writes the same page. With an option from --thickness to --tabs, the flat piece on the page is\n"
+      "computed again; `fit` lays it over black. docs/report.md explains the page.\n\n"
+      "Example:\n"
+      "  crownfit report result --stump 60,2,18 --tabs tabs.json\n"
+      "Open result/report.html in a browser; it needs no network.");
+  report->add_option("RESULT", asked->result, "Folder that `crownfit fit` wrote. It may have been moved.")->required();
   AddLayUp(report, asked->lay_up);
   AddTargets(report, asked->lay_up);
-  report->add_option("--tabs", asked->lay_up.tabs,
-                     "Tabs (`crownfit shades`): the report names the three nearest; also those that tab:NAME names.");
+  report->add_option(
+      "--tabs", asked->lay_up.tabs,
+      "Set of tabs from `crownfit shades`. The page names the three nearest; tab:NAME refers to it too.");
   std::vector<const CLI::Option*> of_piece;
   for (const CLI::Option* option : report->get_options())
     if (!option->get_positional() && option != report->get_help_ptr()) of_piece.push_back(option);

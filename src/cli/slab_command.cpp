@@ -37,10 +37,10 @@ void CheckSlabCanBeSolved(const std::filesystem::path& file, const Slab& slab, M
   }
   if (model == Model::kLayered && indices.size() > kMostIndices)
     throw InputError(file, "layers", "they have " + std::to_string(indices.size()) + " different indices, more than 8",
-                     "Use --model path, or round ior: every index brings directions of its own.");
+                     "Use --model path, or round ior: every index adds its own directions to the computation.");
   if (model == Model::kPath && collisions > kMostCollisions)
-    throw InputError(file, "layers", "a photon would scatter some " + std::to_string(collisions) + " times on its way",
-                     "Use --model layered, which needs no more time for it.");
+    throw InputError(file, "layers", "a photon would scatter about " + std::to_string(collisions) + " times on its way",
+                     "Use --model layered: its time does not depend on the scattering.");
 }
 
 int RunSlab(const SlabCommand& asked) {
@@ -51,8 +51,7 @@ int RunSlab(const SlabCommand& asked) {
   const Model model = asked.model;
   const auto show = [&](double share) { progress.Show("walking", share); };
   if (!slab.radii_mm.empty() && model != Model::kPath)
-    throw InputError(asked.slab, "radii_mm",
-                     "model " + std::string(Word(model)) + " answers totals, so it has no rings",
+    throw InputError(asked.slab, "radii_mm", "model " + std::string(Word(model)) + " computes totals only, no rings",
                      "Remove the key, or use --model path.");
   SlabAnswer answer;
   if (model == Model::kLayered) answer = SolveByAddingDoubling(slab);
@@ -70,16 +69,23 @@ int RunSlab(const SlabCommand& asked) {
 
 void AddSlab(CLI::App& app, Command& command) {
   const auto asked = std::make_shared<SlabCommand>();
-  auto* slab = app.add_subcommand("slab", "Reflectance and transmittance of a flat layered sample, as JSON.");
+  auto* slab = app.add_subcommand("slab", "Computes reflectance and transmittance of a flat layered sample, as JSON.");
+  slab->footer(
+      "Example:\n"
+      "  crownfit slab slab.json\n"
+      "where slab.json is\n"
+      "  {\"format\": \"crownfit-slab/1\", \"layers\": [{\"ior\": 1.54, \"g\": 0.8, \"scattering_per_mm\": 10,\n"
+      "   \"absorption_per_mm\": 0.1, \"thickness_mm\": 1}]}\n"
+      "The answer holds shares of the incident light, such as \"reflectance_collimated\".");
   slab->add_option("SLAB", asked->slab, "slab.json (docs/file_formats.md).")->required();
   AddModel(slab, asked->model, {Model::kLayered, Model::kPath, Model::kShader, Model::kDiffusion},
-           "layered: adding-doubling, exact, milliseconds (default). path: random walks, with errors and rings. "
-           "shader, diffusion: what those models of crowns make of it, to see how far they are off.");
+           "layered (default): adding-doubling, exact; milliseconds. path: random walks, with standard\n"
+           "errors and rings. shader, diffusion: what these crown models predict for the sample.");
   slab->add_option("--photons", asked->photons,
-                   "Photons of models path and diffusion at normal incidence (default 1000000); a quarter as many come "
-                   "diffusely.")
+                   "Models path and diffusion: photons at normal incidence (default 1000000). A quarter as many\n"
+                   "arrive diffusely.")
       ->check(CLI::Range(uint64_t{2}, uint64_t{1000000000000}));
-  slab->add_option("--seed", asked->seed, "Seed of models path and diffusion (default 1).");
+  slab->add_option("--seed", asked->seed, "Models path and diffusion: seed of the random numbers (default 1).");
   AddCollisions(slab, asked->collisions);
   AddCommonOptions(slab, asked->common);
   RunWith(slab, command, asked, RunSlab);

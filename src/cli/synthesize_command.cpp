@@ -29,9 +29,15 @@ int RunSynthesize(const SynthesizeCommand& asked) {
 void AddSynthesize(CLI::App& app, Command& command) {
   const auto asked = std::make_shared<SynthesizeCommand>();
   auto* synthesize = app.add_subcommand(
-      "synthesize", "Path-traces a capture with a known answer: photographs, calibration, meshes, truth.json.");
-  synthesize->add_option("RECIPE", asked->recipe, "recipe.json (docs/file_formats.md).")->required();
-  synthesize->add_option("-o,--output", asked->output, "Folder for the capture (made when missing).")->required();
+      "synthesize", "Path-traces a capture of a known material: photographs, calibration, meshes, truth.json.");
+  synthesize->footer(
+      "Example:\n"
+      "  crownfit synthesize recipe.json -o synthetic\n"
+      "  crownfit fit synthetic -o result\n"
+      "Compare result/material.json with the true values in synthetic/truth.json.");
+  synthesize->add_option("RECIPE", asked->recipe, "recipe.json: a capture with known values (docs/file_formats.md).")
+      ->required();
+  synthesize->add_option("-o,--output", asked->output, "Folder for the capture; it is created if missing.")->required();
   AddCommonOptions(synthesize, asked->common);
   RunWith(synthesize, command, asked, RunSynthesize);
 }

@@ -69,25 +69,36 @@ int RunView(const ViewCommand& asked) {
 
 void AddView(CLI::App& app, Command& command) {
   const auto asked = std::make_shared<ViewCommand>();
-  auto* view = app.add_subcommand("view",
-                                  "The crown in the light, drawn by the graphics processor as the fit's model "
-                                  "sees it: a window, or --screenshot or --benchmark without one.");
-  view->add_option("MATERIAL", asked->material, "material.json or truth.json.")->required();
-  view->add_option("--capture", asked->capture, "Crown, cameras and lamps: folder with capture.json, or that file.");
+  auto* view = app.add_subcommand(
+      "view", "Shows the crown in a window, drawn on the graphics processor with the formulas of model shader.");
+  view->footer(
+      "Example:\n"
+      "  crownfit view result/material.json --capture crown\n"
+      "  crownfit view result/material.json --mesh crown.stl --size 800x800 --screenshot crown.png\n"
+      "In the window, F1 lists mouse and keys.");
+  view->add_option("MATERIAL", asked->material, "material.json of a fit, or truth.json.")->required();
+  view->add_option("--capture", asked->capture,
+                   "Take crown, cameras, lamps and photographs from this capture: folder that holds\n"
+                   "capture.json, or that file.");
   view->add_option("--mesh", asked->meshes,
-                   "In place of a capture: surface of a layer in mm (PLY, STL, OBJ); repeat it, "
-                   "outermost first. Lit by two softboxes and a weak dome.")
+                   "Instead of a capture: surface of a layer in mm (PLY, STL, OBJ). Repeatable, outermost layer\n"
+                   "first. Two softboxes and a weak dome light it.")
       ->allow_extra_args(false);
-  view->add_option("--photograph", asked->photograph, "Whose camera and lamps (default: the first).");
-  view->add_option("--screenshot", asked->screenshot, "Write one picture: .exr (linear) or .png. Needs no display.");
-  view->add_option("--size", asked->size, "WxH: of the picture, in place of the camera's own; or of the window.");
-  view->add_option("--benchmark", asked->benchmark_frames, "Draw so many frames and print how long they take.")
+  view->add_option("--photograph", asked->photograph,
+                   "Photograph whose camera and lamps are used first (default: the first photograph).");
+  view->add_option("--screenshot", asked->screenshot,
+                   "Write one picture, .exr (linear) or .png, and open no window. Needs no display.");
+  view->add_option("--size", asked->size,
+                   "WxH: size of the picture (default: the camera's) or of the window (default: 1400x900).");
+  view->add_option("--benchmark", asked->benchmark_frames,
+                   "Draw this many frames without a window, and print how long they take.")
       ->check(CLI::Range(1, 1000000));
-  view->add_option("--save-to", asked->save_to, "Folder for what the window saves (default: where you are).");
+  view->add_option("--save-to", asked->save_to,
+                   "Folder for files that the window saves (default: the current folder).");
   view->add_flag("--physical", asked->physical,
-                 "Show the physical parameters where the material has effective ones (`crownfit match`).");
+                 "Show the physical parameters even if the material has effective ones (`crownfit match`).");
   view->add_flag("--print-layout", asked->print_layout,
-                 "For tests: print where the window's widgets stand, `name x y w h`, and `end`.");
+                 "For tests: print the place of the window's widgets, `name x y w h`, then `end`.");
   AddCommonOptions(view, asked->common);
   RunWith(view, command, asked, RunView);
 }

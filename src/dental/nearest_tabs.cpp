@@ -57,7 +57,8 @@ NearestTabs NearestTabsOf(const ColourSample& sample, const ShadeSet& set, int d
     if (!is_seen) nearest.verdict.push_back(two + " are too close to tell: their distances differ by less than 0.8");
   }
   if (all[0].de00 > kAcceptable)
-    nearest.verdict.push_back("no tab is acceptable: the nearest is " + all[0].tab->name + ", more than 1.8 away");
+    nearest.verdict.push_back("no tab is an acceptable match: the nearest is " + all[0].tab->name +
+                              ", more than 1.8 away");
   for (const Neighbour& n : all) {
     const auto [low, high] = Interval(n.draws);
     nearest.tabs.push_back({n.tab->name, n.de00, low, high});

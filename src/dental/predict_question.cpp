@@ -18,7 +18,7 @@ glm::dvec3 ReflectanceOf(const std::string& option, const std::string& text, con
   glm::dvec3 bands;
   if (text == "black" || text == "white") return glm::dvec3(text == "white" ? 1.0 : 0.0);
   if (text.starts_with("tab:")) {
-    if (!tabs) throw InputError("", option, text + " needs a set of tabs", "Name it: --tabs FILE.");
+    if (!tabs) throw InputError("", option, text + " needs a set of tabs", "Give it with --tabs FILE.");
     const ShadeSet set = ReadShades(*tabs);
     std::string known;
     const ShadeTab* found = nullptr;
@@ -42,7 +42,7 @@ glm::dvec3 ReflectanceOf(const std::string& option, const std::string& text, con
       throw InputError(
           "", option,
           "'" + text + "' reflects " + std::to_string(bands[c]) + " in band " + "RGB"[c] + ", outside 0 to 1",
-          "It is no surface that these bands can hold; is it L*a*b* under D65?");
+          "No surface has this colour in these bands. Check that it is L*a*b* under D65.");
   return glm::clamp(bands, 0.0, 1.0);
 }
 
@@ -50,7 +50,7 @@ double Millimetres(const std::string& option, const std::string& text) {
   double value = 0;
   const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
   if (error != std::errc() || end != text.data() + text.size() || !(value >= 0.001 && value <= 20.0))
-    throw InputError("", option, "'" + text + "' is no thickness in mm", "Write a number from 0.001 to 20.");
+    throw InputError("", option, "'" + text + "' is not a thickness in mm", "Write a number from 0.001 to 20.");
   return value;
 }
 
@@ -65,8 +65,8 @@ std::vector<double> DesignOf(const std::string& text, const MaterialRecord& reco
   const bool is_total = !text.empty() && text.find('=') == std::string::npos;
   if (text.empty() || is_total) {
     if (!missing.empty() && !(is_total && layers.size() == 1))
-      throw InputError(file, missing + ".thickness_mm", "the file does not say how thick this layer is",
-                       "Say it for each layer: --thickness " + missing + "=1.0,...");
+      throw InputError(file, missing + ".thickness_mm", "the file does not state the thickness of this layer",
+                       "Give it for each layer: --thickness " + missing + "=1.0,...");
     if (is_total) {
       const double scale = Millimetres("--thickness", text) / std::accumulate(mm.begin(), mm.end(), 0.0);
       for (double& v : mm) v *= scale;
@@ -85,13 +85,15 @@ std::vector<double> DesignOf(const std::string& text, const MaterialRecord& reco
                        "Write LAYER=MM; layers: " + known + ".");
     }
     const auto index = static_cast<size_t>(layer - layers.begin());
-    if (said[index]) throw InputError("", "--thickness", "says twice how thick layer '" + name + "' is");
+    if (said[index]) throw InputError("", "--thickness", "states the thickness of layer '" + name + "' twice");
     mm[index] = Millimetres("--thickness", text.substr(equals + 1, end - equals - 1));
     said[index] = true;
     at = end + 1;
   }
   for (size_t l = 0; l < layers.size(); ++l)
-    if (!said[l]) throw InputError("", "--thickness", "says nothing of layer '" + layers[l].name + "'", "State all.");
+    if (!said[l])
+      throw InputError("", "--thickness", "does not state the thickness of layer '" + layers[l].name + "'",
+                       "State it for every layer.");
   return mm;
 }
 
@@ -101,8 +103,8 @@ MaterialRecord ReadOpticalRecord(const std::filesystem::path& file) {
   for (size_t l = 0; l < record.layers.size(); ++l)
     for (const Quantity q : {Quantity::kReducedScattering, Quantity::kAbsorption, Quantity::kIor})
       if (!record.layers[l][static_cast<size_t>(q)].is_stated)
-        throw InputError(file, record.material.layers[l].name + "." + RowOf(q).key, "the file does not state it",
-                         "Fit it, or write it into the file.");
+        throw InputError(file, record.material.layers[l].name + "." + RowOf(q).key,
+                         "the file does not state this value", "Fit it, or write it into the file.");
   return record;
 }
 
@@ -123,16 +125,17 @@ FlatQuestion FlatQuestionOf(const LayUp& lay_up, const std::filesystem::path& ma
   q.is_cemented = lay_up.cement != "air";
   q.stump_ior = lay_up.stump_ior;
   if (lay_up.cement_mm && (!q.is_cemented || lay_up.cement == "clear"))
-    throw InputError("", "--cement-mm", "is the thickness of a cement that has a material", "Name one: --cement FILE.");
+    throw InputError("", "--cement-mm", "needs a cement with a material", "Give its material with --cement FILE.");
   q.cement_mm = lay_up.cement_mm.value_or(q.cement_mm);
   if (q.is_cemented && lay_up.cement != "clear") {
     q.cement = ReadOpticalRecord(lay_up.cement);
     if (q.cement->layers.size() != 1)
-      throw InputError(lay_up.cement, "layers", "a cement has one layer", "Name its material.json, or clear, or air.");
+      throw InputError(lay_up.cement, "layers", "a cement must have one layer",
+                       "Give the material.json of a cement, or clear, or air.");
     if (const auto& its = q.cement->wavelengths_nm, &nm = q.material.wavelengths_nm;
         its && nm && !AreSameBands(*its, *nm))
       throw InputError(lay_up.cement, "channels",
-                       "its bands are " + BandsText(*its) + ", those of the crown " + BandsText(*nm),
+                       "its bands are " + BandsText(*its) + ", but those of the crown are " + BandsText(*nm),
                        "Give a cement's material of the same bands in the same order.");
   }
   if (lay_up.geometry == "d/8") {
@@ -149,29 +152,31 @@ FlatQuestion FlatQuestionOf(const LayUp& lay_up, const std::filesystem::path& ma
 
 std::vector<std::string> AssumptionsOf(const LayUp& lay_up, const FlatQuestion& q) {
   std::vector<std::string> said;
-  said.push_back(lay_up.colour
-                     ? "colours by " + lay_up.colour->filename().string() + ", D65, 2 degrees"
-                     : "the camera's bands are taken as linear sRGB, D65, 2 degrees; --colour FILE says better");
+  said.push_back(
+      lay_up.colour
+          ? "colours from " + lay_up.colour->filename().string() + ", D65, 2 degrees"
+          : "the camera's bands are taken as linear sRGB (D65, 2 degrees); give --colour FILE for its true colours");
   if (const auto& nm = q.material.wavelengths_nm; nm && !lay_up.colour && !AreRedGreenBlue(*nm))
-    said.push_back("its bands are not red, green and blue in this order (" + BandsText(*nm) +
-                   "): L*a*b*, differences and shades are those of a picture in false colours");
-  said.push_back("measured " + lay_up.geometry + ", without gloss, " +
-                 (q.aperture_mm ? "through an aperture that loses light past its edge" : "everything lit alike"));
-  if (!q.material.is_usable) said.push_back("the material's own fit says that it must not be used");
-  said.push_back(lay_up.stump.empty() ? "no --stump is given: black" : "stump " + lay_up.stump);
+    said.push_back("the bands are not red, green and blue in this order (" + BandsText(*nm) +
+                   "), so L*a*b*, differences and shades are in false colours");
+  said.push_back(
+      "measured at " + lay_up.geometry + ", without gloss, " +
+      (q.aperture_mm ? "through an aperture, past whose edge light is lost" : "with the whole piece lit evenly"));
+  if (!q.material.is_usable) said.push_back("the fit of this material is not usable");
+  said.push_back(lay_up.stump.empty() ? "no --stump is given, so it is black" : "stump " + lay_up.stump);
   said.push_back(q.cement        ? "cemented with " + lay_up.cement
-                 : q.is_cemented ? "cemented with clear cement: no air below"
-                                 : "not cemented: air below");
+                 : q.is_cemented ? "cemented with clear cement, without air below"
+                                 : "not cemented, with air below");
   said.push_back("black and white cards behind a gap of air");
   const bool is_uncertain = IsUncertain(q.material) || (q.cement && IsUncertain(*q.cement));
-  const std::string edge = q.aperture_mm ? "5 % of what is lost past the aperture's edge" : "";
+  const std::string edge = q.aperture_mm ? "5 % of the light lost past the aperture's edge" : "";
   if (!is_uncertain)
     said.push_back("the material states no standard deviations: " +
-                   (edge.empty() ? "no intervals" : "intervals are of " + edge + " alone"));
+                   (edge.empty() ? "there are no intervals" : "intervals include " + edge + " only"));
   if (is_uncertain)
-    said.push_back("intervals by " + std::to_string(q.draws) +
-                   (q.material.joint ? " materials drawn from what the fit knows of all its values together"
-                                     : " materials drawn from the standard deviations, each parameter by itself") +
+    said.push_back("intervals from " + std::to_string(q.draws) +
+                   (q.material.joint ? " materials drawn from the joint distribution of the fit"
+                                     : " materials drawn from the standard deviations, each parameter independently") +
                    (edge.empty() ? "" : ", and " + edge));
   return said;
 }

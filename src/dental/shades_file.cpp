@@ -22,7 +22,7 @@ glm::dvec3 Three(const JsonNode& node) {
 void RequireNewName(const std::vector<ShadeTab>& tabs, const std::string& name, const std::filesystem::path& file,
                     const std::string& key) {
   if (std::any_of(tabs.begin(), tabs.end(), [&](const ShadeTab& tab) { return tab.name == name; }))
-    throw InputError(file, key, "there are two tabs called '" + name + "'", "Give each a name of its own.");
+    throw InputError(file, key, "two tabs are called '" + name + "'", "Give each a name of its own.");
 }
 
 std::vector<std::string> Cells(const std::string& line, char separator) {
@@ -97,7 +97,7 @@ ShadeSet ReadShades(const std::filesystem::path& path) {
     if (std::min({tab.stddev.x, tab.stddev.y, tab.stddev.z}) < 0) o.Require("stddev").Fail("must not be negative");
     set.tabs.push_back(tab);
   }
-  if (set.tabs.empty()) tabs.Fail("holds no tab", "Make the file by crownfit shades measured or photographed.");
+  if (set.tabs.empty()) tabs.Fail("has no tab", "Make the file with crownfit shades measured or photographed.");
   return set;
 }
 
@@ -119,7 +119,7 @@ void WriteShades(const std::filesystem::path& file, const ShadeSet& set) {
 
 std::vector<ShadeTab> ReadShadeTable(const std::filesystem::path& file) {
   std::ifstream stream(file);
-  if (!stream) throw InputError(file, "", "the table can't be read", "Name a file of rows: name, L*, a*, b*.");
+  if (!stream) throw InputError(file, "", "the table can't be read", "Give a file with rows of name, L*, a*, b*.");
   std::vector<ShadeTab> tabs;
   std::string line;
   for (int number = 1; std::getline(stream, line); ++number) {
@@ -137,23 +137,23 @@ std::vector<ShadeTab> ReadShadeTable(const std::filesystem::path& file) {
     const bool is_header = number == 1 && cells.size() > 3 && !cells[1].empty() &&
                            cells[1].find_first_of("0123456789") == std::string::npos;
     if (is_header && !(IsColumn(cells[1], 'l') && IsColumn(cells[2], 'a') && IsColumn(cells[3], 'b')))
-      throw InputError(file, key, "its columns are called " + cells[1] + ", " + cells[2] + ", " + cells[3],
+      throw InputError(file, key, "the columns are called " + cells[1] + ", " + cells[2] + ", " + cells[3],
                        "Write name, L*, a*, b* in this order.");
     if (is_header) continue;
     if (!all || (values.size() != 3 && values.size() != 4 && values.size() != 6) || cells[0].empty())
-      throw InputError(file, key, "expected a name and three, four or six numbers",
-                       "name, L*, a*, b*, and their standard deviations: none, one for all, or three. Write 1.5, not "
-                       "1,5.");
+      throw InputError(
+          file, key, "expected a name and three, four or six numbers",
+          "Write name, L*, a*, b*, then no standard deviation, one for all, or three. Write 1.5, not 1,5.");
     ShadeTab tab{cells[0], {values[0], values[1], values[2]}, {}};
     if (values.size() == 4) tab.stddev = glm::dvec3(values[3]);
     if (values.size() == 6) tab.stddev = {values[3], values[4], values[5]};
     RequireNewName(tabs, tab.name, file, key);
     if (!IsSurfaceColour(tab.lab) || std::min({tab.stddev.x, tab.stddev.y, tab.stddev.z}) < 0)
-      throw InputError(file, key, "holds no colour of a surface, or a negative standard deviation",
+      throw InputError(file, key, "has no colour of a surface, or a negative standard deviation",
                        "Expected L* from 0 to 100, a* and b* from -128 to 128.");
     tabs.push_back(tab);
   }
-  if (tabs.empty()) throw InputError(file, "", "holds no tab", "Write a row per tab: name, L*, a*, b*.");
+  if (tabs.empty()) throw InputError(file, "", "has no tab", "Write a row per tab: name, L*, a*, b*.");
   return tabs;
 }
 

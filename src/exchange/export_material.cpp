@@ -23,9 +23,8 @@ void CheckSameLayers(const MaterialOutline& outline, const Capture& capture, con
     const bool known = std::any_of(capture.layers.begin(), capture.layers.end(),
                                    [&](const LayerSpec& layer) { return layer.name == name; });
     if (!known)
-      throw InputError(file, "layers",
-                       "holds a layer called '" + name + "', which " + capture.file.string() + " has not",
-                       "Give the capture that this material was fitted to, or name their layers alike.");
+      throw InputError(file, "layers", "has a layer called '" + name + "', but " + capture.file.string() + " does not",
+                       "Give the capture that this material was fitted to, or use the same layer names.");
   }
 }
 
@@ -51,8 +50,8 @@ void NoteRoots(const ExportScene& scene, std::vector<std::string>& left_out) {
       return !IsInside(caster, outer, v) && caster.DistanceToSurface(v) > kTouching_mm;
     });
     if (stands_out)
-      left_out.push_back("layer " + scene.layers[l].name + " stands out of " + scene.layers[l - 1].name +
-                         ": the exported boundaries are nested, with wrong index steps there");
+      left_out.push_back("layer " + scene.layers[l].name + " reaches outside of " + scene.layers[l - 1].name +
+                         ". The exported boundaries are nested and have wrong index steps there");
   }
 }
 
@@ -126,16 +125,23 @@ std::string Notes(const Exporter& exporter, const std::filesystem::path& materia
   text += ".\n\n";
   for (const std::string& warning : scene.warnings) text += "**" + warning + "**\n\n";
   text += exporter.how_to;
-  text += std::string("\n## What became of what\n\n| quantity | here |\n|---|---|\n") + exporter.what_is;
+  text += std::string(
+              "\n## How quantities are converted\n\n"
+              "| quantity | here |\n"
+              "|---|---|\n") +
+          exporter.what_is;
   text += "\n## What is lost\n\n";
   text += exporter.is_lost;
   for (const std::string& what : scene.left_out) text += "- Of this capture: " + what + ".\n";
   if (references.empty()) return text;
   text +=
-      "\n## Pictures to compare with\n\nBy crownfit's random walk, " + std::to_string(paths) +
-      " paths a pixel, of the scene as it is exported (without what is lost of the capture). A pixel is the mean of "
-      "k x k pixels of the photograph; the EXR's layer `variance` is that of its noise.\n\nTolerance: means of blocks "
-      "of pixels within 4 standard errors of both programs, and what this format loses. " +
+      "\n## Reference pictures\n\n"
+      "Path-traced by crownfit with " +
+      std::to_string(paths) +
+      " paths per pixel, from the scene as it is exported (without what is lost of the capture). A pixel is the mean "
+      "of k x k pixels of the photograph. The EXR's layer `variance` holds the variance of its noise.\n\n"
+      "Tolerance: means of blocks of pixels agree within 4 standard errors of both programs, plus what this format "
+      "loses. " +
       exporter.tolerance +
       "\n\n| file | k | mean on the object R, G, B | its standard error | median noise of a pixel |\n"
       "|---|---|---|---|---|\n";
@@ -163,7 +169,7 @@ std::vector<std::string> ExportMaterial(const std::filesystem::path& material_fi
   if (outline.status == "not_usable") {
     std::string reasons;
     for (const auto& reason : outline.reasons) reasons += (reasons.empty() ? "" : "; ") + reason;
-    scene.warnings.push_back("The material says of itself that it must not be used: " + reasons + ".");
+    scene.warnings.push_back("The fit of this material is not usable: " + reasons + ".");
   }
   std::vector<Reference> references;
   std::optional<CrownInput> input;

@@ -93,20 +93,20 @@ void LeaveOutWhatOthersLack(Capture& capture, Material& material, std::vector<st
   };
   for (LayerSpec& layer : capture.layers)
     if (layer.absorption_texture) {
-      say("layer " + layer.name + ": absorption_texture; its absorption is even");
+      say("layer " + layer.name + ": absorption_texture (the exported absorption is even)");
       layer.absorption_texture.reset();
     }
   double& wetness = material.surface[Quantity::kWetness][0];
-  if (wetness > 0) say(Printed("wetness %.3g; the surface is dry", wetness));
+  if (wetness > 0) say(Printed("wetness %.3g (the exported surface is dry)", wetness));
   material.surface[Quantity::kWetness].fill(0.0);
   for (BackingSpec& backing : capture.backings)
     if (backing.in_contact) {
-      say("backing " + backing.name + ": optical contact; there is air between it and the object");
+      say("backing " + backing.name + ": optical contact (exported with an air gap)");
       backing.in_contact = false;
     }
   for (PhotographSpec& photo : capture.photographs) {
     if (photo.polarisation != Polarisation::kNone)
-      say("photograph " + photo.name + ": polarisers; it shows light that kept its polarisation once");
+      say("photograph " + photo.name + ": polarisers (exported without them)");
     photo.polarisation = Polarisation::kNone;
     if (photo.blur) say("photograph " + photo.name + ": blur and veiling glare of the lens");
     photo.blur.reset();

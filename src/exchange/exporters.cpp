@@ -12,8 +12,8 @@ const char* const kSceneTable =
 Exporter Csv() {
   return {
       WriteCsv, "a table (CSV)",
-      "`material.csv`: one row for a value, with unit, standard deviation, 95 % interval and status as the fit states "
-      "them. Rows of status `derived` follow from the others by the formulas below; they carry no interval.\n",
+      "`material.csv`: one row per value, with unit, standard deviation, 95 % interval and status as the fit states "
+      "them. Rows of status `derived` follow from the others by the formulas below and have no interval.\n",
       "| `scattering_per_mm` | ss = ss' / (1 - (1 - i) g) |\n"
       "| `mean_free_path_mm` | 1 / (ss + sa) |\n"
       "| `single_scattering_albedo` | ss / (ss + sa) |\n"
@@ -26,17 +26,17 @@ Exporter Csv() {
 Exporter MaterialX() {
   return {
       WriteMaterialX, "MaterialX (OpenPBR)",
-      "`material.mtlx` holds `all_layers`, one medium in place of the layers, and `layer_NAME` for every layer by "
-      "itself. Lengths are millimetres: scale `subsurface_radius` when your scene's unit is another.\n",
+      "`material.mtlx` holds `all_layers`, one medium instead of the layers, and `layer_NAME` for every layer by "
+      "itself. Lengths are millimetres: scale `subsurface_radius` if your scene has another unit.\n",
       "| scattering ss, absorption sa | `subsurface_radius` x `subsurface_radius_scale` = 1 / (ss + sa), mm |\n"
       "| albedo of multiple scattering | `subsurface_color` = (1 - s)(1 - 0.139 s) / (1 + 1.17 s), s = sqrt(sa / (sa + "
       "ss')) (van de Hulst 1980) |\n"
       "| g, isotropic fraction i | `subsurface_scatter_anisotropy` = (1 - i) g |\n"
       "| `roughness` (GGX alpha) | `specular_roughness` = sqrt(alpha) |\n"
       "| `ior` | `specular_ior`, over the index outside |\n",
-      "- Layers: `all_layers` returns the same light at normal incidence as the layers do, but it spreads and passes "
-      "it otherwise: up to three times as much blue. Not for light from behind.\n- Thickness: light leaves where the "
-      "mesh ends. Shape, lamps, cameras. Intervals.\n"};
+      "- Layers: `all_layers` has the layers' reflectance at normal incidence, but another spread and transmittance "
+      "(up to three times as much blue). Do not use it for light from behind.\n"
+      "- Thickness: light leaves where the mesh ends. Shape, lamps, cameras. Intervals.\n"};
 }
 
 Exporter Mitsuba() {
@@ -45,16 +45,16 @@ Exporter Mitsuba() {
       "Mitsuba 3",
       "`material.xml` holds a medium and a boundary for every layer. With a capture every photograph is a scene:\n\n"
       "    mitsuba -m scalar_rgb PHOTOGRAPH.xml -o PHOTOGRAPH.exr -Dspp=1024\n\n"
-      "Use an RGB variant: colours stand for the camera's channels. `-Dintegrator=volpath` is faster where all "
-      "channels "
-      "scatter alike. The picture is the photograph: radiances of lamps are multiplied by pi x exposure_scale.\n",
+      "Use an RGB variant: colours stand for the camera's channels. `-Dintegrator=volpath` is faster if all channels "
+      "scatter alike. The picture has the pixel values of the photograph: radiances of lamps are multiplied by pi x "
+      "exposure_scale.\n",
       "",
-      "- Light that meets a rough surface's facets more than once: Mitsuba's `roughdielectric` drops it, and a path "
-      "crosses the surface about six times (how much: docs/exchange.md, Mitsuba).\n"
-      "- A layer that stands out of the one around it (a root) is given the index step to the layer, not to air.\n"
-      "- Environment maps are read between pixels, not pixel by pixel. Intervals.\n",
-      "Measured with Mitsuba 3.9.1, smooth surfaces: whole pictures within 0.7 %, blocks of 6 x 6 pixels within 4 "
-      "standard errors. Rough surfaces come out darker, by 26 % at roughness 0.3."};
+      "- Light that a rough surface scatters more than once between its microfacets: Mitsuba's `roughdielectric` drops "
+      "it, and a path crosses the surface about six times (docs/exchange.md, Mitsuba).\n"
+      "- A layer that reaches outside of the layer around it (a root) gets the index step to that layer, not to air.\n"
+      "- Environment maps are interpolated between pixels, not read pixel by pixel. Intervals.\n",
+      "Measured with Mitsuba 3.9.1 on smooth surfaces: whole pictures within 0.7 %, blocks of 6 x 6 pixels within 4 "
+      "standard errors. Rough surfaces are darker, by 26 % at roughness 0.3."};
 }
 
 Exporter Pbrt() {
@@ -63,15 +63,14 @@ Exporter Pbrt() {
       "pbrt-v4",
       "`material.pbrt` holds a medium and a boundary for every layer. With a capture every photograph is a scene:\n\n"
       "    pbrt PHOTOGRAPH.pbrt\n\n"
-      "The picture is the photograph: radiances of lamps are multiplied by pi x exposure_scale.\n",
+      "The picture has the pixel values of the photograph: radiances of lamps are multiplied by pi x exposure_scale.\n",
       "",
-      "- Channels: pbrt renders spectra and makes smooth ones of R, G, B, so what it shows in a channel is not what "
-      "the "
-      "coefficients of that channel give alone. For numbers, render three grey scenes.\n"
+      "- Channels: pbrt renders smooth spectra that it makes from R, G, B. A channel of its picture therefore mixes "
+      "the coefficients of all channels. For numbers, render three grey scenes.\n"
       "- `isotropic_fraction`: pbrt scatters by Henyey and Greenstein with (1 - i) g.\n"
-      "- Light that meets a rough surface's facets more than once is dropped.\n"
-      "- Lamps block light and are seen; environment maps are left out (pbrt wants squares of equal area).\n"
-      "- An opaque neck is seen from outside too. Intervals.\n",
+      "- Light that a rough surface scatters more than once between its microfacets is dropped.\n"
+      "- Lamps block light and are visible. Environment maps are left out (pbrt needs squares of equal area).\n"
+      "- An opaque neck is visible from outside too. Intervals.\n",
       "Unknown: no picture of pbrt was compared. The media and boundaries are those of the Mitsuba export."};
 }
 
@@ -80,7 +79,7 @@ Exporter Gltf() {
       WriteGltf,
       "glTF 2.0",
       "`crown.glb`: the outer surface with normals (metres), the photographs' cameras, and a material that looks like "
-      "the crown in viewers that draw surfaces. Without a capture it holds the material alone.\n",
+      "the crown in viewers that draw surfaces. Without a capture it holds only the material.\n",
       "| layers | reflectance R and transmittance T of a flat sample of them at normal incidence, by adding-doubling "
       "|\n"
       "| R, T | (1 - f) `baseColorFactor` = R / (1 - F0), f `diffuseTransmissionColorFactor` = T0 / (1 - F0), T0 "
@@ -88,22 +87,25 @@ Exporter Gltf() {
       "| absorption | `attenuationColor` = T / T0 at `attenuationDistance` = the thickness, m |\n"
       "| `roughness` (GGX alpha) | `roughnessFactor` = sqrt(alpha) |\n"
       "| `ior` | KHR_materials_ior, over the index outside |\n",
-      "- Light that leaves elsewhere than it entered: no lateral spread. Layers, g, intervals.\n"
-      "- Thickness as it varies: one mean for all of the crown. Without known thicknesses nothing shines through.\n"
+      "- Lateral spread: light leaves where it entered. Layers, g, intervals.\n"
+      "- Varying thickness: the whole crown has one mean thickness. If thicknesses are unknown, no light is "
+      "transmitted.\n"
       "- Lamps, tiles, scenery; a principal point off the picture's centre.\n",
-      "None can be promised: a surface has no depth. A flat sample under even light has the stated colour; a curved "
-      "crown by one lamp was off by CIEDE2000 17 to 31 at the terminator with every flat model that was tried."};
+      "None can be promised, because a surface has no depth. A flat sample under even light has the stated colour. A "
+      "curved crown under one lamp was off by CIEDE2000 17 to 31 at the terminator with every flat model that was "
+      "tried."};
 }
 
 Exporter Iad() {
-  return {WriteRxt, "iad (inverse adding-doubling)",
-          "`material.rxt`: total reflectance and transmittance of flat samples with smooth surfaces, for each channel "
-          "at the "
-          "material's thickness, where it states one, and at 0.5, 1, 1.5 and 2 mm; by adding-doubling.\n",
-          "| layers | R (what the first surface mirrors included) and T for a beam along the normal, in air |\n"
-          "| g, isotropic fraction i | (1 - i) g, of the outermost layer |\n",
-          "- Layers: iad knows of one slab of one index, so what it finds from several layers is no property of any.\n"
-          "- Roughness, shape, lamps, cameras, intervals.\n"};
+  return {
+      WriteRxt, "iad (inverse adding-doubling)",
+      "`material.rxt`: total reflectance and transmittance of flat samples with smooth surfaces, by adding-doubling. "
+      "It has rows for each channel at the material's thickness, if stated, and at 0.5, 1, 1.5 and 2 mm.\n",
+      "| layers | R (including the reflection of the first surface) and T for a beam along the normal, in air |\n"
+      "| g, isotropic fraction i | (1 - i) g, of the outermost layer |\n",
+      "- Layers: iad models one slab of one index. What it finds from several layers is not a property of any of "
+      "them.\n"
+      "- Roughness, shape, lamps, cameras, intervals.\n"};
 }
 
 Exporter Blender() {
@@ -113,22 +115,20 @@ Exporter Blender() {
       "`crown.py` builds the material and, with a capture, the scene of a photograph:\n\n"
       "    blender --background --python crown.py -- PHOTOGRAPH            # one medium: Principled BSDF, subsurface\n"
       "    blender --background --python crown.py -- PHOTOGRAPH --layers   # every layer a Principled Volume: slow\n\n"
-      "It saves `crown.blend`. The picture is the photograph: radiances of lamps are multiplied by pi x "
-      "exposure_scale. "
-      "Written for Blender 4.2 and later.\n",
-      "| layers, without `--layers` | one medium that scatters evenly: `Subsurface Radius` = 1 / (ss' + sa), mm; `Base "
-      "Color` = "
-      "what a half space of it returns from behind its surface at normal incidence, over 1 - F0, by adding-doubling |\n"
+      "It saves `crown.blend`. The picture has the pixel values of the photograph: radiances of lamps are multiplied "
+      "by pi x exposure_scale. Written for Blender 4.2 and later.\n",
+      "| layers, without `--layers` | one medium that scatters isotropically: `Subsurface Radius` = 1 / (ss' + sa), "
+      "mm; `Base Color` = reflectance of a half space of it from behind its surface at normal incidence, over 1 - F0, "
+      "by adding-doubling |\n"
       "| layers, with `--layers` | `Density` d, `Color` = ss / d, `Absorption Color` = (1 - sa / (d - ss))^2 |\n"
       "| `roughness` (GGX alpha) | `Roughness` = sqrt(alpha) |\n",
-      "- Without `--layers`: layers, and an index step from inside (the walk in the medium leaves as if there were "
-      "none).\n"
-      "- With `--layers`: the isotropic fraction (Henyey and Greenstein with (1 - i) g), and Cycles' limit of 1024 "
-      "bounces; a root outside its layer.\n"
-      "- What an opaque neck returns. Intervals.\n",
-      "Measured with Blender 5.0.1, whole pictures. With `--layers`: within 2 % on smooth surfaces, 5 % on rough "
-      "ones. Without: 1 to 3 % on thick pieces lit from the front, too dark by up to a half where they are thin or "
-      "lit from behind."};
+      "- Without `--layers`: the layers, and reflection at the surface from inside.\n"
+      "- With `--layers`: the isotropic fraction (Henyey and Greenstein with (1 - i) g), and paths beyond Cycles' "
+      "limit of 1024 bounces; a root outside of its layer.\n"
+      "- Light that an opaque neck returns. Intervals.\n",
+      "Measured with Blender 5.0.1 on whole pictures. With `--layers`: within 2 % on smooth surfaces, 5 % on rough "
+      "ones. Without: 1 to 3 % on thick pieces lit from the front; up to half too dark on pieces that are thin or lit "
+      "from behind."};
 }
 
 }  // namespace

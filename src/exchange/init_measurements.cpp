@@ -25,10 +25,10 @@ RxtRow RowAt(const MeasuredParts& parts, const std::map<double, RxtRow>& rows, d
   if (above != rows.end() && above->first == wavelength_nm) return above->second;
   if (above == rows.begin() || above == rows.end())
     throw InputError(parts.file, "",
-                     "it has no readings at " + Number(wavelength_nm, 6) + " nm, but from " +
+                     "the file has no readings at " + Number(wavelength_nm, 6) + " nm, but from " +
                          Number(rows.begin()->first, 6) + " to " + Number(rows.rbegin()->first, 6),
-                     "State the bands by --wavelengths, such as --wavelengths " + Number(rows.rbegin()->first, 6) +
-                         "," + Number(rows.rbegin()->first, 6) + "," + Number(rows.begin()->first, 6) + ".");
+                     "Choose other bands, such as --wavelengths " + Number(rows.rbegin()->first, 6) + "," +
+                         Number(rows.rbegin()->first, 6) + "," + Number(rows.begin()->first, 6) + ".");
   const auto below = std::prev(above);
   const double share = (wavelength_nm - below->first) / (above->first - below->first);
   RxtRow row = below->second;
@@ -48,7 +48,7 @@ std::vector<Sample> SamplesByWavelength(const MeasuredParts& parts, const RxtFil
       throw InputError(
           parts.file, "",
           "two rows have " + Number(*row.wavelength_nm, 6) + " nm at " + Number(row.thickness_mm, 6) + " mm",
-          "Take their mean, or make a file of each sample.");
+          "Replace them by their mean, or make one file per sample.");
   std::vector<Sample> samples;
   for (const auto& [mm, rows] : by_thickness) {
     Sample sample;
@@ -63,12 +63,12 @@ Sample SampleOfRows(const MeasuredParts& parts, const RxtFile& file) {
   std::vector<int> rows = parts.rows;
   if (rows.empty() && file.rows.size() == 1) rows = {1};
   if (rows.size() != 1 && rows.size() != kChannels)
-    throw InputError(parts.file, "--rows", has, "State --rows N for all bands, or --rows N,N,N for one each.");
+    throw InputError(parts.file, "--rows", has, "Give --rows N for all bands, or --rows N,N,N for one row each.");
   rows.resize(kChannels, rows[0]);
   Sample sample;
   for (int c = 0; c < kChannels; ++c) {
     if (rows[c] < 1 || rows[c] > static_cast<int>(file.rows.size()))
-      throw InputError(parts.file, "--rows", has + ", and " + std::to_string(rows[c]) + " is none of them");
+      throw InputError(parts.file, "--rows", has + ", but " + std::to_string(rows[c]) + " is not one of them");
     sample.bands[c] = file.rows[static_cast<size_t>(rows[c]) - 1];
   }
   return sample;
@@ -80,7 +80,7 @@ double TheOne(const MeasuredParts& parts, const std::vector<Sample>& samples, co
     for (const RxtRow& row : s.bands)
       if (value(row) != value(samples[0].bands[0]))
         throw InputError(parts.file, "", std::string(what) + " differs between the rows that are used",
-                         "Make a file of each.");
+                         "Make one file per sample.");
   return value(samples[0].bands[0]);
 }
 
@@ -94,14 +94,15 @@ void InitMeasuredCapture(const MeasuredParts& parts, const std::filesystem::path
   Capture defaults;
   std::array<double, kChannels> wavelengths_nm = defaults.wavelengths_nm;
   if (!parts.wavelengths_nm.empty()) {
-    if (!has_wavelengths) throw InputError(parts.file, "--wavelengths", "the file states none", "State --rows.");
+    if (!has_wavelengths)
+      throw InputError(parts.file, "--wavelengths", "the file has no wavelengths", "Give --rows instead.");
     if (parts.wavelengths_nm.size() != 1 && parts.wavelengths_nm.size() != kChannels)
-      throw InputError("", "--wavelengths", "expected one, or one for each of three bands");
+      throw InputError("", "--wavelengths", "expected one wavelength, or one for each of the three bands");
     for (size_t c = 0; c < kChannels; ++c)
       wavelengths_nm[c] = parts.wavelengths_nm[parts.wavelengths_nm.size() == 1 ? 0 : c];
   }
   if (has_wavelengths && !parts.rows.empty())
-    throw InputError(parts.file, "--rows", "the file states wavelengths", "State --wavelengths.");
+    throw InputError(parts.file, "--rows", "the file has wavelengths", "Give --wavelengths instead.");
   const std::vector<Sample> samples = has_wavelengths ? SamplesByWavelength(parts, file, wavelengths_nm)
                                                       : std::vector<Sample>{SampleOfRows(parts, file)};
   const double ior = TheOne(parts, samples, "the index of refraction", [](const RxtRow& r) { return r.ior; });

@@ -42,7 +42,7 @@ double NumberIn(const Path& file, size_t line, const std::string& word, double l
   const auto [end, error] = std::from_chars(word.data(), word.data() + word.size(), value);
   if (error != std::errc() || end != word.data() + word.size() || !(value >= low && value <= high))
     throw InputError(file, Where(line), std::string("expected ") + what + ", found '" + word + "'",
-                     "A decimal point, no unit behind it; comments begin with #.");
+                     "Write numbers with a decimal point and without a unit; comments begin with #.");
   return value;
 }
 
@@ -58,10 +58,11 @@ std::string ColumnsOf(const Path& file, const Line& line) {
   for (const char c : letters)
     if ((known + unused).find(c) == std::string::npos || std::count(letters.begin(), letters.end(), c) > 1)
       throw InputError(file, Where(line.number), "column '" + std::string(1, c) + "' can't be used",
-                       "Known: L r t d n g, once each. Correct the readings for spheres, slides that differ by row and "
-                       "unscattered light, and remove the column.");
+                       "Known columns: L r t d n g, once each. Correct the readings for spheres, for slides that "
+                       "differ between rows and for unscattered light, then remove the column.");
   if (letters.find_first_of("rt") == std::string::npos)
-    throw InputError(file, Where(line.number), "no column of r or t", "State the columns' letters, such as: L r t");
+    throw InputError(file, Where(line.number), "there is no column r or t",
+                     "Name the columns by their letters, such as: L r t");
   return letters;
 }
 
@@ -71,9 +72,9 @@ constexpr double kMostThickness_mm = 100.0, kMostIndex = 3.0;
 
 RxtFile ReadRxt(const Path& file) {
   constexpr double kMostBytes = 16e6;
-  const std::string text = ReadWholeFile(file, kMostBytes, "It holds one number a line, then a table.");
+  const std::string text = ReadWholeFile(file, kMostBytes, "An .rxt file has one number per line, then a table.");
   if (!text.starts_with("IAD1"))
-    throw InputError(file, "line 1", "a file of iad begins with IAD1", "Give the .rxt file that iad reads.");
+    throw InputError(file, "line 1", "a file of iad must begin with IAD1", "Give the .rxt file that iad reads.");
   const std::vector<Line> lines = LinesOf(text.substr(4));
   RxtFile rxt;
   RxtRow common;
@@ -95,8 +96,8 @@ RxtFile ReadRxt(const Path& file) {
   for (; at < lines.size() && count < kHeader; ++at)
     for (const std::string& word : lines[at].words) {
       if (count == kHeader)
-        throw InputError(file, Where(lines[at].number), "more than the header's 17 numbers before the columns' letters",
-                         "Begin the letters, such as L r t, on a line of their own.");
+        throw InputError(file, Where(lines[at].number), "the header has more than 17 numbers",
+                         "Put the letters of the columns, such as L r t, on a line of their own.");
       const bool of_sphere = count >= std::size(header);
       const double value =
           NumberIn(file, lines[at].number, word, of_sphere ? 0.0 : header[count].low,
@@ -106,10 +107,10 @@ RxtFile ReadRxt(const Path& file) {
     }
   if (count < kHeader || at == lines.size())
     throw InputError(file, "", "the file ends after " + std::to_string(count) + " of the header's 17 numbers",
-                     "Numbers of spheres are listed even where none was used.");
+                     "List the numbers of the spheres too, even if none was used.");
   if (spheres != 0)
-    throw InputError(file, "number of spheres", "readings that are still to be corrected for a sphere can't be used",
-                     "Correct them (iad prints the corrected ones), or write 0 for a dual-beam instrument's.");
+    throw InputError(file, "number of spheres", "readings that are not corrected for the sphere can't be used",
+                     "Correct them (iad prints the corrected ones). For a dual-beam instrument write 0.");
   if (rxt.slide_ior == 0 || rxt.slide_ior == 1 || rxt.slide_thickness_mm == 0)
     rxt.slide_ior = 1, rxt.slide_thickness_mm = 0;
 
@@ -125,7 +126,7 @@ RxtFile ReadRxt(const Path& file) {
       throw InputError(file, Where(line.number),
                        "expected " + std::to_string(letters.size()) + " numbers (" + letters + "), found " +
                            std::to_string(line.words.size()),
-                       "One row a line, a number for each column.");
+                       "Write one row per line, with a number for each column.");
     RxtRow row = common;
     for (size_t i = 0; i < letters.size(); ++i) {
       const auto number = [&](double low, double high, const char* what) {
@@ -140,7 +141,7 @@ RxtFile ReadRxt(const Path& file) {
     }
     rxt.rows.push_back(row);
   }
-  if (rxt.rows.empty()) throw InputError(file, "", "the file holds no row of readings");
+  if (rxt.rows.empty()) throw InputError(file, "", "the file has no row of readings");
   return rxt;
 }
 
@@ -151,8 +152,8 @@ void WriteRxt(const ExportScene& scene, const Path& folder) {
   const bool all_known = std::all_of(scene.layers.begin(), scene.layers.end(),
                                      [](const ExportedLayer& l) { return l.thickness_mm.has_value(); });
   if (!all_known && scene.layers.size() > 1)
-    throw InputError("", "--to rxt", "the material does not state how thick each of its layers is",
-                     "Give --capture CAPTURE, or a material of one layer.");
+    throw InputError("", "--to rxt", "the material does not state the thickness of each layer",
+                     "Give --capture CAPTURE, or a material with one layer.");
   if (all_known) totals_mm.push_back(known);
   for (const double mm : {0.5, 1.0, 1.5, 2.0})
     if (!all_known || std::abs(mm - known) > 1e-9) totals_mm.push_back(mm);

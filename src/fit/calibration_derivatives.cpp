@@ -36,7 +36,7 @@ std::vector<CalibrationSlopes> SlopesOf(const CrownInput& input, const Capture& 
   std::vector<CalibrationSlopes> slopes;
   for (FitPixels& p : pixels) {
     const PhotographSpec& photo = stated.photographs[p.photograph];
-    progress.Show("moving the calibration", static_cast<double>(slopes.size()) / static_cast<double>(pixels.size()),
+    progress.Show("calibration errors", static_cast<double>(slopes.size()) / static_cast<double>(pixels.size()),
                   photo.name);
     const PhotographCast& here = state.photographs[p.photograph];
     const auto place = [&](const PixelCast& c) { return static_cast<size_t>(c.y) * photo.camera.width + c.x; };
@@ -92,7 +92,7 @@ std::vector<CalibrationSlopes> SlopesOf(const CrownInput& input, const Capture& 
     Keep(kept, p, of);
     if (p.pixels.empty())
       throw InputError(stated.file, photo.key,
-                       "the stated errors of pose and lights leave no pixel that is surely on the object",
+                       "the stated errors of pose and lights are so large that no pixel is certain to show the object",
                        "Calibrate the pose better, or state a smaller error.");
     slopes.push_back(std::move(of));
   }

@@ -146,12 +146,12 @@ std::vector<FitPixels> ChoosePixels(const CrownInput& input, const CastState& st
     AddBlur(spec, cast, photo, p);
     if (p.pixels.empty())
       throw InputError(input.capture.file, spec.key, "photograph '" + spec.name + "' has no usable pixel on the object",
-                       "Check its mask, its saturation and whether scenery hides the object.");
+                       "Check its mask and its saturation, and that no scenery hides the object.");
     chosen.push_back(std::move(p));
   }
   if (chosen.empty())
-    throw InputError(input.capture.file, "photographs", "every photograph is a holdout",
-                     "Give at least one \"use\": \"fit\".");
+    throw InputError(input.capture.file, "photographs", "every photograph is held out, so there is nothing to fit",
+                     "Give at least one photograph \"use\": \"fit\".");
   return chosen;
 }
 

@@ -73,18 +73,19 @@ CrownFit FitMeasurements(const Capture& stated, const FitOptions& options, Progr
                          const KnownBeside& beside) {
   if (options.model != Model::kAuto && options.model != Model::kLayered)
     throw InputError(stated.file, "--model",
-                     "model " + std::string(Word(options.model)) + " is for photographs, and this capture has none",
-                     "Use auto or layered.");
+                     "model " + std::string(Word(options.model)) + " needs photographs, but this capture has none",
+                     "Use --model auto or layered.");
   if (!options.leave_out.empty())
-    throw InputError(stated.file, "--leave-out", "parts of a scene are for photographs, and this capture has none",
-                     "Leave the option away.");
+    throw InputError(stated.file, "--leave-out",
+                     "only captures with photographs have parts of a scene, but this capture has none",
+                     "Remove the option.");
   CrownFit fit;
   fit.options = options;
   fit.capture = stated;
   ApplyOverrides(fit.capture, options.overrides);
   SetThicknesses(fit.capture, fit);
   fit.model = Model::kLayered;
-  fit.model_choice = "flat samples";
+  fit.model_choice = "the capture has only measurements of flat samples";
 
   FreeParameters free = FreeParametersOf(fit.capture);
   if (!options.prior.empty()) TakePriors(options.prior, fit.capture, free);
@@ -93,7 +94,7 @@ CrownFit FitMeasurements(const Capture& stated, const FitOptions& options, Progr
   SolveOptions solve_options;
   solve_options.use_priors = options.use_priors;
   solve_options.others = beside.others;
-  progress.Show("finding a start", 0.0);
+  progress.Show("searching for a start", 0.0);
   const Eigen::VectorXd start = BracketStart(residuals, free, solve_options, StartVector(free));
   const SolveResult solved = Solve(residuals, free, start, solve_options, [&](int iteration, double cost) {
     const double chi2 = 2.0 * cost / std::max(1, residuals.count());

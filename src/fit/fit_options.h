@@ -24,10 +24,10 @@ struct FitOptions {
   size_t paths_per_photograph = 1250000;    ///< model path: walks of each of its last runs
   int collisions = 10;                      ///< model diffusion: of a walk before diffusion takes over
   std::optional<double> target_de00, budget_s;  ///< for what model and walks are chosen before the fit (fit_plan.h)
-  std::string model_choice = "asked for";       ///< why `model`, where it is not auto
-  bool twelve_taps = false;                     ///< blur by the thesis's 13 taps in place of 49
-  bool advises = true;                          ///< foresees which photograph would tell more, where something is weak
-  int profile_points = 2;                       ///< to either side, of likelihood profiles by fits; 0: parabolas
+  std::string model_choice = "chosen with --model";  ///< why `model`, where it is not auto
+  bool twelve_taps = false;                          ///< blur by the thesis's 13 taps in place of 49
+  bool advises = true;     ///< foresees which photograph would tell more, where something is weak
+  int profile_points = 2;  ///< to either side, of likelihood profiles by fits; 0: parabolas
 
   /// Long runs of a fit by walks: more pixels tell more, for the same number of paths.
   size_t max_pixels_by_walks() const { return 2 * max_pixels_per_photograph; }

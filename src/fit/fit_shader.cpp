@@ -94,13 +94,13 @@ ModelChoice WhetherShaderSuffices(double block_chi2, const std::vector<MovedCali
   constexpr double kOfNoise = 1.5, kByChance = 2.0;  // stated errors
   double furthest = 0;
   for (const MovedCalibration& m : moved) furthest = std::max(furthest, m.Stddevs());
-  std::string why = "what model shader leaves of patches of neighbouring pixels is " + Number(block_chi2, 2) +
+  std::string why = "model shader leaves patches of neighbouring pixels off by " + Number(block_chi2, 2) +
                     " times the square of their noise (limit " + Number(kOfNoise, 2) + ")";
   if (furthest > kByChance)
     why += ", and it moved the calibration by " + Number(furthest, 2) + " times its stated error (limit " +
            Number(kByChance, 2) + ")";
   if (off_prior > kByChance)
-    why += ", and it left what is known of the material by " + Number(off_prior, 2) + " standard deviations (limit " +
+    why += ", and it departed from a narrow prior by " + Number(off_prior, 2) + " standard deviations (limit " +
            Number(kByChance, 2) + ")";
   return {block_chi2 <= kOfNoise && std::max(furthest, off_prior) <= kByChance, why};
 }

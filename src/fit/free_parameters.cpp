@@ -31,7 +31,8 @@ Named SpecNamed(Capture& capture, const std::string& name, const std::string& op
     else
       known += std::string(known.empty() ? "" : ", ") + capture.layers[0].name + "." + row.key;
   }
-  throw InputError("", option, "there is no parameter '" + name + "'", "Known (for each layer): " + known + ".");
+  throw InputError("", option, "there is no parameter '" + name + "'",
+                   "Known (layer keys for each layer): " + known + ".");
 }
 
 double InScale(Scale scale, double value) { return scale == Scale::kLog ? std::log(value) : value; }
@@ -67,8 +68,8 @@ void AddEntries(const Capture& capture, const ParameterSpec& spec, const Paramet
   }
   if (std::ranges::count(capture.wavelengths_nm, capture.wavelengths_nm[0]) == kChannels)
     throw InputError(capture.file, "channels",
-                     "all have one wavelength, and " + entry.name + " is shared by a power law over wavelengths",
-                     "State the bands' own wavelengths, or \"shared\": \"channels\" or \"none\".");
+                     "all channels have the same wavelength, but " + entry.name + " follows a power law of wavelength",
+                     "State the wavelengths of the bands, or write \"shared\": \"channels\" or \"none\".");
   const PowerLawWeights line = WeightsOfPowerLaw(capture.wavelengths_nm);
   double level = 0, exponent_start = 0;
   for (int c = 0; c < kChannels; ++c) {
@@ -139,8 +140,8 @@ void ApplyOverrides(Capture& capture, const FitOverrides& overrides) {
     if (!row.per_channel && sharing != Sharing::kOneValue)
       throw InputError("", "--share", name + " has one value for all channels");
     if (spec.fixed)
-      throw InputError("", "--share", name + " is not fitted: the capture holds it fixed",
-                       "Say --free " + name + " as well.");
+      throw InputError("", "--share", name + " is not fitted, because the capture fixes it",
+                       "Add --free " + name + ".");
     spec.sharing = sharing;
     if (sharing == Sharing::kOneValue) spec.value.fill(std::cbrt(spec.value[0] * spec.value[1] * spec.value[2]));
   }

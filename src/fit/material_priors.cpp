@@ -71,8 +71,8 @@ void TakePriors(const std::filesystem::path& file, const Capture& capture, FreeP
     any = true;
   }
   if (!any && free.count() > 0)
-    throw InputError(file, "layers", "states no standard deviation of anything that this capture frees",
-                     "Give a material.json of a fit, or \"stddev\" beside the values.");
+    throw InputError(file, "layers", "has no standard deviation of any parameter that this capture frees",
+                     "Give the material.json of a fit, or add \"stddev\" to the values.");
 }
 
 }  // namespace crownfit

@@ -63,7 +63,7 @@ std::string Describe(const FreeParameters& free, const Eigen::VectorXd& directio
     text += std::string(i ? " " : "") + Printed("%+.2f ", part) +
             (free.entries[order[i]].scale == Scale::kLog ? "ln " : "") + free.entries[order[i]].name;
   }
-  return text + (std::isfinite(stddev) ? Printed(" (standard deviation %.2g)", stddev) : " (not seen at all)");
+  return text + (std::isfinite(stddev) ? Printed(" (standard deviation %.2g)", stddev) : " (not determined at all)");
 }
 
 }  // namespace

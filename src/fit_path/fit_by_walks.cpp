@@ -63,7 +63,7 @@ class WalkFit {
     const double paths = kMiddleShare * Paths();
     gatherer_.ResolveFields();
     gatherer_.TakePixels(problem_.options.max_pixels_by_walks());
-    const GatheredWalks g = gatherer_.Gather(paths, SlopePaths(paths), "what channels share");
+    const GatheredWalks g = gatherer_.Gather(paths, SlopePaths(paths), "shared scattering");
     return g.step.Solve(unknowns_.RangesAlone(), unknowns_.Untold());
   }
 
@@ -109,7 +109,7 @@ class WalkFit {
   /// tell begins there in any case: walks may not tell it either, and would leave it where shader's errors drove it.
   /// The worse one is kept.
   void ChooseStart() {
-    stage_ = "walking from the start";
+    stage_ = "path tracing, start";
     gatherer_.GoBy(WalkGatherer::Walks::kHandedOver);
     const auto misfit = [&] { return gatherer_.MisfitOfPatches(SearchPaths(), stage_); };
     Eigen::VectorXd from = unknowns_.Here();
@@ -211,7 +211,7 @@ class WalkFit {
     int in_vain = 0;
     std::optional<PatchMisfit> left;
     for (int i = 0; i < kMostSteps && !was_found(unknowns_.Here()); ++i) {
-      stage_ = "walking, step " + std::to_string(at_.steps.size() + 1);
+      stage_ = "path tracing, step " + std::to_string(at_.steps.size() + 1);
       GatheredWalks g = gatherer_.Gather(paths, slope_paths, stage_);
       if (g.left.patches.chi2 > kWorse * best && slope_paths < Paths()) {
         slope_paths *= 2.0;
@@ -241,7 +241,7 @@ class WalkFit {
 
   RunEstimate LongRun(double paths) {
     constexpr double kReach = 1.0, kLongest = 0.5;
-    stage_ = "walking, long run, step " + std::to_string(at_.steps.size() + 1);
+    stage_ = "final run, step " + std::to_string(at_.steps.size() + 1);
     GatheredWalks g = gatherer_.Gather(paths, SlopePaths(paths), stage_);
     WalkedStep::Solution s;
     const Eigen::VectorXd whole =
@@ -283,7 +283,7 @@ class WalkFit {
   /// Where walks to their end would go from here in one step: as far as handing them over misleads.
   Eigen::VectorXd StepToTheirEnd() {
     constexpr double kReach = 1.0;
-    stage_ = "walking to the end, once";
+    stage_ = "path tracing, once";
     gatherer_.GoBy(WalkGatherer::Walks::kToTheirEnd);
     const GatheredWalks g = gatherer_.Gather(Paths(), SlopePaths(Paths()), stage_);
     WalkedStep::Solution s;

@@ -129,9 +129,9 @@ std::vector<SceneryLevel> SceneryLevelsOf(const FitProblem& problem, CrownInput&
     options.seed = problem.options.seed;
     options.stream = Key(kFitStream, 1, together[0]);
     options.threads = problem.options.threads;
-    const auto walked = RenderTogether(
-        input.capture, bodies.Of(material), input.scenery, material, together, options,
-        [&](double share) { progress.Show("looking beside the object", share, results[together[0]].name); });
+    const auto walked =
+        RenderTogether(input.capture, bodies.Of(material), input.scenery, material, together, options,
+                       [&](double share) { progress.Show("tile and scenery", share, results[together[0]].name); });
     for (size_t k = 0; k < together.size(); ++k) {
       const size_t i = together[k];
       const PhotographSpec& spec = input.capture.photographs[i];

@@ -17,7 +17,7 @@ long IntegerFrom(const std::filesystem::path& file, const std::string& word) {
   long v = 0;
   const auto [end, error] = std::from_chars(word.data(), word.data() + word.size(), v);
   if (error != std::errc() || end != word.data() + word.size())
-    BadMesh(file, "'" + word.substr(0, 20) + "' is not a vertex's number");
+    BadMesh(file, "'" + word.substr(0, 20) + "' is not a vertex number");
   return v;
 }
 
@@ -39,7 +39,9 @@ TriangleMesh ReadStl(MeshBytes& in) {
     }
   } else {
     if (!in.data.starts_with("solid"))
-      BadMesh(in.file, "neither an ASCII STL nor a binary STL of the length its count asks for (truncated?)");
+      BadMesh(
+          in.file,
+          "neither an ASCII STL nor a binary STL of the length that its triangle count requires; it may be truncated");
     bool ended = false;
     while (in.at < in.data.size() && !ended) {
       std::istringstream words(in.Line());
@@ -104,7 +106,7 @@ TriangleMesh ReadObj(MeshBytes& in, const MeshLimits& limits) {
 TriangleMesh ReadMeshFile(const std::filesystem::path& file) {
   std::error_code ignored;
   if (!std::filesystem::is_regular_file(file, ignored))
-    BadMesh(file, "there is no such mesh file", "Check the path; a folder is not a mesh.");
+    BadMesh(file, "there is no such mesh file", "Check the path; it must name a file, not a folder.");
   const MeshLimits limits;
   MeshBytes in{file, ReadWholeFile(file, limits.bytes, kManyTriangles)};
   if (in.data.empty()) BadMesh(file, "the mesh file is empty");

@@ -112,8 +112,8 @@ void CloseOpenings(const std::filesystem::path& file, TriangleMesh& mesh, std::v
   const double closed_mm2 = AreaOf(mesh, scanned);
   if (closed_mm2 > kLargestShare * scanned_mm2)
     throw InputError(file, "",
-                     "the surface is not closed: its openings would take " + std::to_string(closed_mm2) +
-                         " mm2 to close, the surface itself has " + std::to_string(scanned_mm2),
+                     "the surface is not closed: its openings have an area of " + std::to_string(closed_mm2) +
+                         " mm2, the surface itself has only " + std::to_string(scanned_mm2),
                      "Scan the whole crown, or close the mesh in the scanner's software.");
   mesh.is_cut.clear();
   const bool has_neck = neck_mm2 > kHole_mm2;
@@ -124,10 +124,10 @@ void CloseOpenings(const std::filesystem::path& file, TriangleMesh& mesh, std::v
   }
   const size_t holes = loops.size() - (has_neck ? 1 : 0);
   if (has_neck)
-    messages.push_back(Printed("%s: open at the neck, closed there by %.1f mm2", file.filename().c_str(), neck_mm2));
+    messages.push_back(Printed("%s: the neck is open and was closed (%.1f mm2)", file.filename().c_str(), neck_mm2));
   if (holes > 0)
-    messages.push_back(Printed("%s: %zu hole%s of %.2f mm2 in all closed", file.filename().c_str(), holes,
-                               holes > 1 ? "s" : "", closed_mm2 - (has_neck ? neck_mm2 : 0.0)));
+    messages.push_back(Printed("%s: %zu hole%s closed (%.2f mm2)", file.filename().c_str(), holes, holes > 1 ? "s" : "",
+                               closed_mm2 - (has_neck ? neck_mm2 : 0.0)));
 }
 
 size_t OpenEdges(const std::unordered_map<uint64_t, DirectedEdges>& edges) {
@@ -243,15 +243,15 @@ TriangleMesh ReadClosedSurface(const std::filesystem::path& file, std::vector<st
   if (size_mm < 1.0 || size_mm > 200.0)
     throw InputError(file, "",
                      "the mesh is " + std::to_string(size_mm) + " mm across, which is not the size of a crown",
-                     "Meshes are in millimetres; scale the mesh when it was exported in metres or inches.");
+                     "Meshes are in millimetres: scale the mesh if it was exported in metres or inches.");
   constexpr double kFarthest_mm = 1e4;  // rays are single precision: a step of 1 micrometre there
   if (glm::length(high) > kFarthest_mm || glm::length(low) > kFarthest_mm)
     throw InputError(file, "", "the crown lies " + std::to_string(glm::length(low)) + " mm from the origin",
-                     "Move the mesh near the origin, and the poses with it: rays would be too coarse there.");
+                     "Move the mesh near the origin, and the poses with it: ray casting is too coarse so far away.");
   if (const size_t loose = DropLooseVertices(mesh); loose > 0)
-    messages.push_back(name + ": " + std::to_string(loose) + " vertices of no triangle were dropped");
+    messages.push_back(name + ": " + std::to_string(loose) + " vertices that belong to no triangle were removed");
   if (const size_t repeated = DropRepeatedFaces(mesh); repeated > 0)
-    messages.push_back(name + ": " + std::to_string(repeated) + " faces that were there twice were dropped");
+    messages.push_back(name + ": " + std::to_string(repeated) + " duplicate faces were removed");
   if (OpenEdges(EdgesOf(mesh)) > 0) Weld(mesh);
   const size_t before = mesh.triangles.size();
   std::erase_if(mesh.triangles, [&](const glm::ivec3& t) {
@@ -259,15 +259,16 @@ TriangleMesh ReadClosedSurface(const std::filesystem::path& file, std::vector<st
   });
   if (mesh.triangles.size() < before)
     messages.push_back(name + ": " + std::to_string(before - mesh.triangles.size()) +
-                       " collapsed triangles were dropped");
+                       " collapsed triangles were removed");
   for (const glm::ivec3& t : mesh.triangles) {
     // A sliver without area has no normal; nudging is not needed as its neighbours cover the place.
     const glm::dvec3 n = glm::cross(mesh.vertices[t.y] - mesh.vertices[t.x], mesh.vertices[t.z] - mesh.vertices[t.x]);
     if (!(glm::length(n) > 0.0))
-      throw InputError(file, "", "a triangle has no area but three different corners",
-                       "Remove degenerate faces in a mesh editor (their normal is undefined).");
+      throw InputError(file, "", "a triangle with three different corners has no area",
+                       "Remove degenerate faces in a mesh editor: they have no normal.");
   }
-  if (mesh.triangles.empty()) throw InputError(file, "", "every triangle of the mesh is collapsed");
+  if (mesh.triangles.empty())
+    throw InputError(file, "", "every triangle of the mesh has collapsed to a line or a point");
   DropLooseVertices(mesh);  // those that repairs have left
   if (const size_t turned = AgreeOnOrientation(mesh); turned > 0)
     messages.push_back(name + ": " + std::to_string(turned) + " faces were turned to agree with their neighbours");

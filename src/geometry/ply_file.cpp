@@ -66,16 +66,16 @@ PlyHeader ReadPlyHeader(MeshBytes& in) {
       if (!(count >= 0 && count < 1e9 && count == std::floor(count)))
         BadMesh(in.file, "element " + a.substr(0, 40) + " has an impossible count");
       for (const PlyElement& other : elements)
-        if (other.name == a) BadMesh(in.file, "element " + a.substr(0, 40) + " stands twice in the header");
+        if (other.name == a) BadMesh(in.file, "element " + a.substr(0, 40) + " occurs twice in the header");
       if (elements.size() >= kMostInHeader) BadMesh(in.file, "the header names too many elements");
       elements.push_back({a, static_cast<size_t>(count), {}});
     } else if (word == "property") {
-      if (elements.empty()) BadMesh(in.file, "a property stands before any element");
+      if (elements.empty()) BadMesh(in.file, "a property comes before the first element");
       words >> b >> c >> d;
       const PlyProperty added = a == "list" ? PlyProperty{d, c, b} : PlyProperty{b, a, ""};
       for (const PlyProperty& other : elements.back().properties)
         if (other.name == added.name)
-          BadMesh(in.file, "property " + added.name.substr(0, 40) + " stands twice in the header");
+          BadMesh(in.file, "property " + added.name.substr(0, 40) + " occurs twice in the header");
       if (PlySize(added.type) == 0 || (a == "list" && PlySize(added.count_type) == 0))
         BadMesh(in.file, "unknown PLY type in '" + line.substr(0, 40) + "'");
       if (elements.back().properties.size() >= kMostInHeader) BadMesh(in.file, "the header names too many properties");
@@ -138,7 +138,7 @@ TriangleMesh ReadPly(MeshBytes& in, const MeshLimits& limits) {
           std::vector<long> corners;
           for (double v : list) {
             if (!(std::abs(v) < 1e15 && v == std::floor(v)))
-              BadMesh(in.file, "a face names a vertex by no whole number");
+              BadMesh(in.file, "a face names a vertex by a value that is not a whole number");
             corners.push_back(static_cast<long>(v));
           }
           AddPolygon(in.file, mesh, corners, limits.triangles);

@@ -78,7 +78,8 @@ JointValues ReadJointValues(const JsonNode& node, const Material& material,
     for (const size_t j : kept) covariance[i].push_back(stddev[kept[i]] * row[j] * stddev[j]);
   }
   const auto factor = FactorOf(covariance);
-  if (!factor) correlation.Fail("no values can be correlated like that", "Copy the block from the fit's own file.");
+  if (!factor)
+    correlation.Fail("these correlations contradict each other", "Copy the block from the material.json of the fit.");
   joint.factor = *factor;
   return joint;
 }

@@ -35,7 +35,7 @@ std::vector<std::pair<std::string, JsonObject>> ReadLayers(const JsonNode& node)
     const std::string name = object.Require("name").Name();
     for (const auto& other : layers)
       if (other.first == name)
-        object.Require("name").Fail("two layers are called '" + name + "'", "Remove one, or name them apart.");
+        object.Require("name").Fail("two layers are called '" + name + "'", "Remove one, or rename it.");
     layers.emplace_back(name, object);
   }
   return layers;
@@ -123,9 +123,10 @@ void ReadChannels(const JsonObject& root, MaterialOutline& outline) {
 void CheckSameBands(const JsonObject& material, const std::array<double, kChannels>& its_nm, const Capture& capture) {
   if (AreSameBands(its_nm, capture.wavelengths_nm)) return;
   material.Require("channels")
-      .Fail("its bands are " + BandsText(its_nm) + ", those of " + capture.file.string() + " are " +
-                BandsText(capture.wavelengths_nm),
-            "Give a material of these bands in this order; where it shall stand for them all the same, state them.");
+      .Fail(
+          "its bands are " + BandsText(its_nm) + ", but those of " + capture.file.string() + " are " +
+              BandsText(capture.wavelengths_nm),
+          "Give a material of these bands in this order. To use it all the same, write these bands into its channels.");
 }
 
 JsonValue FixedValue(const ChannelValues& values, const ParameterRow& row) {
@@ -156,8 +157,8 @@ MaterialRecord ReadMaterialRecord(const std::filesystem::path& path, const Captu
     record.layers.emplace_back();
     const auto found = std::find_if(layers.begin(), layers.end(), [&](const auto& l) { return l.first == layer.name; });
     if (found == layers.end())
-      root.Require("layers").Fail("holds no layer called '" + layer.name + "', which the capture has",
-                                  "Give the material that was fitted to this capture, or name its layers alike.");
+      root.Require("layers").Fail("has no layer called '" + layer.name + "', but the capture has one",
+                                  "Give the material that was fitted to this capture, or use the same layer names.");
     ReadOwner(found->second, Owner::kLayer, layer, record.layers.back());
   }
   if (const auto surface = root.Find("surface"))
@@ -197,8 +198,8 @@ std::string EffectiveNote(const MaterialRecord& record) {
         where = record.material.layers[l].name + "." + row.key;
       }
   if (where.empty()) return "";
-  return Printed("effective parameters, up to %.0f %% from the physical ones (%s; --physical)", 100 * largest,
-                 where.c_str());
+  return Printed("effective parameters, up to %.0f %% off the physical ones (%s). --physical shows those",
+                 100 * largest, where.c_str());
 }
 
 Capture WithLinearScales(Capture capture, const std::map<std::string, double>& linear_scales) {
@@ -216,7 +217,7 @@ MaterialOutline ReadMaterialOutline(const std::filesystem::path& path) {
   MaterialOutline outline;
   const JsonNode layers = root.Require("layers");
   for (const auto& layer : ReadLayers(layers)) outline.layers.push_back(layer.first);
-  if (outline.layers.empty()) layers.Fail("holds no layer", "State at least one.");
+  if (outline.layers.empty()) layers.Fail("has no layer", "State at least one.");
   if (const auto status = root.Find("status")) outline.status = status->String();
   if (const auto reasons = root.Find("reasons"))
     for (const auto& reason : reasons->Items()) outline.reasons.push_back(reason.String());
@@ -261,8 +262,7 @@ void WriteHandSetMaterial(const std::filesystem::path& file, const Capture& capt
       ToJsonText(JsonValue::Object{
           {"format", kFormat},
           {"status", "not_usable"},
-          {"reasons", std::vector<std::string>{"the values were set by hand in the viewer; no fit "
-                                               "stands behind them"}},
+          {"reasons", std::vector<std::string>{"the values were set by hand in the viewer and do not come from a fit"}},
           {"channels", channels},
           {"layers", layers},
           {"surface", surface},

@@ -24,7 +24,7 @@ Slab ReadSlab(const std::filesystem::path& path) {
     layer.thickness_mm = o.Require("thickness_mm").Number(0.0, 1e4);
     slab.layers.push_back(layer);
   }
-  if (slab.layers.empty()) layers.Fail("at least one layer is needed", "Topmost first.");
+  if (slab.layers.empty()) layers.Fail("at least one layer is needed", "List the topmost layer first.");
   if (const auto n = root.Find("ior_above")) slab.ior_above = n->Number(1.0, 3.0);
   if (const auto n = root.Find("ior_below")) slab.ior_below = n->Number(1.0, 3.0);
   if (const auto rho = root.Find("backing_reflectance")) slab.backing_reflectance = rho->Number(0.0, 1.0);
@@ -33,8 +33,8 @@ Slab ReadSlab(const std::filesystem::path& path) {
     slab.radii_mm = radii->Numbers();
     for (size_t i = 0; i < slab.radii_mm.size(); ++i)
       if (slab.radii_mm[i] < 0 || (i > 0 && slab.radii_mm[i] <= slab.radii_mm[i - 1]))
-        radii->Fail("ring edges must ascend from 0 or more", "Such as [0, 0.1, 0.2, 0.5].");
-    if (slab.radii_mm.size() == 1) radii->Fail("one edge makes no ring", "Give at least two.");
+        radii->Fail("ring edges must ascend and not be negative", "Write them as in [0, 0.1, 0.2, 0.5].");
+    if (slab.radii_mm.size() == 1) radii->Fail("a ring needs two edges", "Give at least two edges.");
   }
   return slab;
 }

@@ -7,11 +7,11 @@ namespace crownfit {
 std::string LossesInWords(const WalkCounters& counters) {
   constexpr double kAcceptable = 1e-5;
   return Printed(
-      "%llu walks inside, %llu lost between facets (%.1f in a million)%s",
+      "%llu random walks, %llu lost between triangles (%.1f in a million)%s",
       static_cast<unsigned long long>(counters.walks), static_cast<unsigned long long>(counters.lost),
       1e6 * counters.lost_share(),
       counters.lost_share() > kAcceptable
-          ? ": more than 10, the picture is too dark by about that share. Surfaces that touch or cross do this."
+          ? ". The limit is 10: the picture is too dark by about this share. Check for surfaces that touch or cross."
           : "");
 }
 

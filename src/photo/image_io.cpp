@@ -22,8 +22,8 @@ const ImageLibrary& LoadedLibrary() {
     void* module = dlopen("crownfit_images.so", RTLD_LAZY | RTLD_LOCAL);
     void* entry = module ? dlsym(module, "CrownfitImageLibrary") : nullptr;
     if (!entry)
-      throw InputError("", "", "the program's part that reads pictures can't be loaded: " + std::string(dlerror()),
-                       "Install crownfit again; its bin/ and lib/ stay side by side.");
+      throw InputError("", "", "the library that reads pictures can't be loaded: " + std::string(dlerror()),
+                       "Install crownfit again, and keep its bin/ and lib/ side by side.");
     return reinterpret_cast<decltype(&CrownfitImageLibrary)>(entry)();
   }();
   return *library;
@@ -71,11 +71,11 @@ ImageFile ReadImageFile(const std::filesystem::path& file) {
     throw InputError(
         file, "",
         "the image can't be decoded within " + std::to_string(static_cast<int>(std::ceil(limits.image_seconds))) + " s",
-        "Write the file again, or raise CROWNFIT_MAX_IMAGE_SECONDS on a slow machine.");
+        "Write the file again; on a slow machine, raise CROWNFIT_MAX_IMAGE_SECONDS.");
   if (ending == Ending::kNeededTooMuchMemory)
     DamagedImage(file, "decoding it needs more than " + std::to_string(static_cast<int>(1e-6 * memory_bytes)) + " MB");
   if (ending != Ending::kDone || bytes.size() < sizeof(DecodedImage))
-    DamagedImage(file, "the library that decodes it crashed on it");
+    DamagedImage(file, "the library that decodes it crashed");
 
   DecodedImage found;
   std::memcpy(&found, bytes.data(), sizeof found);

@@ -46,14 +46,14 @@ void CheckHeader(const std::filesystem::path& file, const std::string& format, c
   if (!known.contains(format)) DamagedImage(file, "photographs are not read in the format '" + format + "'");
   const auto size = std::to_string(spec.width) + " x " + std::to_string(spec.height);
   if (spec.width < 1 || spec.height < 1 || spec.nchannels < 1 || spec.depth > 1)
-    DamagedImage(file, "its size " + size + " makes no sense");
+    DamagedImage(file, "its size " + size + " is not valid");
   if (static_cast<double>(spec.width) * spec.height > 1e6 * limits.image_megapixels)
     throw InputError(
         file, "",
         "the image has " + size + " pixels, more than " + std::to_string(static_cast<int>(limits.image_megapixels)) +
             " million",
-        "Cut the photograph to the crown and calibrate at that size, or raise CROWNFIT_MAX_IMAGE_MEGAPIXELS.");
-  if (spec.deep) DamagedImage(file, "it holds deep pixels; write flat ones");
+        "Crop the photographs to the crown and calibrate at that size, or raise CROWNFIT_MAX_IMAGE_MEGAPIXELS.");
+  if (spec.deep) DamagedImage(file, "it has deep pixels; write it with flat ones");
   if (format != "openexr") return;
   if (spec.x != spec.full_x || spec.y != spec.full_y || spec.width != spec.full_width ||
       spec.height != spec.full_height)
@@ -62,7 +62,7 @@ void CheckHeader(const std::filesystem::path& file, const std::string& format, c
                          ") is not its display window (" + std::to_string(spec.full_width) + " x " +
                          std::to_string(spec.full_height) + " from " + std::to_string(spec.full_x) + ", " +
                          std::to_string(spec.full_y) + ")",
-                     "A camera's calibration counts the pixels of the whole picture: write it without cropping.");
+                     "Write the whole picture without cropping: the camera's calibration refers to it.");
   for (int c = 0; c < 3 && spec.nchannels >= 3; ++c)
     if (!OIIO::Strutil::iequals(spec.channelnames[c], std::string(1, "RGB"[c])))
       DamagedImage(

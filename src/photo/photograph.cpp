@@ -66,7 +66,7 @@ SensorNoise ReadSensorNoise(const std::filesystem::path& path) {
     if (saturation[c] > 0) noise.saturation[c] = saturation[c];
     if (noise.gain[c] == 0 && noise.read_noise[c] == 0)
       throw InputError(path, "read_noise", "gain and read_noise are both 0 in one channel",
-                       "A measurement without noise would get infinite weight; state the read noise.");
+                       "State the read noise: a value without noise would get infinite weight.");
   }
   return noise;
 }

@@ -82,7 +82,7 @@ CaptureCheck CheckCapture(const Capture& stated, const FitOptions& options, Prog
   }
   check.weak_directions = Quantify(capture, free, at.x, at.knowledge, options.use_priors).weak_directions;
   check.shared = ScatteringThatMayBeShared(capture, [&](const Capture& other, const FreeParameters& others) {
-    progress.Show("what channels may share", 0.5);
+    progress.Show("shared scattering", 0.5);
     return KnowledgeByWalks({other, others, no_errors, options}, at, StartVector(others));
   });
   const Foresight more = ForeseePhotographs(problem, check.input, at, progress);

@@ -24,7 +24,7 @@ std::string Seconds(double s) { return Printed(s < 1e6 ? "%.0f s" : "%.2g s", st
 
 std::string Words(const FitPlan& plan) {
   if (plan.model == Model::kShader) return "model shader";
-  return "model path with " + std::to_string(plan.paths_per_photograph) + " walks a photograph";
+  return "model path with " + std::to_string(plan.paths_per_photograph) + " walks per photograph";
 }
 
 /// How a scene at its start values looks by walks and by `shader`.
@@ -93,7 +93,7 @@ SceneLook Look(const FitProblem& problem, const CrownInput& input, const FitStat
     }
     const std::vector<PathPhotograph> walked =
         RenderTogether(input.capture, bodies.Of(material), input.scenery, material, together, options,
-                       [&](double share) { progress.Show("looking at the scene", share, spec.name); });
+                       [&](double share) { progress.Show("sampling the scene", share, spec.name); });
     for (size_t i = 0; i < shared.size(); ++i) {
       const LookedAt l = Halves(problem, at, at.pixels[shared[i]], walked[i]);
       Image mean = l.first;
@@ -110,7 +110,8 @@ SceneLook Look(const FitProblem& problem, const CrownInput& input, const FitStat
   }
   if (blocks == 0)
     throw InputError(input.capture.file, "--target-de00 or --budget-s",
-                     "its photographs show too few pixels to look at", "Choose with --model and --walks.");
+                     "the photographs show too few pixels of the object to plan with",
+                     "Choose with --model and --walks instead.");
   off /= blocks;
   noise /= blocks;
   constexpr double kHidden = 0.5;  // a difference of so much of the noise may not show
@@ -167,14 +168,14 @@ FitPlan ChoosePlan(const std::vector<FitPlan>& plans, const SceneLook& look, con
   };
   if (!chosen)
     throw InputError("", options.target_de00 ? "--target-de00" : "--budget-s",
-                     "no model keeps it on this scene. Estimates: " + all(),
-                     "Ask for less, or choose with --model and --walks.");
+                     "no model can keep this limit for this scene. Estimates: " + all(),
+                     "Relax the limit, or choose with --model and --walks.");
   std::string asked;
   if (options.target_de00) asked += "CIEDE2000 " + Number(*options.target_de00, 2);
   if (options.budget_s) asked += (asked.empty() ? "" : " and ") + Seconds(*options.budget_s);
   FitPlan plan = *chosen;
   plan.why = Words(plan) + " for " + asked + ": about CIEDE2000 " + Number(chosen->de00, 2) + ", at most about " +
-             Seconds(chosen->seconds) + " of two cores (model shader is off by " + Number(look.shader_de00, 2) +
+             Seconds(chosen->seconds) + " on two cores (model shader is off by " + Number(look.shader_de00, 2) +
              " at the start values)";
   return plan;
 }
@@ -184,10 +185,11 @@ FitPlan ChoosePlan(const std::vector<FitPlan>& plans, const SceneLook& look, con
 FitPlan PlanFit(const std::vector<Capture>& captures, const FitOptions& options, Progress& progress) {
   if (captures.size() > 1)
     throw InputError(captures[1].file, options.target_de00 ? "--target-de00" : "--budget-s",
-                     "a plan is made for one capture, not for several fitted together",
-                     "Choose with --model and --walks.");
+                     "a plan is made for one capture, not for several that are fitted together",
+                     "Choose with --model and --walks instead.");
   if (captures[0].photographs.empty())
-    return {Model::kAuto, options.paths_per_photograph, 0, 0, "measurements of flat samples have one model, layered"};
+    return {Model::kAuto, options.paths_per_photograph, 0, 0,
+            "the capture has only measurements of flat samples, so the model is layered"};
   Capture capture = captures[0];
   ApplyOverrides(capture, options.overrides);
   CheckShaderSupports(capture);

@@ -66,7 +66,7 @@ class Foreseer {
     }
     const std::vector<PhotographIdea> ideas = PhotographIdeas(input_.capture, Centre());
     for (size_t i = 0; i < ideas.size(); ++i) {
-      progress_.Show("foreseeing photographs", static_cast<double>(i) / static_cast<double>(ideas.size()));
+      progress_.Show("next photograph", static_cast<double>(i) / static_cast<double>(ideas.size()));
       if (const std::optional<Information> more = InformationOf(ideas[i]))
         result.best.push_back({ideas[i], StddevWith(here, *more, result.weakest)});
     }
@@ -208,20 +208,21 @@ FitPixels WithNoiseOfWalks(FitPixels p, double paths) {
 }
 
 std::string IntervalInWords(const FreeEntry& entry, double stddev) {
-  if (!std::isfinite(stddev)) return "not seen";
+  if (!std::isfinite(stddev)) return "not determined";
   constexpr double kVast = 1000.0;
   const double up = std::exp(kZ95 * stddev), down = 1.0 - kZ95 * stddev;  // as Quantify states intervals
   if (entry.scale != Scale::kLog) return Printed("+-%.2g", kZ95 * stddev);
   if (down > 0)
-    return Printed(up > kVast * down ? "more than a factor %.3g" : "a factor %.3g", std::min(kVast, up / down));
-  return up > kVast ? "no end to either side" : Printed("no lower end, up to %.3g times", up);
+    return Printed(up > kVast * down ? "more than a factor of %.3g" : "a factor of %.3g", std::min(kVast, up / down));
+  return up > kVast ? "unlimited" : Printed("0 to %.3g times the value", up);
 }
 
 std::string AdviceIn(const FreeParameters& free, const Foresight& foresight) {
   const FreeEntry& e = free.entries[foresight.weakest];
   const ForeseenPhotograph& first = foresight.best[0];
-  return "Most would be learned of " + e.name + " (95 % interval: " + IntervalInWords(e, foresight.stddev) +
-         ") by one more photograph: " + first.idea.words + " (then " + IntervalInWords(e, first.stddev) + ")";
+  return "One more photograph would help most with " + e.name +
+         " (95 % interval: " + IntervalInWords(e, foresight.stddev) + "): " + first.idea.words +
+         " (95 % interval then: " + IntervalInWords(e, first.stddev) + ")";
 }
 
 }  // namespace crownfit

@@ -58,12 +58,12 @@ class IdeasFromPlace {
       if (!light && IsTaken(spec)) return;
       spec.name = spec.key = "idea";
       spec.is_holdout = false;
-      ideas.push_back({"as '" + base_.name + "', " + change, number_, std::move(spec), std::move(light)});
+      ideas.push_back({"like '" + base_.name + "', " + change, number_, std::move(spec), std::move(light)});
     };
     for (size_t l = 0; l < capture_.lights.size(); ++l) {
       PhotographSpec spec = base_;
       spec.lights = {l};
-      add("in the light of '" + capture_.lights[l].name + "' alone", spec);
+      add("lit by '" + capture_.lights[l].name + "' alone", spec);
     }
     for (size_t b = 0; b < capture_.backings.size(); ++b) {
       if (!capture_.backings[b].has_place) continue;
@@ -74,7 +74,7 @@ class IdeasFromPlace {
     if (base_.polarisation == Polarisation::kNone) {
       PhotographSpec spec = base_;
       spec.polarisation = Polarisation::kCross;
-      add("through crossed polarisers", spec);
+      add("with crossed polarisers", spec);
     }
     AddMovedLamps(add);
     for (const double degrees : {90.0, 180.0}) {
@@ -108,7 +108,7 @@ class IdeasFromPlace {
       PhotographSpec spec = base_;
       spec.lights = {capture_.lights.size()};
       if (angle > glm::half_pi<double>()) spec.backing.reset();  // it would stand in the light
-      add("in the light of '" + light.name + "' alone, moved " + place.words, spec, moved);
+      add("lit by '" + light.name + "' alone, moved " + place.words, spec, moved);
     }
   }
 

@@ -141,8 +141,9 @@ class PartsLeftOut {
 [[noreturn]] void RefuseToLeaveOut(const std::string& name, const std::string& why, const Capture& capture) {
   std::string known;
   for (const ScenePart& part : PartsOf(capture)) known += (known.empty() ? "" : ", ") + part.name;
-  throw InputError(capture.file, "--leave-out", name + " can't be left out: " + why,
-                   "The scene has " + known + "; `unneeded` leaves out what the fit does not need.");
+  throw InputError(
+      capture.file, "--leave-out", name + " can't be left out: " + why,
+      "The parts of the scene are " + known + ". `unneeded` leaves out all parts that the fit does not need.");
 }
 
 constexpr const char* kUnneeded = "unneeded";
@@ -154,10 +155,10 @@ std::vector<ScenePart> AskedFor(const FitOptions& options, const Capture& captur
     if (name == kUnneeded || PartNamed(name, asked)) continue;
     const ScenePart* part = PartNamed(name, parts);
     const auto r = part ? left_out.Without(*part) : std::nullopt;
-    if (!r) RefuseToLeaveOut(name, "no photograph that is fitted has it, or could do without it", capture);
+    if (!r) RefuseToLeaveOut(name, "no fitted photograph has this part and could do without it", capture);
     if (!r->hides.empty())
-      RefuseToLeaveOut(name, "it hides part of the object in '" + r->hides + "', which would be fitted as the object",
-                       capture);
+      RefuseToLeaveOut(
+          name, "it hides part of the object in '" + r->hides + "', and would then be fitted as the object", capture);
     asked.push_back(*part);
     for (const PhotographSpec& p : Without(AllOf(asked), capture).photographs)
       if (p.lights.empty()) RefuseToLeaveOut(name, "'" + p.name + "' would be left without light", capture);
@@ -171,7 +172,7 @@ std::vector<ScenePart> NotNeeded(const FitOptions& options, const Capture& captu
                                  Progress& progress) {
   std::vector<std::pair<double, ScenePart>> by_shift;
   for (const ScenePart& part : PartsOf(capture)) {
-    progress.Show("what the scene requires", 0.5, part.what);
+    progress.Show("scene requirements", 0.5, part.what);
     // Beside walks tiles and scenery tell whether the light is as stated; a freed film is a question to the fit.
     const bool asks = part.is_film && !capture.surface[static_cast<size_t>(Quantity::kWetness)].fixed;
     if (asks || (part.is_solid && options.model != Model::kShader) || PartNamed(part.name, others)) continue;
@@ -194,7 +195,7 @@ std::vector<SceneRequirement> SceneRequirements(const FitProblem& problem, const
   if (const auto step = StepBetweenLayers(input.capture)) parts.push_back(*step);
   std::vector<SceneRequirement> requirements;
   for (size_t i = 0; i < parts.size(); ++i) {
-    progress.Show("what the scene requires", static_cast<double>(i) / static_cast<double>(parts.size()), parts[i].what);
+    progress.Show("scene requirements", static_cast<double>(i) / static_cast<double>(parts.size()), parts[i].what);
     auto r = left_out.Without(parts[i]);
     if (!r) continue;
     const FitSeconds less = seconds.Of(Without(parts[i], problem.capture), at);

@@ -16,8 +16,8 @@ FitState StateAtStart(const FitProblem& problem, const CrownInput& input, Evalua
   e = ImageResiduals(problem.capture, at.cast, problem.free, at.pixels, {}, {3.0, problem.options.threads})
           .Evaluate(at.x, true);
   if (!e.finite)
-    throw InputError(problem.capture.file, "object", "at its start values model shader predicts no finite picture",
-                     "Look for lengths, coefficients or lamps that are off by powers of ten.");
+    throw InputError(problem.capture.file, "object", "model shader predicts no finite picture at the start values",
+                     "Look for lengths, coefficients or lamps that are wrong by powers of ten.");
   at.scales = e.scales;
   e.residuals.setZero();
   return at;

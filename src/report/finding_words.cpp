@@ -147,7 +147,7 @@ std::string InWords(const Finding& f) {
       return "There is no noise calibration. A relative noise of 1 % was assumed, and all intervals depend on it.";
     case FindingKind::kCalibrationMoved:
       return "The photographs disagree with " + f.names[0] + ": the fit moved it by " + Number(n[0]) +
-             " times its stated error. Calibrate it again; a lamp or the crown may have been moved.";
+             " times its stated error. Calibrate it again: a lamp or the crown may have moved.";
     case FindingKind::kErrorsInflated: {
       const std::string kind = NameOf(static_cast<StatementKind>(n[0]));
       return "The photographs contradict the stated " + kind + ": " + FurthestOff(f) + ". The errors of all " + kind +
@@ -163,59 +163,59 @@ std::string InWords(const Finding& f) {
              " than the fit predicts. Its exposure or a lamp that only it has is stated wrongly, or fitted values are "
              "wrong where the other photographs do not determine them.";
     case FindingKind::kPhotographsNotExplained:
-      return "Noise does not explain what the fit leaves in these photographs (squared residuals over those of "
+      return "In these photographs the residuals are larger than noise explains (squared residuals over those of "
              "noise): " +
              NotExplained(f) +
-             ". Something stated about such a photograph may be wrong (pose, mask, lamps, scenery, polarisation, "
-             "encoding) or about the object (surfaces, thickness, index). The report's difference maps show where.";
+             ". Something may be stated wrongly for the photograph (pose, mask, lamps, scenery, polarisation, "
+             "encoding) or for the object (surfaces, thickness, index). The difference maps of the report show where.";
     case FindingKind::kSceneryOff:
-      return "Tile or scenery beside the object are not as bright as lamps, exposure and reflectance predict. They are "
+      return "The tile or scenery beside the object is not as bright as lamps, exposure and reflectance predict. It is "
              "brighter by these factors (red, green, blue): " +
              LevelsOfScenery(f, 0, 0) +
-             ". If they are what is seen there, one of these is stated wrongly, and the material made up for it. A "
-             "mask leaves out what is not in the capture.";
+             ". One of these values may be stated wrongly, and the fitted material makes up for it. If something else "
+             "is seen there, mask it.";
     case FindingKind::kPriorsContradicted:
-      return "The photographs contradict priors (by how many standard deviations): " + WithNumbers(f) +
-             ". The prior does not hold here, or something else in the capture is stated wrongly. The intervals reach "
-             "to where the photographs alone would put these parameters.";
+      return "The photographs contradict these priors (in standard deviations): " + WithNumbers(f) +
+             ". The prior is wrong for this material, or something else in the capture is stated wrongly. The "
+             "intervals extend to the values that the photographs alone would give.";
     case FindingKind::kCapturesDisagree:
       return Printed(
-          "Capture '%s' disagrees with the other captures (chi2 %.0f of %.0f), most about %s: %.3g alone, %.3g by the "
-          "others. Is it the same material, and is its calibration right? The intervals do not cover such a "
-          "difference.",
+          "Capture '%s' disagrees with the other captures (chi2 %.0f, expected %.0f), most of all in %s: %.3g by "
+          "itself, %.3g by the others. Check that it shows the same material and that its calibration is right. The "
+          "intervals do not cover this difference.",
           f.names[0].c_str(), n[0], n[1], f.names[1].c_str(), n[2], n[3]);
     case FindingKind::kOpenNeck:
-      return "The scan is open at the neck. What lies beyond is assumed, and pixels within " + Number(n[0]) +
-             " mm of the cut count for less (the error may be 30 % at the cut).";
+      return "The scan is open at the neck. The shape beyond is assumed, so pixels within " + Number(n[0]) +
+             " mm of the cut count less (the error may be 30 % at the cut).";
     case FindingKind::kPartLeftOut:
       if (n.empty()) return "Left out of the scene as you asked: " + f.names[0] + ".";
       return "Left out of the scene because it is not needed: " + f.names[0] + ". The picture changes by CIEDE2000 " +
              Number(n[0], 2) + ", and fitted values by at most " + Number(n[1], 2) + " standard deviations.";
     case FindingKind::kSwitchesToDiffusion:
       return "Model `diffusion` switches every walk to diffusion after " + Number(n[0], 9) +
-             " collisions. The intervals include its mean error. Model `path` goes on to the end of the walks.";
+             " collisions. The intervals include its mean error. Model `path` follows the walks to their end.";
     case FindingKind::kNotMovedByWalks:
-      return "Random walks give no derivative by " + Quoted(f.names) +
+      return "Random walks give no derivative with respect to " + Quoted(f.names) +
              ", so it was not fitted, and its uncertainty is not part of the other intervals. Fix it if you know it.";
     case FindingKind::kRivalRoughness:
       return "A roughness of " + Number(n[0]) +
              " explains the photographs as well as the fitted one. The intervals cover both. A photograph with a "
              "highlight, or a known roughness, would decide.";
     case FindingKind::kNoisyIntervals:
-      return "Monte Carlo noise makes up most of the interval of " + Joined(f.names) + ". More walks than " +
-             Number(n[0], 12) + " (--walks) narrow it, unless the photographs hide it.";
+      return "Monte Carlo noise makes up most of the interval of " + Joined(f.names) + ". More than " +
+             Number(n[0], 12) + " walks (--walks) may narrow it.";
     case FindingKind::kLayeredAssumptions:
-      return "Model `layered` takes the samples as flat, smooth and wide. Index, g and all other fixed values count as "
-             "exact. In thin or clear samples g matters most.";
+      return "Model `layered` assumes that the samples are flat, smooth and wide. Index, g and all other fixed values "
+             "count as exact. In thin or clear samples g matters most.";
     case FindingKind::kFewReadings:
-      return "There are hardly more readings than fitted numbers, so nothing tests whether the model holds.";
+      return "There are hardly more readings than fitted values, so nothing tests whether the model holds.";
     case FindingKind::kShaderAssumptions:
       return "Model `shader` takes the layers below every point as flat. The intervals include its mean error on "
-             "path-traced objects (4 % of a photograph's level, 3 % of a patch). It is off by more behind clear enamel "
-             "without dentine and in light from behind.";
+             "path-traced objects (4 % of a photograph's level, 3 % of a patch). Its error is larger behind clear "
+             "enamel without dentine, and in light from behind.";
     case FindingKind::kMeasurementsOutweighed:
-      return "Beside model `shader`, measurements hardly count: thousands of pixels outweigh them. Fit the "
-             "measurements alone and give that result as --prior.";
+      return "In a fit by model `shader` measurements hardly count, because thousands of pixels outweigh them. Fit the "
+             "measurements alone, and give that result as --prior.";
     case FindingKind::kLayerNotSeen:
       return "Model `shader` does not see layer " + Quoted(f.names) + ".";
     case FindingKind::kNotConverged:
@@ -231,7 +231,8 @@ std::string InWords(const Finding& f) {
     case FindingKind::kRegionChi2:
       return "In image regions (sixteenths of a photograph) the squared residuals are " + Number(n[0]) +
              " times those of noise (limit " + Number(n[1]) +
-             "), which smaller patches hide. The photographs, their calibration and the model contradict each other.";
+             "), which smaller patches do not show. The photographs, their calibration and the model contradict each "
+             "other.";
     case FindingKind::kStatementContradicted:
       return "The photographs contradict the stated " + std::string(NameOf(static_cast<StatementKind>(n[0]))) +
              ", even if their errors were " + Number(n[1]) +
@@ -239,10 +240,10 @@ std::string InWords(const Finding& f) {
     case FindingKind::kLampsContradictScenery: {
       const auto lamps = static_cast<size_t>(n[0]);
       return "In every photograph lit by " + Quoted({f.names.begin(), f.names.begin() + static_cast<long>(lamps)}) +
-             " that shows tile or scenery, these are brighter or darker than stated by the same factor, whatever they "
-             "are made of (" +
+             ", the tile and scenery are brighter or darker than stated by the same factor, whatever they are made of "
+             "(" +
              LevelsOfScenery(f, lamps, 1) +
-             "). Lamps, exposures or the encoding are stated wrongly, and absorption is off by many times such an "
+             "). A lamp, an exposure or the encoding is stated wrongly, and absorption is off by many times this "
              "error.";
     }
     case FindingKind::kSharingRejected:
@@ -256,7 +257,7 @@ std::string InWords(const Finding& f) {
     case FindingKind::kAtBound:
       return "At a bound: " + Joined(f.names) + ".";
     case FindingKind::kCaptureNotUsable:
-      return "Capture " + Quoted(f.names) + " is not usable by itself; its own report says why.";
+      return "Capture " + Quoted(f.names) + " is not usable by itself; its own report gives the reasons.";
   }
   return "";
 }
@@ -286,7 +287,7 @@ std::string VerdictInWords(const CrownFit& fit) {
   if (verdict.empty()) verdict = "Nothing was free to fit.";
   if (fit.usable) return verdict;
   const bool model_holds = fit.reasons[0].kind == FindingKind::kNothingFitted;
-  return "Not usable: see the reasons. " + (model_holds ? verdict : "If the model held, this would: " + verdict);
+  return "Not usable: see the reasons. " + (model_holds ? verdict : "If the model held, this would follow: " + verdict);
 }
 
 }  // namespace crownfit

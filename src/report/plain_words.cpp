@@ -47,17 +47,16 @@ std::string PictureSentence(const CrownFit& fit, bool of_holdouts) {
     unseen += w * p.difference.share_below_pt;
     accepted += w * p.difference.share_below_at;
   }
-  if (blocks == 0)
-    return of_holdouts ? "No photograph was held out, so no picture here is a check that the fit did not see." : "";
+  if (blocks == 0) return of_holdouts ? "No photograph was held out, so none checks the fit independently." : "";
   const std::string figures = Printed(
-      "CIEDE2000 %.1f in the median; %.0f %% of the area differs by less than is seen (%.1f), %.0f %% by less than "
-      "is accepted (%.1f).",
+      "CIEDE2000 %.1f in the median. On %.0f %% of the area the difference is too small to be seen (%.1f), on %.0f %% "
+      "it is acceptable (%.1f).",
       median / blocks, 100 * unseen / blocks, kPerceptible, 100 * accepted / blocks, kAcceptable);
   const std::string photographs = count == 1 ? "photograph" : Printed("%d photographs", count);
-  return "From the " + photographs +
+  return "For the " + photographs +
          (of_holdouts ? " held out, which the fit never saw,"
                       : std::string(" that ") + (count == 1 ? "was" : "were") + " fitted") +
-         " the prediction differs by " + figures;
+         " the prediction is off by " + figures;
 }
 
 /// Readings are off by about one standard deviation, if those are right.
@@ -123,10 +122,11 @@ void AddHowSure(const CrownFit& fit, std::vector<std::string>& sentences) {
   for (const Class& c : classes)
     if (!c.names.empty()) sentences.push_back(c.words + Listed(c.names) + " (95 % intervals, within the model).");
   const std::string source = fit.photographs.empty() ? "measurements" : "photographs";
-  if (!unknown.empty()) sentences.push_back("The " + source + " could not tell: " + Listed(unknown) + ".");
+  if (!unknown.empty()) sentences.push_back("The " + source + " do not determine: " + Listed(unknown) + ".");
   if (!held.empty())
-    sentences.push_back("Not measured, but held by what is usual for the material: " + Listed(held) + ".");
-  if (!at_bound.empty()) sentences.push_back("At the end of the range that is allowed: " + Listed(at_bound) + ".");
+    sentences.push_back("Not measured, but held by their priors (what is usual for the material): " + Listed(held) +
+                        ".");
+  if (!at_bound.empty()) sentences.push_back("At the end of the allowed range: " + Listed(at_bound) + ".");
 }
 
 /// What the fit foresees; and what docs/photographing.md asks for and this capture lacks, where something is left open
@@ -148,17 +148,17 @@ std::vector<std::string> Advice(const CrownFit& fit) {
   std::vector<std::string> advice;
   if (!fit.advice.empty()) advice.push_back(InPlainNames(fit.advice, fit) + ".");
   if (is_open(Quantity::kAbsorption, Quantity::kReducedScattering) && backings.size() < 2)
-    advice.push_back("The front on a black and on a white tile: tells absorption from scattering.");
+    advice.push_back("The front on a black and on a white tile, which separates absorption from scattering.");
   if (is_open(Quantity::kThickness, Quantity::kThicknessScale, Quantity::kReducedScattering) && !has_edge)
     advice.push_back(
-        "The front with the straight shadow of a blade on it: a length scale, which tells scattering from thickness. "
-        "Better still, measure the thickness.");
+        "The front with the straight shadow of a blade on it, which is a length scale and separates scattering from "
+        "thickness. Better still, measure the thickness.");
   if (is_open(Quantity::kRoughness, Quantity::kWetness) && !shows_surface)
-    advice.push_back("The front without polarisers, or with parallel ones: shows the surface's reflection.");
+    advice.push_back("The front without polarisers, or with parallel ones, which shows the surface's reflection.");
   if (advice.empty() && !open.empty())
     advice.push_back(
-        "None is known that would tell what was left open. Another thickness of the same material, fitted together, or "
-        "a measured flat sample may.");
+        "No photograph is known to determine the rest. Another thickness of the same material, fitted together, or a "
+        "measured flat sample may.");
   return advice;
 }
 
@@ -194,7 +194,7 @@ PlainVerdict PlainVerdictOf(const CrownFit& fit) {
       if (!s.empty()) verdict.sentences.push_back(s);
   if (!fit.usable)
     verdict.sentences.push_back(
-        "How sure the parameters are is said within the model; the reasons say why not to trust it here.");
+        "The precision below holds only if the model does; the reasons say why it may not hold here.");
   AddHowSure(fit, verdict.sentences);
   for (std::string& exchange : ExchangesInWords(fit)) verdict.sentences.push_back(std::move(exchange));
   verdict.photographs_that_would_help = Advice(fit);

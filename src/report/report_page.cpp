@@ -18,7 +18,7 @@ std::string Bytes(const std::filesystem::path& file) {
   std::ifstream stream(file, std::ios::binary);
   if (!stream)
     throw InputError(file, "", "the result has no such file, or it can't be read",
-                     "Make the result again with crownfit fit, which writes all that a report needs.");
+                     "Make the result again with crownfit fit, which writes all files that the page needs.");
   return {std::istreambuf_iterator<char>(stream), {}};
 }
 

@@ -114,7 +114,7 @@ JsonValue ViewerJson(const CrownFit& fit) {
     layers.push_back(o);
   }
   return JsonValue::Object{
-      {"note", "effective parameters of the real-time shader; not physical when the fit used another model"},
+      {"note", "effective parameters of the real-time shader; not physical if the fit used another model"},
       {"layers", layers},
       {"roughness", fit.seen_by_shader.surface[Quantity::kRoughness][0]}};
 }

@@ -31,7 +31,7 @@ std::string Summary(const CrownFit& fit) {
       add("%-38s %-7s %10.4g  [%.4g, %.4g] %s\n", (t.name + ": " + p.name).c_str(), "all", p.value[0], p.low95[0],
           p.high95[0], Word(p.status));
   if (!fit.readings.empty())
-    add("\n%-24s %-14s %26s  %26s  %s\n", "measurement", "quantity", "read", "predicted", "off, in stddevs");
+    add("\n%-24s %-14s %26s  %26s  %s\n", "measurement", "quantity", "reading", "predicted", "difference in stddevs");
   for (const ReadingResult& r : fit.readings) {
     add("%-24s %-14s", r.measurement.c_str(), r.quantity.c_str());
     for (const auto* v : {&r.read.value, &r.predicted}) add(" %8.4g %8.4g %8.4g ", (*v)[0], (*v)[1], (*v)[2]);
@@ -45,8 +45,8 @@ std::string Summary(const CrownFit& fit) {
         100 * p.difference.share_below_pt, 100 * p.difference.share_below_at, p.reduced_chi2,
         p.is_holdout ? "  held out" : "");
   if (!fit.photographs.empty())
-    add("CIEDE2000 over 8 x 8 pixel blocks; not seen: at most 0.8, acceptable: at most 1.8.%s\n",
-        fit.is_by_walks() ? " Noise of the photographs and of the predictions' own walks counts." : "");
+    add("CIEDE2000 over blocks of 8 x 8 pixels. Not seen: at most 0.8. Acceptable: at most 1.8.%s\n",
+        fit.is_by_walks() ? " It includes the noise of photographs and predictions." : "");
   text += "\nModel: " + std::string(Word(fit.model)) + " (" + fit.model_choice + ").\n";
   for (const auto& caveat : InWords(fit.caveats)) text += "Note: " + caveat + "\n";
   return text;

@@ -88,8 +88,8 @@ AbsorptionTexture::AbsorptionTexture(const Capture& capture, size_t layer, const
     for (int c = 0; c < kChannels; ++c)
       if (!(f[c] >= 0 && f[c] <= kLargest))
         throw InputError(capture.file, "object.layers[" + std::to_string(layer) + "].absorption_texture",
-                         "the texture holds the factor " + std::to_string(f[c]) + " on absorption, outside [0, 1000]",
-                         "\"range\": [low, high] says what the values 0 and 1 stand for.");
+                         "the texture has the factor " + std::to_string(f[c]) + " on absorption, outside [0, 1000]",
+                         "Set the factors that 0 and 1 stand for with \"range\": [low, high].");
 }
 
 glm::dvec3 AbsorptionTexture::At(const glm::dvec3& p) const {

@@ -170,8 +170,8 @@ std::shared_ptr<const Crown> BuildCrown(const Capture& capture, const CrownSourc
                   : MeanDistance(ScannedPart(crown->surfaces[i]), crown->surfaces[i + 1], crown->casters[i + 1]));
       if (!std::isfinite(crown->thickness_mm.back()))
         throw InputError(capture.file, capture.layers[i].name + ".surface",
-                         "lies everywhere inside '" + capture.layers[i + 1].name + "', the layer below it",
-                         "Are the two meshes swapped, or in different units?");
+                         "lies completely inside '" + capture.layers[i + 1].name + "', the layer below it",
+                         "Check that the two meshes are not swapped, and that both are in mm.");
     }
   }
   return crown;

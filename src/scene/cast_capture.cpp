@@ -31,8 +31,8 @@ std::string DepthNote(const Capture& capture, const Crown& crown) {
   const double depth = crown.thickness_mm.back();
   if (std::abs(stated.value[0] - depth) <= kApart * depth) return "";
   return Printed(
-      "%s.thickness_mm is fixed at %.3g mm, but its mesh is %.3g mm deep: photographs are predicted with the "
-      "mesh's depth, which thickness_mm scales only where it is free",
+      "%s.thickness_mm is fixed at %.3g mm, but its mesh is %.3g mm deep. Photographs are predicted with the depth of "
+      "the mesh; thickness_mm scales it only where it is free",
       capture.layers.back().name.c_str(), stated.value[0], depth);
 }
 

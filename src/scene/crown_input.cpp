@@ -19,7 +19,7 @@ void CheckNothingStandsInside(const Capture& capture, const TriangleMesh& outer)
     const auto refuse_inside = [&](const glm::dvec3& place, const char* key, const std::string& what) {
       if (IsInside(caster, outer, place))
         throw InputError(capture.file, photo.key + key,
-                         "in photograph '" + photo.name + "' " + what + " stands inside the object",
+                         "in photograph '" + photo.name + "' " + what + " is inside the object",
                          "Check lengths (mm) and frames (\"object\" or \"camera\").");
     };
     refuse_inside(object_from_camera.translation_mm, ".camera_from_object", "the camera");
@@ -39,8 +39,8 @@ void CheckObjectIsInPicture(const Capture& capture, const TriangleMesh& outer) {
     if (!seen)
       throw InputError(
           capture.file, photo.key + ".camera_from_object",
-          "in photograph '" + photo.name + "' no part of the object is in front of the camera and in the picture",
-          "Check translation_mm (z is the distance along the view) and the mesh's origin.");
+          "in photograph '" + photo.name + "' no part of the object is in front of the camera and inside the picture",
+          "Check translation_mm (z is the distance along the view) and the origin of the mesh.");
   }
 }
 
@@ -58,13 +58,13 @@ void CheckAnyPixelIsUsable(const Capture& capture, const PhotographSpec& spec, c
     throw InputError(
         capture.file, spec.key + ".file",
         "photograph '" + spec.name + "' is black: none of its " + std::to_string(usable) + " usable pixels is above 0",
-        "Check its exposure, its dark frame and its file, or leave the photograph out.");
+        "Check its exposure, dark frame and file, or remove the photograph.");
   throw InputError(
       capture.file, spec.key,
       "photograph '" + spec.name + "' has no usable pixel: " +
           (photo.saturated_pixels > 0 ? "all " + std::to_string(photo.saturated_pixels) + " in the mask are saturated"
-                                      : "its mask holds no value above 0.5"),
-      "Expose it less, correct the mask, or leave the photograph out.");
+                                      : "its mask has no value above 0.5"),
+      "Expose it less, correct the mask, or remove the photograph.");
 }
 
 /// One picture counted twice would claim information that is not there: intervals would be too narrow by the square
@@ -76,7 +76,7 @@ void CheckPicturesDiffer(const Capture& capture, const std::vector<Photograph>& 
           photographs[i].linear.values == photographs[k].linear.values)
         throw InputError(capture.file, capture.photographs[i].key + ".file",
                          "photograph '" + capture.photographs[i].name + "' is the same picture as '" +
-                             capture.photographs[k].name + "', pixel for pixel: it would count twice",
+                             capture.photographs[k].name + "', pixel for pixel, and would count twice",
                          "Remove one of the two.");
 }
 
@@ -113,7 +113,7 @@ void ReadPhotographs(CrownInput& input) {
                        "is " + std::to_string(photo.linear.width) + " x " + std::to_string(photo.linear.height) +
                            " pixels, but " + spec.camera_file.filename().string() + " says " +
                            std::to_string(spec.camera.width) + " x " + std::to_string(spec.camera.height),
-                       "Use the camera file of this resolution; the photograph must not be cropped or resized.");
+                       "Use the camera file of this resolution, and do not crop or resize the photograph.");
     CheckAnyPixelIsUsable(input.capture, spec, photo);
     if (const int side = AverageIfLarge(*input.source.meshes[0], spec, photo); side > 1)
       averaged +=

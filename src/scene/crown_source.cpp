@@ -48,7 +48,7 @@ void CheckLayersMeet(const Capture& capture, const CrownSource& source) {
     if (apart > kApart_mm)
       throw InputError(capture.file, capture.layers[i].name + ".surface",
                        "lies at least " + std::to_string(std::lround(apart)) + " mm away from every layer above it",
-                       "Are the meshes in one frame, and in mm? Align the scans with each other first.");
+                       "Check that the meshes are in mm, and align the scans with each other.");
   }
 }
 
@@ -103,7 +103,8 @@ std::vector<std::string> KeepBuildable(const CrownSource& source, Capture& captu
     kept.high = room;
     if (kept.fixed || kept.value[0] < room) continue;
     messages.push_back(
-        Printed("%s: the start %.3g mm leaves nothing of layer '%s', as '%s' is at most %.3g mm deep; %.3g mm taken",
+        Printed("%s: the start value %.3g mm leaves no room for layer '%s', because '%s' is at most %.3g mm deep; the "
+                "fit starts at %.3g mm",
                 ThicknessKey(i - 1).c_str(), kept.value[0], capture.layers[i].name.c_str(),
                 capture.layers[base].name.c_str(), source.fields[base]->max_depth_mm(), kStart * room));
     kept.value.fill(std::max(kept.low, kStart * room));
@@ -129,8 +130,9 @@ std::vector<TriangleMesh> BuildSurfaces(const Capture& capture, const CrownSourc
     auto surface = source.fields[base]->LevelSurface(depth_mm);
     if (!surface)
       throw InputError(capture.file, ThicknessKey(i - 1),
-                       "nothing of layer '" + capture.layers[i].name + "' is left below '" + capture.layers[base].name +
-                           "', which is at most " + std::to_string(source.fields[base]->max_depth_mm()) + " mm deep",
+                       "no room is left for layer '" + capture.layers[i].name + "' below '" +
+                           capture.layers[base].name + "', which is at most " +
+                           std::to_string(source.fields[base]->max_depth_mm()) + " mm deep",
                        "State a smaller thickness, or check the mesh's scale.");
     surfaces.push_back(std::move(*surface));
   }

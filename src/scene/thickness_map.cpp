@@ -38,13 +38,13 @@ ThicknessMap::ThicknessMap(const Capture& capture, size_t layer, const TriangleM
     axis_ = LongAxisOf(capture, outer);
     if (!axis_)
       throw InputError(capture.file, KeyOf(layer) + ".zones",
-                       "where cervical and incisal are is not known: the mesh is closed",
+                       "the mesh is closed, so it is not known which end is incisal",
                        "State \"long_axis\": [x, y, z] in \"object\", towards the incisal edge.");
     return;
   }
   const auto fail = [&](const std::string& message) {
     throw InputError(capture.file, KeyOf(layer) + ".vertex_property", message,
-                     "Write the property into the layer's PLY file, one number in mm for every vertex.");
+                     "Write the property into the PLY file of the layer, one number in mm for every vertex.");
   };
   if (!mesh) fail("layer '" + capture.layers[layer].name + "' has no mesh of its own");
   const auto found = mesh->vertex_properties.find(field_->vertex_property);

@@ -58,22 +58,22 @@ std::array<double, kShaderSlots> SlotValues(const Capture& capture, const Materi
 static void CheckIsNoMirror(double roughness, const std::filesystem::path& file, const std::string& key) {
   const ParameterRow& row = RowOf(Quantity::kRoughness);
   if (roughness < row.low)
-    throw InputError(file, key, "the shader model needs a surface that is not a mirror",
-                     "State at least " + std::to_string(row.low) + ", or use model path to render.");
+    throw InputError(file, key, "model shader needs a rough surface, not a mirror",
+                     "Set the roughness to at least " + std::to_string(row.low) + ", or render with --model path.");
 }
 
 void CheckShaderSupports(const Capture& capture) {
   for (const PhotographSpec& photo : capture.photographs)
     if (photo.backing && capture.backings[*photo.backing].in_contact)
       throw InputError(capture.file, photo.key + ".backing",
-                       "the shader model knows no backing in optical contact, and '" +
-                           capture.backings[*photo.backing].name + "' is one",
-                       "Photograph it with an air gap (\"contact\": false), or use model path to render.");
+                       "model shader does not know backings in optical contact, such as '" +
+                           capture.backings[*photo.backing].name + "'",
+                       "Photograph it with an air gap (\"contact\": false), or render with --model path.");
   for (size_t i = 0; i < capture.layers.size(); ++i)
     if (capture.layers[i].absorption_texture && (i > 0 || capture.layers.size() == 1))
       throw InputError(capture.file, "object.layers[" + std::to_string(i) + "].absorption_texture",
-                       "the shader model knows a texture on the outer of two layers alone",
-                       "Move it there, or use model path to render.");
+                       "model shader knows a texture only on the outer of two layers",
+                       "Move it there, or render with --model path.");
   CheckIsNoMirror(capture.surface[static_cast<size_t>(Quantity::kRoughness)].value[0], capture.file,
                   "object.surface.roughness");
 }
@@ -86,8 +86,8 @@ void CheckShaderSupports(const Capture& capture, const Material& material) {
 std::string WhatShaderLeavesOut(const Capture& capture) {
   const size_t layers = capture.layers.size();
   return layers <= 2 ? ""
-                     : "model shader sees the first two of " + std::to_string(layers) +
-                           " layers alone; `render --model path` sees all";
+                     : "model shader uses only the first two of " + std::to_string(layers) +
+                           " layers; `crownfit render --model path` uses all";
 }
 
 std::vector<double> StatedLightScales(const Capture& capture) {

@@ -32,8 +32,8 @@ Recipe ReadRecipe(const std::filesystem::path& path) {
   }
   const auto require_fixed = [&](const ParameterSpec& spec, const std::string& name) {
     if (!spec.fixed)
-      throw InputError(path, name, "a recipe states the truth: every parameter is fixed",
-                       "Write {\"fixed\": v} and name it in synthesis.free.");
+      throw InputError(path, name, "a recipe states the truth, so every parameter must be fixed",
+                       "Write {\"fixed\": v}, and list the parameter in synthesis.free.");
   };
   std::vector<std::string> names;
   for (const auto& row : kParameters) {
@@ -52,11 +52,11 @@ Recipe ReadRecipe(const std::filesystem::path& path) {
   if (const auto free = o.Find("free"))
     for (const auto& item : free->Items()) {
       if (std::find(recipe.free.begin(), recipe.free.end(), item.String()) != recipe.free.end())
-        item.Fail("'" + item.String() + "' stands twice", "Name it once.");
+        item.Fail("'" + item.String() + "' is listed twice", "List it once.");
       recipe.free.push_back(item.String());
       if (std::find(names.begin(), names.end(), recipe.free.back()) == names.end())
         item.Fail("the object states no parameter '" + recipe.free.back() + "'",
-                  "Name one as layer.key or surface.key, such as enamel.absorption_per_mm, and give it a value.");
+                  "Name it as layer.key or surface.key, such as enamel.absorption_per_mm, and give it a value.");
     }
   return recipe;
 }

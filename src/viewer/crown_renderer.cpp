@@ -8,10 +8,7 @@
 #include "viewer/projection.h"
 
 namespace crownfit {
-namespace {
-
-
-}  // namespace
+namespace {}  // namespace
 
 CrownRenderer::CrownRenderer(std::shared_ptr<const Crown> crown)
     : crown_(std::move(crown)),
@@ -98,7 +95,7 @@ void CrownRenderer::SetLight(const Capture& capture, size_t photograph, const Ve
   if (photo.lights.size() > Lamps::kMost)
     throw InputError(capture.file, photo.key + ".lights",
                      "the viewer shows at most " + std::to_string(Lamps::kMost) + " lamps at once",
-                     "Choose another photograph, or merge lamps.");
+                     "Choose another photograph, or combine lamps.");
   std::vector<LightShape> shapes;
   light_scale_.clear();
   std::vector<int> number(capture.lights.size(), 0);

@@ -18,9 +18,10 @@ void PictureTexture::Upload(const Image& picture, bool smooth) {
   glGetIntegerv(GL_MAX_TEXTURE_SIZE, &largest);
   if (std::max(picture.width, picture.height) > largest)
     throw InputError("", "OpenGL",
-                     "the driver shows no pictures above " + std::to_string(largest) + " pixels, and this one has " +
-                         std::to_string(picture.width) + " x " + std::to_string(picture.height),
-                     "Use a smaller photograph, with its camera file.");
+                     "the graphics driver shows no pictures above " + std::to_string(largest) +
+                         " pixels, but this one has " + std::to_string(picture.width) + " x " +
+                         std::to_string(picture.height),
+                     "Use a smaller photograph, with a camera file of its size.");
   glBindTexture(GL_TEXTURE_2D, texture_);
   glPixelStorei(GL_UNPACK_ALIGNMENT, 1);
   glTexImage2D(GL_TEXTURE_2D, 0, GL_RGB32F, picture.width, picture.height, 0, GL_RGB, GL_FLOAT, picture.values.data());

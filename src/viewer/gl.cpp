@@ -15,7 +15,7 @@ namespace {
 
 [[noreturn]] void NoGraphics(const std::string& what) {
   throw InputError("", "OpenGL", what,
-                   "Install a driver that has OpenGL 3.3 or later; without a graphics processor Mesa's does "
+                   "Install a graphics driver with OpenGL 3.3 or later. Without a graphics processor use Mesa's "
                    "(Debian: libgl1-mesa-dri, libegl1).");
 }
 
@@ -32,7 +32,7 @@ GLuint Compile(GLenum kind, std::initializer_list<const char*> files) {
   if (good) return shader;
   char log[2000] = "";
   glGetShaderInfoLog(shader, sizeof log, nullptr, log);
-  NoGraphics("the driver (" + GraphicsProcessor() + ") does not compile " + *(files.end() - 1) + ": " + log);
+  NoGraphics("the graphics driver (" + GraphicsProcessor() + ") does not compile " + *(files.end() - 1) + ": " + log);
 }
 
 void Link(GLuint program) {
@@ -42,7 +42,7 @@ void Link(GLuint program) {
   if (good) return;
   char log[2000] = "";
   glGetProgramInfoLog(program, sizeof log, nullptr, log);
-  NoGraphics("the driver (" + GraphicsProcessor() + ") does not link a shader program: " + log);
+  NoGraphics("the graphics driver (" + GraphicsProcessor() + ") does not link a shader program: " + log);
 }
 
 GLuint Attached(std::initializer_list<std::pair<GLenum, std::initializer_list<const char*>>> shaders) {
@@ -90,7 +90,7 @@ OffscreenContext::OffscreenContext() {
     if (eglMakeCurrent(display, EGL_NO_SURFACE, EGL_NO_SURFACE, context_)) return;
     eglDestroyContext(display, context_);
   }
-  NoGraphics(display_ ? "EGL makes no context of OpenGL 3.3" : "there is no EGL display without a window");
+  NoGraphics(display_ ? "EGL offers no context of OpenGL 3.3" : "there is no EGL display without a window");
 }
 
 OffscreenContext::~OffscreenContext() {
@@ -205,7 +205,7 @@ Canvas::Canvas(int width, int height) : width_(width), height_(height) {
   glRenderbufferStorage(GL_RENDERBUFFER, GL_DEPTH_COMPONENT32F, width, height);
   glFramebufferRenderbuffer(GL_FRAMEBUFFER, GL_DEPTH_ATTACHMENT, GL_RENDERBUFFER, depth_);
   if (glCheckFramebufferStatus(GL_FRAMEBUFFER) != GL_FRAMEBUFFER_COMPLETE)
-    NoGraphics("the driver draws no pictures of " + std::to_string(width) + " x " + std::to_string(height) +
+    NoGraphics("the graphics driver draws no pictures of " + std::to_string(width) + " x " + std::to_string(height) +
                " in floating point");
 }
 

@@ -15,7 +15,6 @@ constexpr int kSkyNodes = 64;
 // Directions of an environment in its tables, which shaders/viewer/lamps.glsl knows too: blurred by the surface, sharp.
 constexpr int kBlurredWidth = 64, kBlurredHeight = 32, kSharpWidth = 256, kSharpHeight = 128;
 
-
 /// A small area of a lamp: near ones have a place and an outward normal, far ones a direction.
 struct LampPoint {
   glm::dvec3 place_or_direction, normal;

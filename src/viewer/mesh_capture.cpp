@@ -48,7 +48,7 @@ Capture CaptureOfMeshes(const std::vector<std::filesystem::path>& meshes, const 
   if (meshes.size() > outline.layers.size())
     throw InputError(
         meshes[outline.layers.size()], "--mesh",
-        "is one more than the " + std::to_string(outline.layers.size()) + " layers of " + material_file.string(),
+        "is one mesh more than the " + std::to_string(outline.layers.size()) + " layers of " + material_file.string(),
         "Give at most one mesh for each layer, outermost first.");
   glm::dvec3 low(HUGE_VAL), high(-HUGE_VAL);
   for (const auto& mesh : meshes) {

@@ -225,7 +225,7 @@ void ViewScene::StartReading(size_t photograph) {
     try {
       read = std::make_shared<const Photograph>(ReadPhotograph(spec.files));
       if (read->linear.width != spec.camera.width || read->linear.height != spec.camera.height)
-        error = spec.files.image.string() + ": is not of its camera's size";
+        error = spec.files.image.string() + ": does not have the size of its camera file";
     } catch (const InputError& e) {
       error = e.what();
     }

@@ -81,7 +81,8 @@ CrownWindow::CrownWindow(Window& window, ViewScene& scene, const MaterialRecord&
   if (!options.note.empty()) state_.about += "\n" + options.note;
   state_.thickness_of = capture.layers.size() > 1 ? capture.layers[0].name : "the whole object";
   for (const DifferenceStep& step : kDifferenceSteps) state_.difference_legend.push_back({step.label, step.colour});
-  if (!options.has_photographs) state_.no_photograph = "No photograph to compare with: --mesh.";
+  if (!options.has_photographs)
+    state_.no_photograph = "There is no photograph to compare with, because the crown is given by --mesh.";
   pose_ = HomePose(photo(), scene.crown().fine);
 }
 
@@ -145,8 +146,8 @@ void CrownWindow::TellState() {
     state_.no_difference = "no photograph";
   } else if (!IsAtHome(pose_, photo())) {
     state_.no_difference =
-        "Shown while the camera and the lamps stand as for the photograph. R: back. "
-        "Zooming and moving the picture keep it.";
+        "Shown only from the photograph's camera and under its lamps; press R to return to them. You can zoom and move "
+        "the picture.";
   } else {
     state_.no_difference = difference ? "" : "comparing ...";
   }

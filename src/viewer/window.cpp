@@ -25,8 +25,8 @@ struct Happened {
 } happened;
 
 [[noreturn]] void NoWindow() {
-  throw InputError("", "window", happened.error.empty() ? "none can be opened here" : happened.error,
-                   "Use --screenshot FILE or --benchmark N, which need no display; or set DISPLAY to a screen whose "
+  throw InputError("", "window", happened.error.empty() ? "no window can be opened here" : happened.error,
+                   "Use --screenshot FILE or --benchmark N, which need no display. Or set DISPLAY to a screen whose "
                    "driver has OpenGL 3.3.");
 }
 

@@ -9,11 +9,15 @@ Exit codes: 0 all that ran agrees; 1 something does not; 77 some peer is missing
 """
 import argparse
 import json
+import re
 import subprocess
 import sys
 from pathlib import Path
 
 HERE = Path(__file__).resolve().parent
+sys.path.append(str(HERE.parent))
+import tables  # noqa: E402
+
 PLACE = HERE.parent.parent / "build/peers"
 # Blender's own numpy is older than what colour-science wants: two environments.
 PACKAGES = {"venv": ["mitsuba", "numpy", "scipy", "iadpython", "colour-science", "materialx"], "blender": ["bpy"]}
@@ -83,6 +87,48 @@ def rows_of(study, crownfit):
     return rows
 
 
+def pictures_of(rows):
+    """Rows of the table of pictures: a comparison, its time at equal noise, and the same with the peer's own boundary."""
+    times = {r["what"].partition(": time at equal noise")[0]: r["result"].partition(" times")[0] for r in rows if "time at equal noise" in r["what"]}
+    found = []
+    for r in rows:
+        compared = re.fullmatch(r"(.*), (\d+) blocks", r["what"])
+        ratio = re.search(r"(?:ratio|crownfit / Mitsuba) ([\d.]+ \+- [\d.]+)", r["result"])
+        z = re.search(r"rms ([\d.]+), largest ([\d.]+)", r["result"])
+        if compared and z:
+            found.append([compared[1], compared[2], z[1], z[2], ratio[1], times.get(compared[1], "-"), r["verdict"]])
+        elif "roughdielectric" in r["what"] and ratio:
+            found.append([r["what"], "-", "-", "-", ratio[1], "-", "loses light between facets"])
+    return found
+
+
+def leave_tables(rows):
+    """Pictures, fits and the rest; a study that was not run keeps its rows."""
+    rows = [r for r in rows if r["verdict"] != "missing" or r["peer"] == "pbrt-v4"]
+    fits = [r for r in rows if r["what"].startswith("crown '")]
+    pictures = pictures_of(rows)
+    rest = [r for r in rows if r not in fits and not (r["peer"] == "Mitsuba 3" and re.search("blocks$|time at equal|roughdielectric", r["what"]))]
+    if pictures:
+        tables.write(
+            "peers_mitsuba", title="Pictures by Mitsuba 3", command="./dev bench peers mitsuba certificate", keyed_by=1,
+            shows="Pictures by the model `path`, against those by Mitsuba 3 of what `crownfit export` wrote.",
+            columns=["scene", "blocks", "rms z", "largest z", "crownfit / Mitsuba, whole picture", "time at equal noise, Mitsuba / crownfit", "verdict"], rows=pictures,
+            notes=["48 x 48 pixels, 400 paths a pixel (of Mitsuba a quarter in rough scenes), blocks of 6 x 6 pixels.", "z is a difference in combined standard errors; the limit is 4.",
+                   "Mitsuba's variance comes from eight seeds, so z has wider tails than a normal distribution."])
+    if fits:
+        tables.write(
+            "peers_fits", title="Crowns photographed by Mitsuba 3", command="./dev bench peers fits", keyed_by=1,
+            shows="Fits of crowns that Mitsuba 3 photographed, against the material that Mitsuba rendered.", columns=["value", "result", "limit", "verdict"],
+            rows=[[r["what"].replace(" photographed by it", ""), r["result"], r["limit"] or "-", r["verdict"]] for r in fits],
+            notes=["Photographs have 64 x 64 pixels, 512 paths a pixel and channel and 1 % noise.", "Fits start off by a factor 2."])
+    if rest:
+        tables.write(
+            "peers", title="Other comparisons", command="./dev bench peers", keyed_by=1,
+            shows="Other results of crownfit, against other programs and their tables.", columns=["peer", "what", "result", "limit", "verdict"],
+            rows=[[r["peer"], r["what"] or "-", r["result"], r["limit"] or "-", r["verdict"] or "-"] for r in rest],
+            notes=["No verdict: nothing is claimed."])
+
+
 def main():
     p = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     p.add_argument("crownfit")
@@ -96,6 +142,7 @@ def main():
     print("\n| " + " | ".join(keys) + " |\n|" + "---|" * len(keys))
     for row in rows:
         print("| " + " | ".join(str(row[k]) for k in keys) + " |")
+    leave_tables(rows)
     verdicts = [row["verdict"] for row in rows]
     print(f"\n{verdicts.count('agrees')} agree, {verdicts.count('FAIL')} fail, {verdicts.count('missing')} missing")
     sys.exit(1 if "FAIL" in verdicts else 77 if "missing" in verdicts else 0)

@@ -20,8 +20,9 @@ import matplotlib
 import numpy as np
 import OpenImageIO as oiio
 
-sys.path.insert(0, str(Path(__file__).resolve().parent.parent / "peers"))
+sys.path[1:1] = [str(Path(__file__).resolve().parent.parent / "peers"), str(Path(__file__).resolve().parent.parent)]
 import make_peer_captures as captures  # noqa: E402
+import tables  # noqa: E402
 import tooth_shapes  # noqa: E402
 
 matplotlib.use("Agg")
@@ -306,6 +307,13 @@ def main():
     table = ["| figure | picture | CIEDE2000 median / 95 % | level of shader over path, R G B |", "|---|---|---|---|"]
     table += [f"| {figure} | {name} | {median:.1f} / {high:.1f} | {', '.join(f'{100 * x:+.0f}' for x in level)} % |" for figure, name, median, high, level in studio.rows]
     (options.folder / "table.md").write_text("\n".join(table) + "\n")
+    if not options.only:
+        tables.write(
+            "thesis", title="Both models at the same values", command=f"./dev bench thesis --paths {options.paths}",
+            shows="Pictures by the model `shader` of the thesis's scenes, against path tracing at the same values.",
+            columns=["figure", "picture", "CIEDE2000, median / 95 %", "light, shader over path, R, G, B"],
+            rows=[[figure, name, f"{median:.1f} / {high:.1f}", f"{', '.join(f'{100 * x:+.0f}' for x in level)} %"] for figure, name, median, high, level in studio.rows],
+            notes=["Pixels of the object are compared, from one pixel inside its outline.", "The differences include the noise of the path-traced pictures."])
 
 
 if __name__ == "__main__":

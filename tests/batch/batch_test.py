@@ -114,7 +114,7 @@ def every_fault_of_a_manifest_is_named_before_anything_starts(folder):
     lab = Lab(folder, ["a", "b"])
     lab.write([("a", "a", "300", "1"), ("a", "b", "300", ""), ("b", "absent", "300", ""), ("../c", "b", "300", ""), ("d", "b", "12", ""), ("", "b", "", "")], "id,capture,max_pixels,no-priors")
     said = lab.run(expect=2).stderr
-    for words in ("line 2: no-priors", "line 3: id: 'a' stands twice; the first is line 2", "line 4: capture", "absent", "line 5: id", "line 6: --max-pixels", "line 7: id"):
+    for words in ("line 2: no-priors", "line 3: id: 'a' occurs twice; the first is line 2", "line 4: capture", "absent", "line 5: id", "line 6: --max-pixels", "line 7: id"):
         assert words in said, (words, said)
     assert not lab.out.exists()
     lab.write([("a", "a"), ("a", "b"), ("b", "b")])
@@ -150,7 +150,7 @@ def two_batches_never_work_in_one_folder(folder):
     first = lab.start()
     while not (lab.out / "work/all/stderr/slow").exists():
         time.sleep(0.01)
-    assert "another batch works here" in lab.run(expect=2).stderr
+    assert "another batch is running here" in lab.run(expect=2).stderr
     assert first.wait(timeout=30) == 0
 
 
@@ -181,7 +181,7 @@ def a_full_disk_stops_the_batch_and_room_lets_it_go_on(folder):
     try:
         lab.out = small / "out"
         said = lab.run("--jobs", 1, expect=2).stderr
-        assert "the disk is full" in said and "Make room" in said, said
+        assert "the disk is full" in said and "Free some space" in said, said
         whole = list((lab.out / "crowns").iterdir())
         assert 1 <= len(whole) <= 2 and all((c / "crown.json").exists() for c in whole), whole
         subprocess.run(["mount", "-o", "remount,size=30m", small], check=True)

@@ -76,7 +76,7 @@ bool Refuses(const Product& product, const std::string& part) {
 }
 
 TEST(CalibrateBlur, APictureOutOfFocusIsRefused) {
-  EXPECT_TRUE(Refuses(Measured(JigPhotograph({.level = 0.6, .sigma_px = 5.0})), "out of focus"));
+  EXPECT_TRUE(Refuses(Measured(JigPhotograph({.level = 0.6, .sigma_px = 5.0})), "Focus on the square"));
 }
 
 TEST(CalibrateBlur, AShakenCameraIsRefused) {

@@ -203,7 +203,7 @@ TEST(CalibrateColour, AGreyCardGivesTheWhiteBalanceAlone) {
   const ColourTransform transform = TransformIn(product);
   for (int c = 0; c < 3; ++c) EXPECT_NEAR(transform(grey)[c], 0.18, 3e-4);
   EXPECT_EQ(transform.matrix[1][0], 0.0);
-  EXPECT_TRUE(AnyContains(product.notes, "white balance alone"));
+  EXPECT_TRUE(AnyContains(product.notes, "only the white balance"));
 }
 
 TEST(CalibrateColour, AGreyCardInGlareOrTooBrightIsRefused) {

@@ -128,7 +128,7 @@ TEST(CalibrateNoise, AToneCurveIsRefused) {
     for (float& v : image->values) v = static_cast<float>(SrgbFromLinear(v));
   a = Noisy(a, kGain, kRead, 1);
   b = Noisy(b, kGain, kRead, 2);
-  EXPECT_TRUE(AnyContains(NoiseProduct({{&a, &b}}, {}).refusals, "proportion to the light"));
+  EXPECT_TRUE(AnyContains(NoiseProduct({{&a, &b}}, {}).refusals, "not proportional to the light"));
 }
 
 // Exposure series.
@@ -204,7 +204,7 @@ TEST(CalibrateNoise, AChannelThatWasNotSaturatedLeavesTheOthersTheirLevel) {
   const Product product = NoiseProduct({{&a, &b}}, {});
   EXPECT_TRUE(product.refusals.empty());
   EXPECT_TRUE(AnyContains(product.notes, "channel R was not saturated"));
-  EXPECT_FALSE(AnyContains(product.notes, "nothing was saturated"));
+  EXPECT_FALSE(AnyContains(product.notes, "no pixel was saturated"));
   const auto saturation = std::find_if(product.content.begin(), product.content.end(),
                                        [](const auto& entry) { return entry.first == "saturation"; });
   ASSERT_NE(saturation, product.content.end());

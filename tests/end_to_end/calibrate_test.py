@@ -40,13 +40,13 @@ with tempfile.TemporaryDirectory() as folder:
     refused("camera", plain, "--board", "charuco", "--corners", "9x6", "--square-mm", 10, saying=["0 of 1 photographs", "mirror"])
     refused("camera", plain, "--board", "charuco", "--corners", "nine", "--square-mm", 10, saying=["--corners", "9x6"])
     refused("camera", plain, "--board", "charuco", "--corners", "9x6", saying=["--square-mm", "measured"])
-    refused("camera", plain, "--board", "paper", "--corners", "9x6", "--square-mm", 10, saying=["'paper' is no board"])
+    refused("camera", plain, "--board", "paper", "--corners", "9x6", "--square-mm", 10, saying=["'paper' is not a board"])
     refused("camera", plain, "--board", "charuco", "--corners", "9x6", "--square-mm", 10, "--dictionary", "9X9_9", saying=["9X9_9", "Known: "])
     refused("noise", plain, plain, saying=["plain.ppm", "encoded for display", "--linear"])
     refused("noise", plain, "--linear", saying=["pairs", "--series"])
     refused("exposures", plain, plain, "--times", "1,2,3", saying=["3 times for 2 photographs"])
     refused("blur", plain, "--linear", saying=["no dark square", "calibrate target jig"])
-    refused("blur", plain, "--linear", "--region", "0,0,9999,20", saying=["--region", "not inside"])
+    refused("blur", plain, "--linear", "--region", "0,0,9999,20", saying=["--region", "outside of the picture"])
     refused("colour", plain, saying=["no ColorChecker was found", "--chart-corners"])
     refused("colour", plain, "--chart", folder / "absent.json", saying=["absent.json"])
     refused("lights", saying=["NAME=FILE", "--rig"])
@@ -66,7 +66,7 @@ with tempfile.TemporaryDirectory() as folder:
     twin = folder / "other" / plain.name
     twin.parent.mkdir()
     twin.write_bytes(plain.read_bytes())
-    refused("pose", plain, twin, "--camera", camera, "--jig", folder / "jig.json", saying=["has the name of", str(plain)])
+    refused("pose", plain, twin, "--camera", camera, "--jig", folder / "jig.json", saying=["has the same name as", str(plain)])
     refused("pose", plain, "--camera", camera, "--board", "chessboard", "--corners", "8x6", "--square-mm", 10, saying=["half a turn", "9x6"], expect=1)
     rig, card_pose = folder / "rig.json", folder / "card_pose.json"
     lamp = {"name": "key", "type": "point", "position_mm": [0, 0, -100], "radiant_intensity_rgb": [1, 1, 1], "radius_mm": 1}
@@ -78,7 +78,7 @@ with tempfile.TemporaryDirectory() as folder:
     rig.write_text(json.dumps({"format": "crownfit-light-rig/1", "lights": [{**lamp, "frame": "camera"}]}))
     card_pose.write_text(json.dumps({"format": "crownfit-poses/1", "poses": 2 * [{"photograph": plain.stem, "camera_from_object": pose}]}))
     refused("lights", "--rig", rig, "--camera", camera, "--linear", "--card", f"key={plain}", "--card-pose", card_pose, "--card-mm", "-2,-2,2,2", saying=["two poses"])
-    refused("lights", f"left={plain}", "--linear", "--ball", "80,60,30", saying=["left: none of its balls shows it"], expect=1)
+    refused("lights", f"left={plain}", "--linear", "--ball", "80,60,30", saying=["left: no ball shows its highlight"], expect=1)
 
     white = picture(folder / "white.ppm", 160, 120, lambda x, y: 255)
     refused("colour", plain, "--linear", "--flat-field", white, saying=["white.ppm", "--flat-field", "saturated"])
@@ -107,5 +107,5 @@ with tempfile.TemporaryDirectory() as folder:
     run("capture", "init", "-o", folder / "under_the_sky", *parts[:parts.index("--lights")], "--lights", sky, "--photo", f"{photo['name']}={capture / photo['file']}")
     assert (folder / "under_the_sky/calib/sky.ppm").exists()
     assert "'sun' is not known" in run("capture", "init", "-o", folder / "made", *parts, "--lit", f"{first}=sun", expect=2).stderr
-    assert "holds no pose of plain" in run("capture", "init", "-o", folder / "made", *parts, "--photo", f"x={plain}", expect=2).stderr
+    assert "has no pose of plain" in run("capture", "init", "-o", folder / "made", *parts, "--photo", f"x={plain}", expect=2).stderr
 print("commands refuse in words")

@@ -146,7 +146,7 @@ with tempfile.TemporaryDirectory() as folder:
     def refused():
         """What an impossible budget is refused with, and the seconds that it plans with few walks."""
         said = run("fit", folder / "one", "-o", folder / "never", "--budget-s", 0.01, "--max-pixels", "500", expect=2).stderr
-        planned = re.search(r" 50000 walks a photograph: CIEDE2000 \S+, (\d+) s", said)
+        planned = re.search(r" 50000 walks per photograph: CIEDE2000 \S+, (\d+) s", said)
         require("--budget-s" in said and planned, f"a budget that nothing keeps: {said}")
         return float(planned[1]) if planned else 0
 

@@ -150,7 +150,7 @@ def intervals(folder):
         said = run(folder / "fitted.json", "--to", name, "-o", folder / "fitted" / name)
         notes = (folder / "fitted" / name / "README.md").read_text()
         require("chi2 9" in said and "chi2 9" in notes, f"{name}: a material not to be used, without a word")
-        require("Pictures to compare" not in notes, f"{name}: pictures of no capture")
+        require("Reference pictures" not in notes, f"{name}: pictures of no capture")
     rows = list(csv.DictReader((folder / "fitted/csv/material.csv").open()))
     got = [[r[k] for k in ("value", "stddev", "low95", "high95", "status")] for r in rows if r["layer"] == "a,b" and r["quantity"] == "absorption_per_mm"]
     require([g[0] for g in got] == ["0.1", "0.2", "0.3"] and got[0][1:] == ["0.01", "0.08", "0.12", "fitted"] and got[2][1] == "", f"CSV: intervals: {got}")

@@ -252,7 +252,7 @@ cases = [
     edited("a bright exposure", lambda c: c["photographs"][0].update(exposure_scale={"fixed": 1e300}), "exposure_scale.*more than"),
     edited("257 lights on a photograph", lambda c: c["photographs"][0].update(lights=["left"] * 257), "lights.*more than 256"),
     edited("a name of 252 letters", lambda c: c["photographs"][0].update(name="a" * 252), "name.*longer than 100"),
-    edited("a layer called surface", lambda c: c["object"]["layers"][0].update(name="surface"), "surface.*stands for"),
+    edited("a layer called surface", lambda c: c["object"]["layers"][0].update(name="surface"), "can't be called .*surface"),
     edited("a start that is no start", lambda c: c["object"]["layers"][0].update(reduced_scattering_per_mm={"initial": 0}), "reduced_scattering.*outside"),
     edited("an impossible prior", lambda c: c["object"]["layers"][0].update(g={"initial": 0.8, "prior": {"mean": 1e300, "log_stddev": 1}}), "prior.mean.*outside"),
     *[material("reduced_scattering_per_mm", v, "outside") for v in (-1, 1e300, [1, 1, -1])],

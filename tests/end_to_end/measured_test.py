@@ -18,7 +18,7 @@ def run(*arguments, expect=0):
 
 with tempfile.TemporaryDirectory() as folder:
     folder = Path(folder)
-    assert "6 numbers are free" in run("check", samples).stdout
+    assert "6 values are free" in run("check", samples).stdout
     assert {m["use"] for m in json.loads(run("check", samples, "--json").stdout)["measurements"]} == {"fit", "holdout"}
 
     summary = run("fit", samples, "-o", folder / "one", "--threads", 1).stdout

@@ -50,7 +50,7 @@ with tempfile.TemporaryDirectory() as folder:
     errors = [float(paths[n]["de00_p95"]) for n in sorted(paths)]
     # Noise falls by 8 from 4 to 256 paths; the seed is fixed, so the order is.
     require(errors[0] > 2 * errors[-1], f"more paths are not better: {errors}")
-    noise = float(re.search(r"own noise is ([\d.]+)", done.stdout)[1])
+    noise = float(re.search(r"noise of CIEDE2000 ([\d.]+)", done.stdout)[1])
     require(0 < noise < float(paths[4]["de00_median"]), f"the reference is as noisy ({noise}) as 4 paths a pixel")
     plot = xml.dom.minidom.parse(str(out / "prediction.svg"))
     circles = plot.getElementsByTagName("circle")

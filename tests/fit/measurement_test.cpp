@@ -420,7 +420,7 @@ TEST(Measurements, WhatCanNotBeIsRefusedByName) {
   const struct {
     const char *text, *says;
   } cases[] = {
-      {R"("geometry": "0/d")", "holds no reading"},
+      {R"("geometry": "0/d")", "has no reading"},
       {R"("geometry": "30/0", "reflectance": {"value": 0.5, "stddev": 0.01})", "geometry"},
       {R"("geometry": "0/d", "reflectance": {"value": 50, "stddev": 0.01})", "per cent"},
       {R"("geometry": "0/d", "reflectance": {"value": 0.5, "stddev": 0})", "stddev"},
@@ -494,7 +494,7 @@ TEST(RxtFile, WhatIsBrokenIsNamedByItsLine) {
   EXPECT_NE(RefusalOfRxt("r t\n0.4 nan\n").find("line 20"), std::string::npos);
   EXPECT_NE(RefusalOfRxt("r t\n40 30\n").find("between 0 and 1"), std::string::npos);
   EXPECT_NE(RefusalOfRxt("r u\n0.4 0.3\n").find("'u'"), std::string::npos);
-  EXPECT_NE(RefusalOfRxt("L\n400\n").find("no column of r or t"), std::string::npos);
+  EXPECT_NE(RefusalOfRxt("L\n400\n").find("no column r or t"), std::string::npos);
   EXPECT_NE(RefusalOfRxt("r t\n").find("no row"), std::string::npos);
   EXPECT_NE(RefusalOfRxt("").find("17"), std::string::npos);
   EXPECT_NE(RefusalOfRxt("r\n0.4\n", "IAD2\n").find("IAD1"), std::string::npos);

@@ -126,8 +126,9 @@ TEST(PlainWords, SayHowSureEachParameterIs) {
   const PlainVerdict verdict = PlainVerdictOf(SomeFit());
   EXPECT_EQ(verdict.headline, "Usable.");
   EXPECT_TRUE(Says(verdict.sentences, "Known within 10 %: dentine absorption"));
-  EXPECT_TRUE(Says(verdict.sentences, "could not tell: dentine reduced scattering"));
-  EXPECT_TRUE(Says(verdict.sentences, "Not measured, but held by what is usual for the material: surface roughness"));
+  EXPECT_TRUE(Says(verdict.sentences, "do not determine: dentine reduced scattering"));
+  EXPECT_TRUE(Says(verdict.sentences,
+                   "Not measured, but held by their priors (what is usual for the material): surface roughness"));
   EXPECT_TRUE(Says(verdict.sentences, "raising one and lowering the other"));
   EXPECT_TRUE(Says(verdict.sentences, "No photograph was held out"));
 }
@@ -160,7 +161,7 @@ TEST(PlainWords, TellChannelsApartOfWhichOneIsNotIdentified) {
       << VerdictInWords(fit);
   const PlainVerdict verdict = PlainVerdictOf(fit);
   EXPECT_TRUE(Says(verdict.sentences, "Known within 10 %: dentine absorption G"));
-  EXPECT_TRUE(Says(verdict.sentences, "could not tell: dentine absorption R and dentine reduced scattering"));
+  EXPECT_TRUE(Says(verdict.sentences, "do not determine: dentine absorption R and dentine reduced scattering"));
 }
 
 TEST(PlainWords, AnUnusableResultIsSaidFirst) {
@@ -313,7 +314,7 @@ TEST(PlainWords, AskForPhotographsThatTheCaptureLacksAndForNoOthers) {
   more.polarisation = Polarisation::kNone;
   fit.capture.photographs.push_back(more);
   EXPECT_EQ(asked().size(), 1);
-  EXPECT_TRUE(Says(asked(), "None is known"));
+  EXPECT_TRUE(Says(asked(), "No photograph is known"));
   for (FittedParameter& p : fit.uncertainty.parameters) p.status = Status::kFitted, p.of_channels.clear();
   EXPECT_TRUE(asked().empty()) << "nothing is left open";
 }

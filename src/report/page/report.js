@@ -40,9 +40,9 @@ function showVerdict() {
   verdict.className = material.status;
   verdict.replaceChildren(make('h2', {}, (usable ? '✓ ' : '✕ ') + report.headline));
   const part = (title, items) => items.length && verdict.append(make('h3', {}, title), list(items));
-  if (!usable) part('Why not', material.reasons);
+  if (!usable) part('Reasons', material.reasons);
   verdict.append(list(report.sentences));
-  if (usable) part('Look at', material.reasons);
+  if (usable) part('Points to check', material.reasons);
   part('Photographs that would help', report.photographs_that_would_help);
   part('Caveats', material.caveats);
 }
@@ -78,7 +78,7 @@ function wipe(photograph) {
 function zoneTable(zones) {
   if (!zones.length)
     return make('p', {className: 'soft'},
-        'No thirds: nothing says which end of the crown is incisal. State "long_axis" in the capture\'s "object".');
+        'No thirds are shown, because the capture does not say which end of the crown is incisal. State "long_axis" in its "object".');
   return table(['third', 'the prediction is', 'ΔE₀₀ of means', 'ΔL*', 'Δa*', 'Δb*', 'median ΔE₀₀', 'photograph L* a* b*'],
       zones.map(zone => row([
         zone.zone, zone.prediction_is, figureCell(fixed(zone.de00_of_means)), ...zone.off_lab.map(v => figureCell(signed(v))),
@@ -95,8 +95,8 @@ function showPhotographs() {
   }));
   section('photographs', 'Photographs',
       make('p', {className: 'soft screen'}, 'Move the slider, or drag over the picture.'),
-      make('p', {className: 'soft'}, 'Map and figures are CIEDE2000 (D65, 2°) between means over 8 × 8 pixels, ' +
-          'so that the noise of single pixels is not taken for a difference of colour. Differences are the prediction less the photograph.'),
+      make('p', {className: 'soft'}, 'Map and figures show CIEDE2000 (D65, 2°) between means over 8 × 8 pixels, ' +
+          'so that noise of single pixels does not count as a colour difference. Differences are prediction minus photograph.'),
       legend,
       report.photographs.map(photograph => {
         const error = material.image_error.photographs[photograph.name] ?? {};
@@ -122,8 +122,8 @@ function showMeasurements() {
     figureCell(number(value, 4)), figureCell(number(reading.stddev[i], 2)), figureCell(number(reading.predicted[i], 4)),
     figureCell(signed((reading.predicted[i] - value) / reading.stddev[i]))])));
   section('measurements', 'Measurements of flat samples',
-      make('p', {className: 'soft'}, 'Off: the prediction less the reading, over the reading\'s standard deviation; beyond ±2 in one of twenty.'),
-      table(['measurement', 'quantity', 'read', 'standard deviation', 'predicted', 'off'], rows));
+      make('p', {className: 'soft'}, 'Difference: (prediction − reading) / standard deviation of the reading. One in twenty is expected beyond ±2.'),
+      table(['measurement', 'quantity', 'reading', 'standard deviation', 'prediction', 'difference'], rows));
 }
 
 /// One line per value of every parameter.
@@ -173,8 +173,8 @@ function showParameters() {
   const colourOf = {fitted: 'accent', prior: 'second', not_identified: 'bad', at_bound: 'bad'};
   const floor = Math.min(...drawn.flatMap(line => [line.interval[0], line.value]).filter(v => v > 0));
   const part = section('parameters', 'Parameters',
-      make('p', {className: 'soft'}, 'Bars: 95 % intervals, on one logarithmic axis; dots: values. Blue: measured. Orange: held by its prior. ' +
-          'Red: not identified, or at a bound. Intervals hold within the model.'));
+      make('p', {className: 'soft'}, 'Bars are 95 % intervals on one logarithmic axis; dots are values. Blue: fitted. Orange: held by the prior. ' +
+          'Red: not identified, or at a bound. The intervals are valid if the model holds.'));
   if (drawn.length)
     part.append(chart('95 % intervals of the parameters; the table below has the figures', 70 + 22 * drawn.length, palette => ({
       type: 'bar',
@@ -207,9 +207,9 @@ function showCorrelation() {
       make('thead', {}, row([make('td'), ...names.map((_, i) => make('th', {scope: 'col'}, String(i + 1)))])),
       make('tbody', {}, names.map((name, i) => row([make('th', {scope: 'row'}, `${i + 1}  ${plainName(name)}`),
                                                        ...correlation[i].map(cell)]))));
-  section('correlation', 'Correlation of what was fitted',
-      make('p', {className: 'soft'}, 'Near ±1: a combination of the two is known, not each. Red: one can make up for the other when both ' +
-          'grow; blue: when one grows and the other shrinks. What was seen and priors together, in the scales the fit moves in.'),
+  section('correlation', 'Correlation of the fitted parameters',
+      make('p', {className: 'soft'}, 'Near ±1 only a combination of the two is known, not each of them. Red: raising both fits almost as well. ' +
+          'Blue: raising one and lowering the other does. Data and priors together, on the scales of the fit (logarithmic where values are positive).'),
       make('div', {className: 'wide'}, body),
       material.identifiability.weak_directions.length
           ? make('details', {}, make('summary', {}, 'Weak directions'), list(material.identifiability.weak_directions)) : null);
@@ -218,15 +218,15 @@ function showCorrelation() {
 function showProfiles() {
   if (!report.profiles.length) return;
   const by = (report.profiles.find(profile => profile.by !== 'parabola') ?? report.profiles[0]).by, stated = parameterLines();
-  const part = section('profiles', 'Likelihood profiles of what is weakly known',
+  const part = section('profiles', 'Likelihood profiles of weakly determined parameters',
       make('p', {className: 'soft'}, (by === 'slopes'
-          ? 'How much χ² grows when one number is held and everything else follows: the sum of its slopes at a few places, by pictures whose walks are handed over to diffuse light; their noise counts, so that a curve may be flatter than its interval. ' +
-            'What model and walks have in common, and other optima, is in the 95 % intervals below and not in the curves. Where several are weak, the four weakest; of the others, and of a roughness, a parabola from the covariance.'
+          ? 'Growth of χ² when one parameter is held and all others are fitted again, integrated from derivatives at a few values. The pictures are random walks that switch to diffusion; their Monte Carlo noise may make a curve flatter than its interval. ' +
+            'The 95 % intervals below also include errors that the model and all walks share, and other optima; the curves do not. The four weakest parameters have such curves. Others, and a roughness, have a parabola from the covariance.'
           : by === 'fits'
-          ? 'How much χ² grows when one number is held and everything else is fitted again (the geometry as cast at the solution; χ² over the variance ' +
-            'inflation). The 95 % intervals below are wider than where the curves cross 3.84 by the errors of the model that its pixels share.'
-          : 'Parabolas from the fit\'s covariance, priors included; no fits were made for them.') +
-          ' Dashed: 3.84, the 95 % limit. Drawn for intervals wider than a factor of 1.5.'));
+          ? 'Growth of χ² when one parameter is held and all others are fitted again (geometry as at the solution; χ² divided by the variance ' +
+            'inflation). The 95 % intervals below reach further than where the curves cross 3.84: they include model errors that pixels share.'
+          : 'Parabolas from the covariance of the fit, priors included. No fits were made for them.') +
+          ' Dashed line: 3.84, the 95 % limit. Curves are drawn for intervals wider than a factor of 1.5.'));
   part.append(make('div', {className: 'profiles'}, report.profiles.map(profile => {
     const entry = report.entries.find(e => e.name === profile.entry), interval = stated.find(line => line.id === profile.entry)?.interval;
     const name = plainName(profile.entry) + (entry.unit === '1' ? '' : `, ${entry.unit}`);
@@ -256,15 +256,15 @@ function showConvergence() {
       data: {datasets: [points(shader.map(i => i.reduced_chi2), {
         borderColor: palette.accent, pointRadius: 3,
         backgroundColor: shader.map(i => i.cast % 2 ? 'transparent' : palette.accent), pointBorderColor: palette.accent})]},
-      options: options(material.model === 'layered' ? 'iteration' : 'iteration of model shader (hollow and filled: geometry cast anew)', 'reduced χ²', false)})));
+      options: options(material.model === 'layered' ? 'iteration' : 'iteration of model shader (fill changes when geometry is cast again)', 'reduced χ²', false)})));
   if (walks.length)
-    part.append(chart('χ² by step of the fit by walks', 220, palette => ({
+    part.append(chart('χ² by step of the path-traced fit', 220, palette => ({
       type: 'scatter',
       data: {datasets: [
         points(walks.map(s => s.block_chi2), {label: 'patches of 8 × 8 pixels', borderColor: palette.accent, backgroundColor: palette.accent,
                                               pointStyle: walks.map(s => s.stage === 'run' ? 'triangle' : 'circle'), pointRadius: 5}),
         points(walks.map(s => s.reduced_chi2), {label: 'pixels', borderColor: palette.second, backgroundColor: palette.second, pointRadius: 3})]},
-      options: options('step by walks (triangles: long runs)', 'χ² over its noise', true)})));
+      options: options('step of the path-traced fit (triangles: final runs)', 'χ² over that of noise', true)})));
   if (!shader.length && !walks.length) part.append(make('p', {}, 'Nothing was free to fit.'));
 }
 
@@ -285,16 +285,16 @@ function showElsewhere() {
   };
   const [design] = groups;
   const part = section('elsewhere', title,
-      make('p', {className: 'soft'}, `The fitted layers flat, ${Object.entries(design.thickness_mm).map(([name, mm]) => `${name} ${fixed(mm)} mm`).join(' and ')}, ` +
-          'and scaled to other thicknesses. Colours are L* a* b*. TP₀₀ is CIEDE2000 between black and white card; contrast ratio is Y over black through Y over white; ' +
-          'stump shows: CIEDE2000 between the piece over the stump and over the target, seen from 0.8, accepted to 1.8. Under a figure: its 95 % interval.'),
+      make('p', {className: 'soft'}, `The fitted layers as a flat piece, ${Object.entries(design.thickness_mm).map(([name, mm]) => `${name} ${fixed(mm)} mm`).join(' and ')}, ` +
+          'and scaled to other thicknesses. Colours are L* a* b*. TP₀₀ is CIEDE2000 between the piece over the black and over the white card. The contrast ratio is Y over black divided by Y over white. ' +
+          '“Stump shows” is CIEDE2000 between the piece over the stump and over the target: seen from 0.8, accepted up to 1.8. Below a figure is its 95 % interval.'),
       table(['thickness', 'over black', 'over white', 'over the stump', 'TP₀₀', 'contrast ratio', 'stump shows'], groups.map(group => row([
         thickness(group), colour(group, 'black'), colour(group, 'white'), colour(group, 'stump'),
         withInterval(group.figures.tp00), withInterval(group.figures.contrast_ratio), withInterval(group.figures.stump_shows)]))));
   const {masked_from_pt: seen, masked_from_at: accepted, 'change_of_0.1_mm_less': less} = design.figures;
   part.append(list([
-    `The stump is hidden from ${plain(seen.value)} mm (not seen), and well enough from ${plain(accepted.value)} mm (accepted).`,
-    `A tenth of a millimetre less changes the colour over the stump by CIEDE2000 ${fixed(less.value, 1)}.`]));
+    `Thickness from which the stump is not seen: ${plain(seen.value)} mm; from which it is acceptable: ${plain(accepted.value)} mm.`,
+    `A piece thinner by 0.1 mm differs over the stump by CIEDE2000 ${fixed(less.value, 1)}.`]));
   if (tabs)
     part.append(make('h3', {}, 'Nearest tabs, over the stump'), list(tabs.verdict),
         table(['tab', 'CIEDE2000', '95 % interval'], tabs.nearest.map(tab => row([
@@ -304,7 +304,7 @@ function showElsewhere() {
       make('details', {}, make('summary', {}, 'Reflectance, transmittance, Kubelka-Munk K and S'),
           table(['thickness', 'quantity', ...material.channels.map(channel => channel.name)], groups.flatMap(group => bands.map(([key, name]) => row([
             thickness(group), name, ...['R', 'G', 'B'].map(c => withInterval(group.figures[`${key}_${c}`]))]))))),
-      make('details', {}, make('summary', {}, 'What was assumed'), list(assumptions)));
+      make('details', {}, make('summary', {}, 'Assumptions'), list(assumptions)));
 }
 
 function showProvenance() {
@@ -313,7 +313,7 @@ function showProvenance() {
   fact('model', `${material.model}: ${provenance.model_choice}`);
   fact('reduced χ²', number(material.identifiability.reduced_chi2));
   fact('χ² of patches', number(material.identifiability.block_chi2));
-  fact('condition', number(material.identifiability.condition));
+  fact('condition number', number(material.identifiability.condition));
   fact('crownfit', provenance.crownfit);
   fact('seed', provenance.seed);
   for (const [name, value] of Object.entries(provenance.options))
@@ -322,10 +322,10 @@ function showProvenance() {
     const stddev = material.linear_scales_stddev?.[name];
     fact(name.replace('_', ' '), number(value, 4) + (stddev ? ` ± ${number(stddev, 2)}` : ''));
   }
-  for (const [name, value] of Object.entries(material.calibration ?? {})) fact(name, `moved by ${number(value.moved_stddevs, 2)} of its stated error`);
+  for (const [name, value] of Object.entries(material.calibration ?? {})) fact(name, `moved by ${number(value.moved_stddevs, 2)} times its stated error`);
   fact('command', run.command_line);
   fact('finished', run.finished_utc);
-  fact('took', `${number(run.wall_s)} s, ${number(run.peak_memory_MiB)} MiB at most, on ${run.host} (${run.instruction_set}), threads ${run.threads || 'all'}`);
+  fact('time and memory', `${number(run.wall_s)} s, at most ${number(run.peak_memory_MiB)} MiB, on ${run.host} (${run.instruction_set}), threads ${run.threads || 'all'}`);
   section('provenance', 'Provenance', facts, make('details', {}, make('summary', {}, 'Inputs, SHA-256'),
       table(['file', 'SHA-256'], Object.entries(provenance.inputs_sha256).map(([file, digest]) => row([file, make('td', {}, make('code', {}, digest))])))));
 }
