@@ -68,7 +68,7 @@ std::vector<LawDeparture> DeparturesOf(const FitProblem& problem, CrownInput& in
                             std::max(1.0, at.knowledge.inflation) * s.covariance.topLeftCorner(n, n));
 }
 
-/// Of every weak entry: by fits with the rest free where the model is cheap, by slopes at half as
+/// Of every weak entry: by fits with the rest free where the model is cheap, by derivatives at half as
 /// many places where pictures are walked; else, and where the model does not hold, a parabola. `at` and `input` are
 /// left elsewhere.
 std::vector<LikelihoodProfile> ProfilesOf(const FitProblem& problem, CrownInput& input, FitState& at,
@@ -80,7 +80,7 @@ std::vector<LikelihoodProfile> ProfilesOf(const FitProblem& problem, CrownInput&
     if (IsWeak(free.entries[k], at.x[k], std::sqrt(covariance(k, k)))) weak.push_back(k);
   std::vector<LikelihoodProfile> profiles;
   if (weak.empty()) return profiles;
-  const bool holds = at.converged && !at.left.IsMoreThan(kChi2Limit);
+  const bool holds = at.converged && !at.residual_chi2.IsMoreThan(kChi2Limit);
   if (!holds || options.profile_points == 0 || !others.names.empty()) {
     for (const int k : weak) profiles.push_back(QuadraticProfile(free, at.x, covariance, k));
     return profiles;
@@ -152,14 +152,15 @@ CrownFit FitCrown(const Capture& stated, const FitOptions& options, Progress& pr
                                 : PredictorByShader(input, at.cast, fit.material, at.scales, options.threads);
   fit.photographs =
       ComparePhotographs(input, at.cast, predict, at.scales, at.pixels, options.threads, at.knowledge.scales_stddev);
-  fit.left = at.left;
-  for (size_t g = 0; g < at.left_of.size(); ++g)
-    if (at.left_of[g].patches.values > 0) fit.photographs[at.pixels[g].photograph].left = at.left_of[g];
+  fit.residual_chi2 = at.residual_chi2;
+  for (size_t g = 0; g < at.residual_chi2_of.size(); ++g)
+    if (at.residual_chi2_of[g].patches.values > 0)
+      fit.photographs[at.pixels[g].photograph].residual_chi2 = at.residual_chi2_of[g];
   if (fit.is_by_walks()) fit.scenery = SceneryLevelsOf(problem, input, at, fit.photographs, progress);
   fit.readings = CompareMeasurements(fit.capture, fit.material);
   fit.calibration = HowFarMoved(errors, at.calibration.amounts);
   for (auto& scaled : HowFarScaled(fit.capture, at.pixels, at.scales)) fit.calibration.push_back(std::move(scaled));
-  fit.widened = at.widened;
+  fit.inflation = at.inflation;
   for (auto& caveat : PhotographFindings(fit.capture, input.photographs)) fit.caveats.push_back(std::move(caveat));
   if (const Foresight more = options.advises ? ForeseePhotographs(problem, input, at, progress) : Foresight{};
       more.IsWorthTaking())

@@ -165,11 +165,11 @@ class Together {
     return fit;
   }
 
-  EntryKnowledge Known(size_t i) const { return fits_[i].knowledge.Of(fits_[i].entries); }
+  GaussianInformation Known(size_t i) const { return fits_[i].knowledge.Of(fits_[i].entries); }
 
   /// As readings know it without what the others' pull makes them miss: intervals hold that, a comparison must not.
-  EntryKnowledge KnownUnpulled(size_t i) const {
-    EntryKnowledge known = Known(i);
+  GaussianInformation KnownUnpulled(size_t i) const {
+    GaussianInformation known = Known(i);
     if (fits_[i].model != Model::kLayered) return known;
     const double pulled = std::max(1.0, fits_[i].knowledge.inflation / inflation_alone_[i]);
     known.precision *= pulled;
@@ -177,17 +177,17 @@ class Together {
     return known;
   }
 
-  EntryKnowledge ByOthers(size_t i, EntryKnowledge (Together::*of)(size_t) const) const {
-    EntryKnowledge known = NothingOf(crownfit::NamesOf(fits_[i].entries));
+  GaussianInformation ByOthers(size_t i, GaussianInformation (Together::*of)(size_t) const) const {
+    GaussianInformation known = NothingOf(crownfit::NamesOf(fits_[i].entries));
     for (size_t j = 0; j < fits_.size(); ++j)
       if (j != i) Add(known, Marginal((this->*of)(j), SharedNames(fits_[j].entries)));
     return known;
   }
-  EntryKnowledge KnownByOthers(size_t i) const { return ByOthers(i, &Together::Known); }
+  GaussianInformation KnownByOthers(size_t i) const { return ByOthers(i, &Together::Known); }
 
   /// Where all photographs together put a capture's entries.
   Eigen::VectorXd Start(size_t i) const {
-    EntryKnowledge all = KnownByOthers(i);
+    GaussianInformation all = KnownByOthers(i);
     Add(all, Known(i));
     if (options_.use_priors)
       for (size_t k = 0; k < fits_[i].entries.size(); ++k) {
@@ -315,7 +315,7 @@ CrownFit Joined(const std::vector<CrownFit>& fits) {
     all.converged &= f.converged;
     all.uncertainty.reduced_chi2 = std::max(all.uncertainty.reduced_chi2, f.uncertainty.reduced_chi2);
     all.uncertainty.block_chi2 = std::max(all.uncertainty.block_chi2, f.uncertainty.block_chi2);
-    if (f.left.regions.IsMoreThan(kChi2Limit)) all.left = f.left;
+    if (f.residual_chi2.regions.IsMoreThan(kChi2Limit)) all.residual_chi2 = f.residual_chi2;
     all.walked_paths += f.walked_paths;
     all.fitted_pixels += f.fitted_pixels;
     all.iterations += f.iterations;

@@ -53,12 +53,12 @@ std::vector<std::string> RenderByShader(const CrownInput& input, const Material&
 std::vector<ImageLayer> DerivativeLayers(const DifferentiatedPhotograph& d, const PhotographSpec& photo,
                                          const Material& material, int threads) {
   std::vector<ImageLayer> layers;
-  const PooledSlopes& slopes = d.slopes;
-  for (size_t j = 0; j < slopes.parameters().size(); ++j) {
+  const PooledDerivatives& derivatives = d.derivatives;
+  for (size_t j = 0; j < derivatives.parameters().size(); ++j) {
     Image slope(d.photo.width, d.photo.height, 3), stddev = slope;
     for (size_t p = 0; p < d.photo.pixels.size(); ++p)
       for (int c = 0; c < kChannels; ++c) {
-        const PooledSlopes::OfPixel of_pixel = slopes.SlopeOf(j, c, p);
+        const PooledDerivatives::OfPixel of_pixel = derivatives.DerivativeOf(j, c, p);
         slope.values[3 * p + c] = static_cast<float>(photo.exposure_scale * of_pixel.value);
         stddev.values[3 * p + c] = static_cast<float>(photo.exposure_scale * of_pixel.stddev);
       }
@@ -66,7 +66,7 @@ std::vector<ImageLayer> DerivativeLayers(const DifferentiatedPhotograph& d, cons
       slope = Seen(slope, *photo.blur, threads);
       stddev = Seen(stddev, *photo.blur, threads);
     }
-    const std::string name = NameOf(slopes.parameters()[j], material);
+    const std::string name = NameOf(derivatives.parameters()[j], material);
     layers.push_back({name, std::move(slope)});
     layers.push_back({name + ".stddev", std::move(stddev)});
   }

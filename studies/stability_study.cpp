@@ -3,7 +3,7 @@
 // 1 when a bar does not hold.
 //
 // A value may differ by 1e-12 of itself or by what kSteps roundings of its arguments do to it: no formula in double can
-// promise more. The same holds for a derivative and its own slopes.
+// promise more. The same holds for a derivative and its own derivatives.
 
 #include <ceres/jet.h>
 
@@ -87,7 +87,7 @@ std::vector<Term> AllTerms() {
 
 /// What was seen of one term: the largest errors in units of what is allowed, and points beyond.
 struct Seen {
-  size_t points = 0, beyond = 0, slopes = 0, slopes_beyond = 0, not_finite = 0, negative = 0, above = 0;
+  size_t points = 0, beyond = 0, derivatives = 0, slopes_beyond = 0, not_finite = 0, negative = 0, above = 0;
   double worst = 0, worst_slope = 0, worst_relative = 0;
   std::vector<double> where, where_slope;
 };
@@ -146,7 +146,7 @@ void Look(const Term& term, const std::vector<double>& x, Seen& seen) {
     const double may =
         std::max({term.bar * static_cast<double>(abs(slope[i])), kSteps * eps * static_cast<double>(shake),
                   term.bar * size / std::max(std::abs(x[i]), 1e-3), kNothing});
-    ++seen.slopes;
+    ++seen.derivatives;
     if (!std::isfinite(jet.v[static_cast<int>(i)])) ++seen.not_finite;
     if (!(wrong <= may)) ++seen.slopes_beyond;
     if (!(wrong / may <= seen.worst_slope)) seen.worst_slope = wrong / may, seen.where_slope = x;
@@ -193,8 +193,8 @@ int Run(size_t points, const std::string& csv, const std::string& only) {
     std::printf("\n");
     char row[400];
     std::snprintf(row, sizeof row, "\"%s\",%zu,%.3g,%.3g,%zu,%zu,%.3g,%zu,%zu,%zu,%zu,%s,%s\n", terms[i].row.name,
-                  s.points, s.worst_relative, s.worst, s.beyond, s.slopes, s.worst_slope, s.slopes_beyond, s.not_finite,
-                  s.negative, s.above, Text(s.where).c_str(), Text(s.where_slope).c_str());
+                  s.points, s.worst_relative, s.worst, s.beyond, s.derivatives, s.worst_slope, s.slopes_beyond,
+                  s.not_finite, s.negative, s.above, Text(s.where).c_str(), Text(s.where_slope).c_str());
     table += row;
   }
   if (!csv.empty()) std::ofstream(csv) << table;

@@ -15,7 +15,7 @@
 #include "base/linear_algebra.h"
 #include "base/parallel.h"
 #include "fit_path/walked_step.h"
-#include "path/picture_slopes.h"
+#include "path/pooled_derivatives.h"
 #include "scene/crown_source.h"
 #include "support/known_scene.h"
 
@@ -28,7 +28,7 @@ const char* const kNames[kUnknowns] = {"enamel s'",  "dentine s'",  "enamel a R"
                                        "enamel a B", "dentine a R", "dentine a G", "dentine a B"};
 constexpr double kSensor = 0.01, kFloor = 1.6e-4;  // relative, absolute
 
-int UnknownOfSlope(const SlopeParameter& p, int channel) {
+int UnknownOfSlope(const DerivativeParameter& p, int channel) {
   const int layer = static_cast<int>(p.layer);
   if (p.quantity == Quantity::kReducedScattering) return layer;
   return p.quantity == Quantity::kAbsorption ? 2 + kChannels * layer + channel : -1;
@@ -84,23 +84,23 @@ WalkedStep::Solution Step(const LayeredBody& body, const Eigen::VectorXd& truth,
   for (const bool has_softbox : {true, false}) {
     const KnownScene scene = SmoothIncisor(kPixels, has_softbox);
     const Material start = StatedMaterial(scene.capture);
-    const auto render = [&](const Material& material, int paths, uint64_t run, bool slopes) {
+    const auto render = [&](const Material& material, int paths, uint64_t run, bool derivatives) {
       PathOptions options{.paths_per_pixel = paths, .seed = Key(seed, run, has_softbox), .threads = 1};
-      options.slopes = options.diffuse_exits = slopes;
+      options.derivatives = options.diffuse_exits = derivatives;
       return RenderByPaths(scene.capture, body, {}, material, 0, options, [](double) {});
     };
     const PathPhotograph observed = render(Moved(start, truth), 512, 1, false),
                          predicted = render(start, 512, 2, false), derivatives = render(start, 1536, 3, true);
-    const PooledSlopes slopes(derivatives);
+    const PooledDerivatives derivatives(derivatives);
     const RowsOfSlopes rows(
-        {{&slopes, 1.0}},
-        [](const SlopeParameter& p, int channel) -> Eigen::RowVectorXd {
+        {{&derivatives, 1.0}},
+        [](const DerivativeParameter& p, int channel) -> Eigen::RowVectorXd {
           const int unknown = UnknownOfSlope(p, channel);
           if (unknown < 0) return {};
           return Eigen::RowVectorXd::Unit(kUnknowns, unknown);
         },
         kUnknowns);
-    if (!step) step.emplace(kUnknowns, slopes.groups());
+    if (!step) step.emplace(kUnknowns, derivatives.groups());
     for (const auto& [place, pixel] : Compare(observed, predicted, Key(seed, 4, has_softbox))) {
       WalkedRows row = rows.Zero();
       rows.AddTo(row, place, 1.0);

@@ -111,9 +111,9 @@ TEST(FitByWalks, FindsAToothWithinItsOwnIntervalsWhereShaderMissesIt) {
   }
   EXPECT_EQ(fit.photographs[0].exposure_stddev, 0.0) << "exact";
   for (const PhotographResult& p : fit.photographs) {
-    ASSERT_EQ(p.left.has_value(), !p.is_holdout);
+    ASSERT_EQ(p.residual_chi2.has_value(), !p.is_holdout);
     if (p.is_holdout) continue;
-    EXPECT_LT(std::abs(p.left->patches.chi2 - 1), 4.0 * p.left->patches.StddevByChance()) << p.name;
+    EXPECT_LT(std::abs(p.residual_chi2->patches.chi2 - 1), 4.0 * p.residual_chi2->patches.StddevByChance()) << p.name;
   }
   const std::string json = MaterialJson(fit);
   const size_t stddevs = json.find("\"linear_scales_stddev\"");

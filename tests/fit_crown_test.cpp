@@ -367,7 +367,7 @@ TEST_F(SelfConsistency, PosesAndLampsThatAreWrongWithinTheirStatedErrorsAreFound
 
 TEST(ShaderSuffices, WherePatchesAreWithinNoiseAndNoLampIsMovedFurtherThanByChance) {
   const auto moved = [](double stddevs) {
-    return MovedCalibration{StatementKind::kPlace, "the place of light 'left'", 3, 3 * stddevs * stddevs};
+    return MovedCalibration{CalibrationKind::kPlace, "the place of light 'left'", 3, 3 * stddevs * stddevs};
   };
   EXPECT_TRUE(WhetherShaderSuffices(1.2, {}).suffices);
   EXPECT_TRUE(WhetherShaderSuffices(1.2, {moved(1.5), moved(0.2)}).suffices);
@@ -422,7 +422,7 @@ struct FreeAsymmetry {
   }
   /// Where photographs tell every entry, each for itself, to within `stddev`.
   Uncertainty Told(const Eigen::VectorXd& x, double stddev) const {
-    DataKnowledge known;
+    DataEstimate known;
     known.covariance = stddev * stddev * Eigen::MatrixXd::Identity(free.count(), free.count());
     known.unseen = Eigen::MatrixXd(free.count(), 0);
     known.by_photographs = x;

@@ -16,8 +16,8 @@
 namespace crownfit {
 namespace {
 
-TEST(EntryKnowledge, DisagreesInWhatBothKnow) {
-  EntryKnowledge a{{"a", "b"}, Eigen::Vector2d(1.0 / 0.09, 4).asDiagonal(), {}}, b = a;
+TEST(GaussianInformation, DisagreesInWhatBothKnow) {
+  GaussianInformation a{{"a", "b"}, Eigen::Vector2d(1.0 / 0.09, 4).asDiagonal(), {}}, b = a;
   b.precision = Eigen::Vector2d(1.0 / 0.16, 0).asDiagonal();
   a.weighted_mean = a.precision * Eigen::Vector2d(1, 7);
   b.weighted_mean = b.precision * Eigen::Vector2d(2, 0);
@@ -29,19 +29,19 @@ TEST(EntryKnowledge, DisagreesInWhatBothKnow) {
   EXPECT_NEAR(UnlikelyChi2(10), 35.564, 0.001);
 }
 
-TEST(EntryKnowledge, MarginalsAndSumsAreThoseOfGaussians) {
+TEST(GaussianInformation, MarginalsAndSumsAreThoseOfGaussians) {
   Eigen::MatrixXd root(3, 3);
   root << 2, 0.5, -1, 0, 1, 0.3, 0, 0, 1.5;
   const Eigen::Vector3d mean(0.2, -1, 3);
-  EntryKnowledge all{{"a", "b", "c"}, root.transpose() * root, {}};
+  GaussianInformation all{{"a", "b", "c"}, root.transpose() * root, {}};
   all.weighted_mean = all.precision * mean;
-  const EntryKnowledge some = Marginal(all, {"c", "a", "unknown"});
+  const GaussianInformation some = Marginal(all, {"c", "a", "unknown"});
   ASSERT_EQ(some.names, (std::vector<std::string>{"a", "c"}));
   const Eigen::MatrixXd covariance = all.precision.inverse();
   EXPECT_NEAR(some.precision.inverse()(0, 1), covariance(0, 2), 1e-12);
   EXPECT_LT((MeanOf(some, Eigen::Vector2d::Zero()) - Eigen::Vector2d(0.2, 3)).norm(), 1e-12);
 
-  EntryKnowledge sum = NothingOf({"c", "d"});
+  GaussianInformation sum = NothingOf({"c", "d"});
   Add(sum, all);
   Add(sum, all);
   EXPECT_NEAR(sum.precision(0, 0), 2.0 / covariance(2, 2), 1e-12) << "b integrated out";
@@ -107,10 +107,10 @@ TEST_F(TwoCaptures, TellTogetherWhatOneWithAllTheirPhotographsTells) {
   EXPECT_EQ(Joined({readings, fits[1]}).model, Model::kShader) << "whichever comes first";
   for (const size_t refused : {0, 1}) {
     std::vector<CrownFit> with = fits;
-    with[refused].left.regions = {12.0, 0.9, 96.0, 1.0};
+    with[refused].residual_chi2.regions = {12.0, 0.9, 96.0, 1.0};
     EXPECT_FALSE(Joined(with).usable) << refused << ": noise does not explain what its photographs leave";
     with = fits;
-    with[refused].widened[0] = kMostWidened;
+    with[refused].inflation[0] = kMostInflated;
     Judge(with[refused]);
     EXPECT_FALSE(Joined(with).usable) << refused << ": its own statements are contradicted";
   }

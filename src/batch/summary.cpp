@@ -78,7 +78,7 @@ GroupStatistics Of(const std::string& group, const std::string& parameter,
   s.robust_spread = 1.4826 * Median(deviations);
   const double freedom = static_cast<double>(crowns.size()) - 1;
   if (freedom > 0) s.spread = std::sqrt(squares / freedom);
-  // Birge 1932: intervals that do not cover the differences between crowns are widened until they do.
+  // Birge 1932: intervals that do not cover the differences between crowns are inflation until they do.
   s.error_of_mean = std::sqrt(1 / weights) * (freedom > 0 ? std::sqrt(std::max(1.0, chi2 / freedom)) : 1.0);
   return s;
 }

@@ -29,8 +29,8 @@ std::string StatusOf(const CrownOutcome& crown);
 struct GroupStatistics {
   std::string group, parameter;
   size_t number = 0;
-  double mean = 0, error_of_mean = 0;    ///< weighted by 1 / stddev^2; the error is widened where crowns differ by more
-  double spread = 0;                     ///< standard deviation over crowns
+  double mean = 0, error_of_mean = 0;  ///< weighted by 1 / stddev^2; the error is inflation where crowns differ by more
+  double spread = 0;                   ///< standard deviation over crowns
   double median = 0, robust_spread = 0;  ///< 1.4826 x median absolute deviation
 };
 std::vector<GroupStatistics> StatisticsOf(std::span<const CrownOutcome> crowns);

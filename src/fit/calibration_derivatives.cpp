@@ -12,37 +12,36 @@ namespace crownfit {
 namespace {
 
 /// Takes out the pixels that are not kept.
-void Keep(const std::vector<uint8_t>& kept, FitPixels& p, CalibrationSlopes& slopes) {
+void Keep(const std::vector<uint8_t>& kept, FitPixels& p, CalibrationDerivatives& derivatives) {
   std::vector<int> which, rows;
   for (size_t i = 0; i < p.pixels.size(); ++i) {
     if (!kept[i]) continue;
     which.push_back(static_cast<int>(i));
     for (int c = 0; c < kChannels; ++c) rows.push_back(kChannels * static_cast<int>(i) + c);
   }
-  slopes.by_error = Eigen::MatrixXd(slopes.by_error(rows, Eigen::all));
+  derivatives.by_error = Eigen::MatrixXd(derivatives.by_error(rows, Eigen::all));
   p = Subset(p, which);
 }
 
 }  // namespace
 
-std::vector<CalibrationSlopes> SlopesOf(const CrownInput& input, const Capture& stated,
-                                        const std::vector<CalibrationError>& errors, const std::vector<double>& amounts,
-                                        const CastState& state, const Material& material,
-                                        const std::vector<double>& light_scale, CastOptions options,
-                                        std::vector<FitPixels>& pixels, Progress& progress) {
+std::vector<CalibrationDerivatives> CalibrationDerivativesOf(
+    const CrownInput& input, const Capture& stated, const std::vector<CalibrationError>& errors,
+    const std::vector<double>& amounts, const CastState& state, const Material& material,
+    const std::vector<double>& light_scale, CastOptions options, std::vector<FitPixels>& pixels, Progress& progress) {
   constexpr double kStep = 0.5;  // standard deviations, to either side
   options.shade_scenery = false;
   options.strata = options.gather_strata = kStrataOfMoved;
-  std::vector<CalibrationSlopes> slopes;
+  std::vector<CalibrationDerivatives> derivatives;
   for (FitPixels& p : pixels) {
     const PhotographSpec& photo = stated.photographs[p.photograph];
-    progress.Show("calibration errors", static_cast<double>(slopes.size()) / static_cast<double>(pixels.size()),
+    progress.Show("calibration errors", static_cast<double>(derivatives.size()) / static_cast<double>(pixels.size()),
                   photo.name);
     const PhotographCast& here = state.photographs[p.photograph];
     const auto place = [&](const PixelCast& c) { return static_cast<size_t>(c.y) * photo.camera.width + c.x; };
     std::vector<uint8_t> wanted(static_cast<size_t>(photo.camera.width) * photo.camera.height, 0);
     for (int s : p.sources) wanted[place(here.pixels[s])] = 1;
-    CalibrationSlopes of;
+    CalibrationDerivatives of;
     for (size_t e = 0; e < errors.size(); ++e)
       if (std::count(errors[e].photographs.begin(), errors[e].photographs.end(), p.photograph))
         of.errors.push_back(static_cast<int>(e));
@@ -94,13 +93,13 @@ std::vector<CalibrationSlopes> SlopesOf(const CrownInput& input, const Capture& 
       throw InputError(stated.file, photo.key,
                        "the stated errors of pose and lights are so large that no pixel is certain to show the object",
                        "Calibrate the pose better, or state a smaller error.");
-    slopes.push_back(std::move(of));
+    derivatives.push_back(std::move(of));
   }
-  return slopes;
+  return derivatives;
 }
 
 bool MoveCalibration(const LinearScales& scales, CalibrationState& calibration) {
-  constexpr double kNear = 0.3;  // standard deviations, over which slopes are straight
+  constexpr double kNear = 0.3;  // standard deviations, over which derivatives are straight
   bool far = scales.calibration.size() != calibration.amounts.size();
   for (size_t e = 0; e < scales.calibration.size(); ++e) {
     calibration.amounts[e] += scales.calibration[e];
@@ -114,7 +113,7 @@ std::vector<MovedCalibration> HowFarMoved(const std::vector<CalibrationError>& e
   std::vector<MovedCalibration> moved;
   for (size_t e = 0; e < errors.size(); ++e) {
     if (moved.empty() || moved.back().what != errors[e].what)
-      moved.push_back({errors[e].light ? StatementKind::kPlace : StatementKind::kPose, errors[e].what});
+      moved.push_back({errors[e].light ? CalibrationKind::kPlace : CalibrationKind::kPose, errors[e].what});
     moved.back().freedom += 1;
     moved.back().chi2 += amounts[e] * amounts[e];
   }
@@ -124,7 +123,7 @@ std::vector<MovedCalibration> HowFarMoved(const std::vector<CalibrationError>& e
 std::vector<MovedCalibration> HowFarScaled(const Capture& capture, const std::vector<FitPixels>& pixels,
                                            const LinearScales& scales) {
   std::vector<MovedCalibration> moved;
-  const auto add = [&](StatementKind kind, const std::string& what, double stated, double found, double stddev) {
+  const auto add = [&](CalibrationKind kind, const std::string& what, double stated, double found, double stddev) {
     moved.push_back({kind, what, 1, std::pow((found - stated) / stddev, 2), found / stated - 1});
   };
   int exposures = 0;
@@ -133,13 +132,13 @@ std::vector<MovedCalibration> HowFarScaled(const Capture& capture, const std::ve
     exposures = p.exposure + 1;
     const PhotographSpec& spec = capture.photographs[p.photograph];
     if (spec.exposure_stddev > 0)
-      add(StatementKind::kExposure, "the exposure of '" + spec.name + "'", spec.exposure_scale,
+      add(CalibrationKind::kExposure, "the exposure of '" + spec.name + "'", spec.exposure_scale,
           scales.exposure[p.exposure], spec.exposure_stddev);
   }
   const Nuisances nuisances(capture, pixels, {});
   for (const int l : nuisances.lights())
     if (const Light& light = capture.lights[l]; light.intensity_stddev > 0 && !light.scale_is_free)
-      add(StatementKind::kIntensity, "the intensity of light '" + light.name + "'", light.intensity_scale,
+      add(CalibrationKind::kIntensity, "the intensity of light '" + light.name + "'", light.intensity_scale,
           scales.light[l], light.intensity_stddev);
   return moved;
 }

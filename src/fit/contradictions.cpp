@@ -38,9 +38,9 @@ bool DenyTheirLight(const std::vector<const SceneryLevel*>& levels) {
 
 }  // namespace
 
-bool IsWidened(const CrownFit& fit, StatementKind kind) { return fit.widened[static_cast<size_t>(kind)] > 1; }
+bool IsInflated(const CrownFit& fit, CalibrationKind kind) { return fit.inflation[static_cast<size_t>(kind)] > 1; }
 
-Finding FurthestOff(const CrownFit& fit, StatementKind kind, FindingKind as, double factor) {
+Finding FurthestOff(const CrownFit& fit, CalibrationKind kind, FindingKind as, double factor) {
   const MovedCalibration* furthest = nullptr;
   for (const MovedCalibration& m : fit.calibration)
     if (m.kind == kind && (!furthest || m.chi2 / m.freedom > furthest->chi2 / furthest->freedom)) furthest = &m;
@@ -78,7 +78,8 @@ Finding PhotographsNotExplained(const std::vector<PhotographResult>& photographs
   Finding finding{FindingKind::kPhotographsNotExplained};
   const auto beyond = [](const auto& chi2) { return chi2.IsMoreThan(kNotExplained) ? chi2.chi2 : 0.0; };
   for (const PhotographResult& p : photographs) {
-    const double patches = p.left ? beyond(p.left->patches) : 0, regions = p.left ? beyond(p.left->regions) : 0;
+    const double patches = p.residual_chi2 ? beyond(p.residual_chi2->patches) : 0,
+                 regions = p.residual_chi2 ? beyond(p.residual_chi2->regions) : 0;
     if (patches == 0 && regions == 0) continue;
     finding.names.push_back(p.name);
     finding.numbers.insert(finding.numbers.end(), {patches, regions});
@@ -109,7 +110,7 @@ std::vector<Finding> LawsDenied(const CrownFit& fit, const char* source) {
 }
 
 Finding PriorsContradicted(const CrownFit& fit) {
-  const DataKnowledge& k = fit.knowledge;
+  const DataEstimate& k = fit.knowledge;
   Finding finding{FindingKind::kPriorsContradicted};
   for (Eigen::Index i = 0; fit.options.use_priors && i < k.by_photographs.size(); ++i) {
     const FreeEntry& e = fit.entries[static_cast<size_t>(i)];

@@ -11,10 +11,10 @@ inline constexpr double kFarMoved = 3.0;      ///< standard deviations, root mea
 inline constexpr double kLevelCertain = 3.0;  ///< standard deviations
 
 /// Whether errors of this kind were taken for larger than stated.
-bool IsWidened(const CrownFit& fit, StatementKind kind);
+bool IsInflated(const CrownFit& fit, CalibrationKind kind);
 
 /// As kErrorsInflated and kStatementContradicted have it; `factor`: the number after the kind.
-Finding FurthestOff(const CrownFit& fit, StatementKind kind, FindingKind as, double factor);
+Finding FurthestOff(const CrownFit& fit, CalibrationKind kind, FindingKind as, double factor);
 
 /// kSceneryOff; no names: tile and scenery are as bright as predicted everywhere.
 Finding SceneryThatIsOff(const std::vector<SceneryLevel>& levels);

@@ -45,7 +45,7 @@ const std::vector<FitPixels> kNoPixels{};
 const CalibrationState kNoCalibration{};
 
 /// What else holds entries: priors, other captures. Empty: nothing.
-Eigen::MatrixXd HeldBy(const FreeParameters& free, bool use_priors, const EntryKnowledge& others) {
+Eigen::MatrixXd HeldBy(const FreeParameters& free, bool use_priors, const GaussianInformation& others) {
   Eigen::MatrixXd held = Eigen::MatrixXd::Zero(free.count(), free.count());
   for (int k = 0; use_priors && k < free.count(); ++k) held(k, k) = std::pow(free.entries[k].prior_stddev, -2.0);
   if (!others.names.empty()) held += others.precision;
@@ -107,7 +107,7 @@ CrownFit FitMeasurements(const Capture& stated, const FitOptions& options, Progr
   fit.converged = solved.converged;
   fit.material = MaterialAt(free, solved.x);
   fit.seen_by_shader = fit.material;
-  const DataKnowledge knowledge =
+  const DataEstimate knowledge =
       KnowledgeByShader(kNoCast, free, solved.x, residuals.Evaluate(solved.x, true), kNoPixels,
                         /*with_model_errors=*/false, HeldBy(free, options.use_priors, beside.others));
   fit.knowledge = knowledge;
@@ -120,7 +120,7 @@ CrownFit FitMeasurements(const Capture& stated, const FitOptions& options, Progr
   return fit;
 }
 
-DataKnowledge ForeseeMeasurements(const Capture& capture, const FreeParameters& free, int threads) {
+DataEstimate ForeseeMeasurements(const Capture& capture, const FreeParameters& free, int threads) {
   Evaluation e = ImageResiduals(capture, kNoCast, free, kNoPixels, kNoCalibration, {0.0, threads})
                      .Evaluate(StartVector(free), true);
   e.residuals.setZero();

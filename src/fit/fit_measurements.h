@@ -13,7 +13,7 @@ CrownFit FitMeasurements(const Capture& capture, const FitOptions& options, Prog
                          const KnownBeside& beside = {});
 
 /// What such a fit would know of each free entry at the capture's start values: its covariance.
-DataKnowledge ForeseeMeasurements(const Capture& capture, const FreeParameters& free, int threads);
+DataEstimate ForeseeMeasurements(const Capture& capture, const FreeParameters& free, int threads);
 
 /// Every reading of the capture beside what the material would give, held-out ones included.
 std::vector<ReadingResult> CompareMeasurements(const Capture& capture, const Material& material);

@@ -34,7 +34,7 @@ struct PhotographResult {
   double level = 1.0;          ///< by which factor the photograph is brighter than its prediction
   double level_stddev = 0;     ///< of it, by what patches differ in
   double reduced_chi2 = 0;
-  std::optional<Misfit> left;  ///< of the fit's photographs, by walks
+  std::optional<ResidualChi2> residual_chi2;  ///< of the fit's photographs, by walks
   int saturated_pixels = 0;
   Image photograph, prediction;   ///< linear sensor values; the prediction is 0 where nothing was cast
   std::vector<uint8_t> compared;  ///< the pixels that the errors are about
@@ -60,18 +60,18 @@ struct ShaderIteration {
 };
 
 /// What a capture may state with an error. Those of one kind were measured alike.
-enum class StatementKind { kExposure, kIntensity, kPose, kPlace };
-inline constexpr std::array kStatementKinds{StatementKind::kExposure, StatementKind::kIntensity, StatementKind::kPose,
-                                            StatementKind::kPlace};
+enum class CalibrationKind { kExposure, kIntensity, kPose, kPlace };
+inline constexpr std::array kCalibrationKinds{CalibrationKind::kExposure, CalibrationKind::kIntensity,
+                                              CalibrationKind::kPose, CalibrationKind::kPlace};
 /// Per kind: how many times as large as stated its errors were taken, because the photographs show them so.
-using WidenedErrors = std::array<double, kStatementKinds.size()>;
+using InflatedErrors = std::array<double, kCalibrationKinds.size()>;
 
 /// No further: what the photographs show so far off is told by no measurement of that kind, or the model is wrong.
-inline constexpr double kMostWidened = 10.0;
+inline constexpr double kMostInflated = 10.0;
 
 /// How far a fit moved something from where the capture states it.
 struct MovedCalibration {
-  StatementKind kind;
+  CalibrationKind kind;
   std::string what;  ///< "the pose of 'front'"
   int freedom = 0;
   double chi2 = 0;   ///< sum of squares in stated standard deviations
@@ -104,13 +104,13 @@ struct CrownFit {
   Material material;
   Material seen_by_shader;  ///< with which model `shader` comes nearest: what the viewer shows
   Uncertainty uncertainty;
-  DataKnowledge knowledge;  ///< what its own photographs say of the free entries
+  DataEstimate knowledge;  ///< what its own photographs say of the free entries
   LinearScales scales;
   std::vector<PhotographResult> photographs;
-  Misfit left;  ///< of the fit's photographs together, by walks; of no values: by another model
+  ResidualChi2 residual_chi2;  ///< of the fit's photographs together, by walks; of no values: by another model
   std::vector<ReadingResult> readings;
   std::vector<MovedCalibration> calibration;  ///< as far as the capture states its errors
-  WidenedErrors widened{1, 1, 1, 1};
+  InflatedErrors inflation{1, 1, 1, 1};
   std::vector<LawDeparture> departures;   ///< of scattering that channels share; empty: none does, or it was not asked
   std::vector<SceneryLevel> scenery;      ///< of the photographs that show some
   std::vector<double> mean_thickness_mm;  ///< per layer; where a scale is a field's or a mesh's factor, at scale 1

@@ -16,7 +16,7 @@ namespace {
 /// True when a fitted thickness is so far from the cast one that lengths should be cast again: by more than 0.1 % and
 /// more than a tenth of its standard deviation.
 bool GeometryIsStale(const FreeParameters& free, const Eigen::VectorXd& cast_at, const Eigen::VectorXd& x,
-                     const DataKnowledge& knowledge) {
+                     const DataEstimate& knowledge) {
   constexpr double kMoved = 1e-3;
   for (int k = 0; k < free.count(); ++k) {
     if (!free.entries[k].moves_surface) continue;
@@ -58,8 +58,9 @@ FitState FitByShader(const FitProblem& problem, CrownInput& input, Progress& pro
     at.cast = CastAll(input, ThicknessesOf(capture, MaterialAt(free, at.x)), cast_options, progress);
     at.pixels = ChoosePixels(input, at.cast, options.max_pixels_per_photograph);
     if (at.casts > 0 && !errors.empty())  // the first fit takes the calibration as it is
-      at.calibration.slopes = SlopesOf(input, capture, errors, at.calibration.amounts, at.cast, MaterialAt(free, at.x),
-                                       at.scales.light, cast_options, at.pixels, progress);
+      at.calibration.derivatives =
+          CalibrationDerivativesOf(input, capture, errors, at.calibration.amounts, at.cast, MaterialAt(free, at.x),
+                                   at.scales.light, cast_options, at.pixels, progress);
     const ImageResiduals residuals(capture, at.cast, free, at.pixels, at.calibration, {3.0, options.threads});
     if (at.casts == 0) at.x = BracketStart(residuals, free, solve_options, at.x);
     const SolveResult solved = Solve(residuals, free, at.x, solve_options, [&](int iteration, double cost) {

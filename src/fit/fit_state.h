@@ -15,7 +15,7 @@ struct FitProblem {
   const FreeParameters& free;
   const std::vector<CalibrationError>& errors;
   const FitOptions& options;
-  EntryKnowledge others = {};  ///< of the free entries, in their order; empty: nothing
+  GaussianInformation others = {};  ///< of the free entries, in their order; empty: nothing
 };
 
 struct FitState {
@@ -24,16 +24,16 @@ struct FitState {
   CalibrationState calibration;  ///< how far the stated calibration is moved
   CastState cast;
   std::vector<FitPixels> pixels;
-  DataKnowledge knowledge;
+  DataEstimate knowledge;
   std::vector<ShaderIteration> iterations_by_shader;
   std::vector<WalkedFitStep> steps;
   std::vector<std::vector<glm::dvec3>> walked;  ///< values of `pixels`' sharp pixels by walks, at the solution
-  Misfit left;                                  ///< by walks, at the solution
-  std::vector<Misfit> left_of;                  ///< of `pixels`' photographs
+  ResidualChi2 residual_chi2;                   ///< by walks, at the solution
+  std::vector<ResidualChi2> residual_chi2_of;   ///< of `pixels`' photographs
   int iterations = 0, casts = 0;
   double walked_paths = 0;
-  WidenedErrors widened{1, 1, 1, 1};    ///< what steps by walks take stated errors for
-  std::vector<double> rival_roughness;  ///< of other optima, as good as where the fit stands
+  InflatedErrors inflation{1, 1, 1, 1};  ///< what steps by walks take stated errors for
+  std::vector<double> rival_roughness;   ///< of other optima, as good as where the fit stands
   bool converged = false;
 };
 

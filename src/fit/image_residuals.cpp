@@ -116,7 +116,7 @@ void ImageResiduals::PredictWithDerivativesBy(const std::vector<int>& moved, con
   using Jet = ceres::Jet<double, kJetSize>;
   const Material material = MaterialAt(free_, x);
   const auto slots = SlotsOf(capture_);
-  const auto slopes = SlotSlopes(capture_, state_);
+  const auto derivatives = SlotDerivatives(capture_, state_);
   const Eigen::VectorXd addition = nuisances_.Addition(scales);
   for (int c = 0; c < kChannels; ++c) {
     const auto values = SlotValues(capture_, material, state_, c);
@@ -127,7 +127,8 @@ void ImageResiduals::PredictWithDerivativesBy(const std::vector<int>& moved, con
     for (size_t i = 0; i < moved.size(); ++i) {
       const int s = moved[i];
       jets[s] = Jet(values[s], static_cast<int>(i));
-      slot_by_x.row(static_cast<int>(i)) = slopes[s] * ValueGradient(free_, x, slots[s]->layer, slots[s]->quantity, c);
+      slot_by_x.row(static_cast<int>(i)) =
+          derivatives[s] * ValueGradient(free_, x, slots[s]->layer, slots[s]->quantity, c);
     }
     const auto optics = OpticsFromSlots(capture_, jets);
     const DiffuserTable<Jet> table(optics.stack(), state_.crown->kernel.outer_radius_mm);

@@ -4,7 +4,7 @@
 #include <cmath>
 
 #include "fit/contradictions.h"
-#include "fit/entry_knowledge.h"
+#include "fit/gaussian_information.h"
 
 namespace crownfit {
 namespace {
@@ -67,12 +67,13 @@ std::vector<std::string> NamesOfStatus(const CrownFit& fit, Status status) {
 std::vector<Finding> ModelFindings(const CrownFit& fit) {
   std::vector<Finding> findings;
   for (const MovedCalibration& moved : fit.calibration)
-    if (!IsWidened(fit, moved.kind) && moved.Stddevs() > kFarMoved &&
+    if (!IsInflated(fit, moved.kind) && moved.Stddevs() > kFarMoved &&
         (moved.share == 0 || fit.is_by_walks() || std::abs(moved.share) > kLevelDrift))
       findings.push_back({FindingKind::kCalibrationMoved, {moved.Stddevs()}, {moved.what}});
-  for (const StatementKind kind : kStatementKinds)
-    if (IsWidened(fit, kind))
-      findings.push_back(FurthestOff(fit, kind, FindingKind::kErrorsInflated, fit.widened[static_cast<size_t>(kind)]));
+  for (const CalibrationKind kind : kCalibrationKinds)
+    if (IsInflated(fit, kind))
+      findings.push_back(
+          FurthestOff(fit, kind, FindingKind::kErrorsInflated, fit.inflation[static_cast<size_t>(kind)]));
   AddLevels(fit, findings);
   for (const Finding& finding :
        {PhotographsNotExplained(fit.photographs), SceneryThatIsOff(fit.scenery), PriorsContradicted(fit)})
@@ -103,11 +104,11 @@ void Judge(CrownFit& fit, std::vector<Finding> refusals) {
   if (u.reduced_chi2 > limit) fit.reasons.push_back({FindingKind::kChi2, {u.reduced_chi2, limit}, {source}});
   if (fit.is_by_walks() && u.block_chi2 > kChi2Limit)
     fit.reasons.push_back({FindingKind::kPatchChi2, {u.block_chi2, kChi2Limit}});
-  if (fit.left.regions.IsMoreThan(kChi2Limit))
-    fit.reasons.push_back({FindingKind::kRegionChi2, {fit.left.regions.chi2, kChi2Limit}});
-  for (const StatementKind kind : kStatementKinds)
-    if (fit.widened[static_cast<size_t>(kind)] >= kMostWidened)
-      fit.reasons.push_back(FurthestOff(fit, kind, FindingKind::kStatementContradicted, kMostWidened));
+  if (fit.residual_chi2.regions.IsMoreThan(kChi2Limit))
+    fit.reasons.push_back({FindingKind::kRegionChi2, {fit.residual_chi2.regions.chi2, kChi2Limit}});
+  for (const CalibrationKind kind : kCalibrationKinds)
+    if (fit.inflation[static_cast<size_t>(kind)] >= kMostInflated)
+      fit.reasons.push_back(FurthestOff(fit, kind, FindingKind::kStatementContradicted, kMostInflated));
   if (std::vector<std::string> names = LightsThatSceneryDenies(fit.scenery); !names.empty()) {
     const Finding off = SceneryThatIsOff(fit.scenery);
     Finding lamps{FindingKind::kLampsContradictScenery, {static_cast<double>(names.size())}, std::move(names)};

@@ -31,7 +31,7 @@ Nuisances::Nuisances(const Capture& capture, const std::vector<FitPixels>& pixel
     lights_.push_back(static_cast<int>(l));
     sharpness.push_back(light.scale_is_free ? 0.0 : 1.0 / light.intensity_stddev);
   }
-  if (!calibration.slopes.empty()) errors_ = static_cast<int>(calibration.amounts.size());
+  if (!calibration.derivatives.empty()) errors_ = static_cast<int>(calibration.amounts.size());
   sharpness.resize(sharpness.size() + errors_, 1.0);
   sharpness_ = Eigen::Map<const Eigen::VectorXd>(sharpness.data(), static_cast<Eigen::Index>(sharpness.size()));
 }
@@ -54,10 +54,10 @@ Eigen::VectorXd Nuisances::Addition(const LinearScales& scales) const {
   int row = 0;
   for (size_t g = 0; g < pixels_.size(); row += RowsOf(pixels_[g]), ++g) {
     if (errors_ == 0) continue;
-    const CalibrationSlopes& slopes = calibration_.slopes[g];
-    for (size_t k = 0; k < slopes.errors.size(); ++k)
+    const CalibrationDerivatives& derivatives = calibration_.derivatives[g];
+    for (size_t k = 0; k < derivatives.errors.size(); ++k)
       addition.segment(row, RowsOf(pixels_[g])) +=
-          scales.calibration[slopes.errors[k]] * slopes.by_error.col(static_cast<Eigen::Index>(k));
+          scales.calibration[derivatives.errors[k]] * derivatives.by_error.col(static_cast<Eigen::Index>(k));
   }
   return addition;
 }
@@ -104,13 +104,14 @@ std::vector<Nuisances::Block> Nuisances::Blocks(const Eigen::MatrixXd& parts, co
     if (p.exposure >= 0) block.columns.push_back(p.exposure);
     for (int l = 0; l < lights; ++l) block.columns.push_back(exposures_ + l);
     if (errors_ > 0)
-      for (int e : calibration_.slopes[g].errors) block.columns.push_back(exposures_ + lights + e);
+      for (int e : calibration_.derivatives[g].errors) block.columns.push_back(exposures_ + lights + e);
     block.by_column.resize(rows, static_cast<Eigen::Index>(block.columns.size()));
     int column = 0;
     if (p.exposure >= 0) block.by_column.col(column++) = prediction.segment(row, rows);
     for (int l = 0; l < lights; ++l) block.by_column.col(column++) = exposure * parts.col(1 + l).segment(row, rows);
     if (errors_ > 0)
-      block.by_column.rightCols(calibration_.slopes[g].by_error.cols()) = exposure * calibration_.slopes[g].by_error;
+      block.by_column.rightCols(calibration_.derivatives[g].by_error.cols()) =
+          exposure * calibration_.derivatives[g].by_error;
     for (size_t i = 0; i < p.pixels.size(); ++i)
       for (int c = 0; c < kChannels; ++c)
         block.by_column.row(kChannels * static_cast<Eigen::Index>(i) + c) /= p.stddev[i][c];

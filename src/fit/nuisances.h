@@ -37,7 +37,7 @@ struct FitPixels {
 };
 
 /// How stated errors change what one photograph's pixels show, at exposure 1.
-struct CalibrationSlopes {
+struct CalibrationDerivatives {
   std::vector<int> errors;             ///< which
   Eigen::MatrixXd by_error;            ///< (pixel, channel) x errors, per standard deviation
   Eigen::MatrixXd of_photograph = {};  ///< as the photograph was exposed, in place of ...
@@ -46,8 +46,8 @@ struct CalibrationSlopes {
 
 /// Where the calibration was cast, and what moving it changes.
 struct CalibrationState {
-  std::vector<double> amounts;            ///< per stated error, in its standard deviations
-  std::vector<CalibrationSlopes> slopes;  ///< per FitPixels; empty: the calibration stands still
+  std::vector<double> amounts;                      ///< per stated error, in its standard deviations
+  std::vector<CalibrationDerivatives> derivatives;  ///< per FitPixels; empty: the calibration stands still
 };
 
 /// Values of what is solved in closed form.

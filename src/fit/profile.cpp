@@ -35,13 +35,13 @@ LikelihoodProfile QuadraticProfile(const FreeParameters& free, const Eigen::Vect
   return profile;
 }
 
-LikelihoodProfile ProfileOfSlopes(const std::vector<SlopeAt>& slopes) {
-  LikelihoodProfile profile{0, LikelihoodProfile::By::kSlopes, {slopes.front().off}, {0.0}};
-  for (size_t i = 1; i < slopes.size(); ++i) {
-    const auto& [from, slope, curvature] = slopes[i - 1];
-    const auto& [to, slope_to, curvature_to] = slopes[i];
+LikelihoodProfile ProfileOfSlopes(const std::vector<SlopeAt>& derivatives) {
+  LikelihoodProfile profile{0, LikelihoodProfile::By::kSlopes, {derivatives.front().off}, {0.0}};
+  for (size_t i = 1; i < derivatives.size(); ++i) {
+    const auto& [from, slope, curvature] = derivatives[i - 1];
+    const auto& [to, slope_to, curvature_to] = derivatives[i];
     const double width = to - from, begun = profile.delta_chi2.back();
-    const int places = 2 * kDrawn / static_cast<int>(slopes.size() - 1);
+    const int places = 2 * kDrawn / static_cast<int>(derivatives.size() - 1);
     for (int k = 1; k <= places; ++k) {
       const double t = static_cast<double>(k) / places, t2 = t * t, t3 = t2 * t, t4 = t2 * t2;
       const double of_slopes = slope * (t - t3 + 0.5 * t4) + slope_to * (t3 - 0.5 * t4),

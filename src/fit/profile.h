@@ -22,9 +22,9 @@ inline constexpr double kProfileReach = 2.5;
 struct SlopeAt {
   double off, slope, curvature;
 };
-/// Chi2 at ten places to either side, between those where its slope is known: the integral of the cubic through slopes
-/// and curvatures (Hermite). `slopes`: ascending, two or more.
-LikelihoodProfile ProfileOfSlopes(const std::vector<SlopeAt>& slopes);
+/// Chi2 at ten places to either side, between those where its slope is known: the integral of the cubic through
+/// derivatives and curvatures (Hermite). `derivatives`: ascending, two or more.
+LikelihoodProfile ProfileOfSlopes(const std::vector<SlopeAt>& derivatives);
 
 /// Whether an entry's 95 % interval is wider than a factor 1.5.
 bool IsWeak(const FreeEntry& entry, double best, double stddev);

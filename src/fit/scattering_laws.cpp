@@ -47,7 +47,7 @@ double Published(Sharing law, const FreeParameters& free, const Eigen::RowVector
 }
 
 /// `free` has one number more than the law leaves.
-SharedScattering Ask(Sharing law, size_t layer, const FreeParameters& free, const DataKnowledge& knowledge) {
+SharedScattering Ask(Sharing law, size_t layer, const FreeParameters& free, const DataEstimate& knowledge) {
   const Eigen::MatrixXd beyond = DirectionsBeyond(law, free.wavelengths_nm);
   const Eigen::MatrixXd departures = beyond * (beyond.transpose() * LogarithmGradients(layer, free));
   Eigen::Index furthest;
@@ -77,7 +77,7 @@ std::string NameIn(const Capture& capture, size_t layer) {
 }  // namespace
 
 std::vector<SharedScattering> ScatteringThatMayBeShared(
-    const Capture& capture, const std::function<DataKnowledge(const Capture&, const FreeParameters&)>& foresee) {
+    const Capture& capture, const std::function<DataEstimate(const Capture&, const FreeParameters&)>& foresee) {
   std::vector<SharedScattering> questions;
   if (std::ranges::count(capture.wavelengths_nm, capture.wavelengths_nm[0]) == kChannels) return questions;
   for (size_t l = 0; l < capture.layers.size(); ++l) {
@@ -144,7 +144,7 @@ std::vector<LawDeparture> DeparturesFromLaws(const Capture& fitted, const FreePa
 }
 
 std::vector<LawDeparture> DeparturesFromLaws(const Capture& fitted, const FreeParameters& freed,
-                                             const DataKnowledge& knowledge) {
+                                             const DataEstimate& knowledge) {
   Eigen::MatrixXd precision = knowledge.Precision();
   for (int k = 0; k < freed.count(); ++k)  // what nothing tells stays finite
     precision(k, k) += 1e-6 * std::pow(freed.entries[k].prior_stddev, -2.0);

@@ -30,7 +30,7 @@ struct SharedScattering {
 /// At the capture's start values. Of absorptions no law is known, so they are not asked about. `foresee`: what would be
 /// known of the free entries of such a capture.
 std::vector<SharedScattering> ScatteringThatMayBeShared(
-    const Capture& capture, const std::function<DataKnowledge(const Capture&, const FreeParameters&)>& foresee);
+    const Capture& capture, const std::function<DataEstimate(const Capture&, const FreeParameters&)>& foresee);
 
 /// Where scattering would go, were every law of the material's lifted: by its logarithms.
 struct LawDeparture {
@@ -53,6 +53,6 @@ std::vector<LawDeparture> DeparturesFromLaws(const Capture& fitted, const FreePa
                                              const Eigen::VectorXd& step, const Eigen::MatrixXd& covariance);
 /// `knowledge`: where such a fit ended.
 std::vector<LawDeparture> DeparturesFromLaws(const Capture& fitted, const FreeParameters& freed,
-                                             const DataKnowledge& knowledge);
+                                             const DataEstimate& knowledge);
 
 }  // namespace crownfit

@@ -56,7 +56,7 @@ class PriorCost final : public ceres::CostFunction {
 /// What others know, as residuals whose squares are its chi2.
 class OthersCost final : public ceres::CostFunction {
  public:
-  explicit OthersCost(const EntryKnowledge& others) {
+  explicit OthersCost(const GaussianInformation& others) {
     const SeenDirections known(others.precision);
     root_ = known.precision.cwiseSqrt().asDiagonal() * known.seen.transpose();
     wanted_ = known.precision.cwiseSqrt().cwiseInverse().asDiagonal() * known.seen.transpose() * others.weighted_mean;
@@ -79,7 +79,7 @@ class OthersCost final : public ceres::CostFunction {
   Eigen::VectorXd wanted_;
 };
 
-bool IsKnown(const EntryKnowledge& others) { return others.precision.size() > 0 && !others.precision.isZero(); }
+bool IsKnown(const GaussianInformation& others) { return others.precision.size() > 0 && !others.precision.isZero(); }
 
 /// Reports progress, and stops when a cast thickness is no longer near the fitted one.
 class Watch final : public ceres::IterationCallback {

@@ -5,7 +5,7 @@
 #include <functional>
 #include <string>
 
-#include "fit/entry_knowledge.h"
+#include "fit/gaussian_information.h"
 #include "fit/image_residuals.h"
 
 namespace crownfit {
@@ -13,7 +13,7 @@ namespace crownfit {
 struct SolveOptions {
   int max_iterations = 100;
   bool use_priors = true;
-  EntryKnowledge others = {};              ///< of the free entries, in their order; empty: nothing
+  GaussianInformation others = {};         ///< of the free entries, in their order; empty: nothing
   double stop_when_thickness_moved = 0.2;  ///< relative to what was cast; the caller casts again
 };
 

@@ -91,13 +91,13 @@ std::vector<size_t> FittedParameter::ChannelsThatAre(Status s) const {
   return channels;
 }
 
-double DataKnowledge::Variance(const Eigen::RowVectorXd& g) const {
+double DataEstimate::Variance(const Eigen::RowVectorXd& g) const {
   constexpr double kLeans = 1e-4;
   if (unseen.cols() > 0 && (g * unseen).cwiseAbs().maxCoeff() > kLeans * g.norm()) return HUGE_VAL;
   return (g * covariance * g.transpose())(0, 0);
 }
 
-Eigen::MatrixXd DataKnowledge::Precision() const {
+Eigen::MatrixXd DataEstimate::Precision() const {
   const auto [values, vectors] = EigenOfSymmetric(covariance);
   Eigen::VectorXd inverse = Eigen::VectorXd::Zero(covariance.rows());
   for (Eigen::Index i = unseen.cols(); i < inverse.size(); ++i)  // the covariance is 0 along unseen directions
@@ -105,15 +105,15 @@ Eigen::MatrixXd DataKnowledge::Precision() const {
   return Congruent(vectors, inverse.asDiagonal());
 }
 
-EntryKnowledge DataKnowledge::Of(const std::vector<FreeEntry>& entries) const {
-  EntryKnowledge known = NothingOf(NamesOf(entries));
+GaussianInformation DataEstimate::Of(const std::vector<FreeEntry>& entries) const {
+  GaussianInformation known = NothingOf(NamesOf(entries));
   known.precision = Precision();
   known.weighted_mean = known.precision * by_photographs;
   return known;
 }
 
-DataKnowledge DataKnowledge::With(const EntryKnowledge& others) const {
-  DataKnowledge all = *this;
+DataEstimate DataEstimate::With(const GaussianInformation& others) const {
+  DataEstimate all = *this;
   if (others.names.empty()) return all;
   const SeenDirections seen(Precision() + others.precision);
   all.covariance = seen.Inverse();
@@ -143,11 +143,11 @@ Eigen::MatrixXd ModelScatter(const CastState& state, const Evaluation& e, const 
   return scatter;
 }
 
-DataKnowledge KnowledgeByShader(const CastState& state, const FreeParameters& free, const Eigen::VectorXd& x,
-                                const Evaluation& e, const std::vector<FitPixels>& pixels, bool with_model_errors,
-                                const Eigen::MatrixXd& beside) {
+DataEstimate KnowledgeByShader(const CastState& state, const FreeParameters& free, const Eigen::VectorXd& x,
+                               const Evaluation& e, const std::vector<FitPixels>& pixels, bool with_model_errors,
+                               const Eigen::MatrixXd& beside) {
   const int n = free.count();
-  DataKnowledge k;
+  DataEstimate k;
   k.covariance = Eigen::MatrixXd::Zero(n, n);
   k.unseen = Eigen::MatrixXd::Identity(n, n);
   k.by_photographs = x;
@@ -177,7 +177,7 @@ DataKnowledge KnowledgeByShader(const CastState& state, const FreeParameters& fr
 }
 
 Uncertainty Quantify(const Capture& capture, const FreeParameters& free, const Eigen::VectorXd& x,
-                     const DataKnowledge& data, bool use_priors) {
+                     const DataEstimate& data, bool use_priors) {
   Uncertainty result;
   const Material material = MaterialAt(free, x);
   const int n = free.count();

@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "fit/entry_knowledge.h"
+#include "fit/gaussian_information.h"
 #include "fit/image_residuals.h"
 
 namespace crownfit {
@@ -41,7 +41,7 @@ struct Uncertainty {
 };
 
 /// What the photographs alone say about the free entries around a solution.
-struct DataKnowledge {
+struct DataEstimate {
   Eigen::MatrixXd covariance;      ///< within what is seen
   Eigen::MatrixXd unseen;          ///< columns: unit directions of which nothing is known
   Eigen::VectorXd by_photographs;  ///< where the entries would be, had nothing else been known
@@ -53,17 +53,17 @@ struct DataKnowledge {
   double Variance(const Eigen::RowVectorXd& g) const;
   /// The covariance's inverse; 0 along unseen directions.
   Eigen::MatrixXd Precision() const;
-  EntryKnowledge Of(const std::vector<FreeEntry>& entries) const;
+  GaussianInformation Of(const std::vector<FreeEntry>& entries) const;
   /// With what others know of the same entries, in their order; empty: nothing.
-  DataKnowledge With(const EntryKnowledge& others) const;
+  DataEstimate With(const GaussianInformation& others) const;
 };
 
 /// Of model `shader`, whose own errors many pixels share (unless left out: as if it were exact). `e`: evaluation with
 /// derivatives at the solution. `beside`: the precision of what else held the entries (priors, other captures), which
 /// leaves residuals more freedom; empty: nothing.
-DataKnowledge KnowledgeByShader(const CastState& state, const FreeParameters& free, const Eigen::VectorXd& x,
-                                const Evaluation& e, const std::vector<FitPixels>& pixels,
-                                bool with_model_errors = true, const Eigen::MatrixXd& beside = {});
+DataEstimate KnowledgeByShader(const CastState& state, const FreeParameters& free, const Eigen::VectorXd& x,
+                               const Evaluation& e, const std::vector<FitPixels>& pixels, bool with_model_errors = true,
+                               const Eigen::MatrixXd& beside = {});
 
 /// J' C J of the errors that model `shader` has in common over patches and photographs, which are independent of each
 /// other; J, C: whitened.
@@ -73,6 +73,6 @@ Eigen::MatrixXd ModelScatter(const CastState& state, const Evaluation& e, const 
 inline constexpr int kPatch = 8;
 
 Uncertainty Quantify(const Capture& capture, const FreeParameters& free, const Eigen::VectorXd& x,
-                     const DataKnowledge& data, bool use_priors);
+                     const DataEstimate& data, bool use_priors);
 
 }  // namespace crownfit

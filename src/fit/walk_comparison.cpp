@@ -135,28 +135,28 @@ double PixelChi2(const Whitening& w, const WalkComparison& c) {
 
 }  // namespace
 
-double PatchMisfit::StddevByChance() const {
+double PatchChi2::StddevByChance() const {
   // Where more is left, its products with noise scatter it too: a square of mean 1 + m by 1 + 2 m times the variance.
   const double beside_misfit = std::sqrt(std::max(1.0, 2.0 * chi2 - 1.0));
   return std::hypot(std::sqrt(2.0 / values), stddev / beside_misfit);
 }
 
-bool PatchMisfit::IsMoreThan(double limit) const {
+bool PatchChi2::IsMoreThan(double limit) const {
   constexpr double kNotByChance = 4.0;  // standard deviations
   return chi2 > std::max(limit, 1.0 + kNotByChance * StddevByChance());
 }
 
-double PatchMisfit::StddevOfDifference(const PatchMisfit& other) const { return std::hypot(stddev, other.stddev); }
+double PatchChi2::StddevOfDifference(const PatchChi2& other) const { return std::hypot(stddev, other.stddev); }
 
-double PatchMisfit::AsSeenByWalks(double of_photographs) const {
+double PatchChi2::AsSeenByWalks(double of_photographs) const {
   constexpr double kClear = 0.3;
   return share_of_walks * (1.0 + kClear) + (1.0 - share_of_walks) * of_photographs;
 }
 
-static PatchMisfit MeanOf(const std::vector<PatchMisfit>& runs) {
+static PatchChi2 MeanOf(const std::vector<PatchChi2>& runs) {
   const auto n = static_cast<double>(runs.size());
-  PatchMisfit mean{0.0, 0.0, runs.front().values, 0.0};
-  for (const PatchMisfit& run : runs) {
+  PatchChi2 mean{0.0, 0.0, runs.front().values, 0.0};
+  for (const PatchChi2& run : runs) {
     mean.chi2 += run.chi2 / n;
     mean.share_of_walks += run.share_of_walks / n;
     mean.stddev = std::hypot(mean.stddev, run.stddev / n);
@@ -164,9 +164,9 @@ static PatchMisfit MeanOf(const std::vector<PatchMisfit>& runs) {
   return mean;
 }
 
-Misfit MeanOf(const std::vector<Misfit>& runs) {
-  std::vector<PatchMisfit> patches, regions;
-  for (const Misfit& run : runs) patches.push_back(run.patches), regions.push_back(run.regions);
+ResidualChi2 MeanOf(const std::vector<ResidualChi2>& runs) {
+  std::vector<PatchChi2> patches, regions;
+  for (const ResidualChi2& run : runs) patches.push_back(run.patches), regions.push_back(run.regions);
   return {MeanOf(patches), MeanOf(regions)};
 }
 
@@ -176,7 +176,7 @@ void SumsOfPatches::Add(const SumsOfPatches& other) {
   for (size_t g = 0; g < chi2_without.size(); ++g) chi2_without[g] += other.chi2_without[g];
 }
 
-PatchMisfit SumsOfPatches::Left(double share_of_walks) const {
+PatchChi2 SumsOfPatches::Left(double share_of_walks) const {
   const auto count = static_cast<double>(values), groups = static_cast<double>(chi2_without.size());
   double mean = 0, scatter = 0;
   for (const double without : chi2_without) mean += without / groups;
@@ -191,7 +191,7 @@ void WalkComparison::AddSums(const WalkComparison& other) {
   regions.Add(other.regions);
 }
 
-Misfit WalkComparison::Left() const {
+ResidualChi2 WalkComparison::Left() const {
   const double share = share_of_walks / static_cast<double>(values);
   return {patches.Left(share), regions.Left(share)};
 }

@@ -11,7 +11,7 @@
 namespace crownfit {
 
 /// What is left in patches: the mean of their squares over that of their noise.
-struct PatchMisfit {
+struct PatchChi2 {
   double chi2 = 0, share_of_walks = 0, values = 0;  ///< of the walks in that noise; how many squares
   double stddev = 0;                                ///< of chi2, as other walks would scatter it (jackknife)
   /// By how much noise alone scatters it, that of the photographs and of the walks.
@@ -19,21 +19,21 @@ struct PatchMisfit {
   /// Over `limit`, and further from noise than chance makes it.
   bool IsMoreThan(double limit) const;
   /// Of the difference between two of the same photographs, each by walks of its own.
-  double StddevOfDifference(const PatchMisfit& other) const;
+  double StddevOfDifference(const PatchChi2& other) const;
   /// What pictures without noise leave, over the photographs' own, in these units; and what may be told from it.
   double AsSeenByWalks(double of_photographs) const;
 };
 
 /// Of neighbouring pixels (kPatch), and of sixteenths of the picture: walks' noise hides in patches what goes on over
 /// many. Of regions no values: the model's own error would be larger than their noise.
-struct Misfit {
-  PatchMisfit patches, regions;
+struct ResidualChi2 {
+  PatchChi2 patches, regions;
   /// Either is; regions not by chance.
   bool IsMoreThan(double limit) const { return patches.chi2 > limit || regions.IsMoreThan(limit); }
 };
 
 /// Of the same photographs, each by walks of its own.
-Misfit MeanOf(const std::vector<Misfit>& runs);
+ResidualChi2 MeanOf(const std::vector<ResidualChi2>& runs);
 
 /// Sums of squares of sums over patches, over noise's own.
 struct SumsOfPatches {
@@ -41,7 +41,7 @@ struct SumsOfPatches {
   size_t values = 0;
   std::vector<double> chi2_without;  ///< every group of the prediction's paths, where it keeps groups
   void Add(const SumsOfPatches& other);
-  PatchMisfit Left(double share_of_walks) const;
+  PatchChi2 Left(double share_of_walks) const;
 };
 
 struct WalkComparison {
@@ -60,7 +60,7 @@ struct WalkComparison {
 
   /// Several photographs' sums; those that share walks have the same groups.
   void AddSums(const WalkComparison& other);
-  Misfit Left() const;
+  ResidualChi2 Left() const;
 };
 
 /// Index into the picture of every sharp pixel (FitPixels::sources).

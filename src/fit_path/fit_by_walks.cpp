@@ -29,13 +29,13 @@ class WalkFit {
     at_.converged = false;
     const bool may_move = unknowns_.HaveStatedErrors();
     const double moved_before = unknowns_.CalibrationCost();
-    const auto explains_less = [&](const PatchMisfit& left, double moved) {
+    const auto explains_less = [&](const PatchChi2& left, double moved) {
       return left.chi2 + moved / left.values > left.AsSeenByWalks(to_beat + moved_before / left.values);
     };
     unknowns_.ForgetCalibration();  // what shader moved made up for its own errors, by up to 23 stated ones
     gatherer_.TakePixels(std::min(kPixelsOfSearch, problem_.options.max_pixels_per_photograph));
     ChooseStart();
-    if (const PatchMisfit left = ChooseValley(); !may_move && explains_less(left, 0.0)) return false;
+    if (const PatchChi2 left = ChooseValley(); !may_move && explains_less(left, 0.0)) return false;
     gatherer_.GoBy(last_);
     gatherer_.ResolveFields();
     gatherer_.TakePixels(problem_.options.max_pixels_by_walks());
@@ -125,12 +125,12 @@ class WalkFit {
 
   /// Searches; from the other start too where that leaves more than noise: a thickness and what lies below may explain
   /// photographs in two ways, one of them badly. What is left there.
-  PatchMisfit ChooseValley() {
-    const PatchMisfit left = ChooseRoughness();
+  PatchChi2 ChooseValley() {
+    const PatchChi2 left = ChooseRoughness();
     if (left.chi2 <= kExplained) return left;
     const Eigen::VectorXd where = unknowns_.Here();
     unknowns_.GoTo(other_start_);
-    const PatchMisfit other = Search([](const Eigen::VectorXd&) { return false; });
+    const PatchChi2 other = Search([](const Eigen::VectorXd&) { return false; });
     if (other.chi2 < left.chi2) return other;
     unknowns_.GoTo(where);
     return left;
@@ -138,10 +138,10 @@ class WalkFit {
 
   /// Searches handed over; and from there to walks' end, unless that leaves more than noise, and no less than an
   /// earlier search did.
-  PatchMisfit Search(const std::function<bool(const Eigen::VectorXd&)>& was_found) {
-    constexpr PatchMisfit kNotSought{HUGE_VAL, 1.0, 1.0, 0.0};
+  PatchChi2 Search(const std::function<bool(const Eigen::VectorXd&)>& was_found) {
+    constexpr PatchChi2 kNotSought{HUGE_VAL, 1.0, 1.0, 0.0};
     gatherer_.GoBy(WalkGatherer::Walks::kHandedOver);
-    const PatchMisfit handed_over = StepsOf(SearchPaths(), was_found).value_or(kNotSought);
+    const PatchChi2 handed_over = StepsOf(SearchPaths(), was_found).value_or(kNotSought);
     if (last_ == WalkGatherer::Walks::kHandedOver) return handed_over;
     if (handed_over.chi2 > std::max(kExplained, kLess * least_handed_over_)) return kNotSought;
     least_handed_over_ = std::min(least_handed_over_, handed_over.chi2);
@@ -151,13 +151,13 @@ class WalkFit {
 
   struct Valley {
     Eigen::VectorXd where;
-    PatchMisfit left;
+    PatchChi2 left;
   };
 
   /// Searches. A free roughness may have several optima (a lobe that reaches the camera and one that does not make the
   /// same level): it is searched for from small, middle and large ones too, and of several the best by long runs is
   /// kept; how far off the others are that leave no more, but for noise, is not known either. What is left there.
-  PatchMisfit ChooseRoughness() {
+  PatchChi2 ChooseRoughness() {
     const double same_valley = std::log(1.6);
     std::vector<Valley> found;
     const int roughness = unknowns_.EntryOf(RoughnessOf(problem_.capture));
@@ -177,7 +177,7 @@ class WalkFit {
       Eigen::VectorXd there = from;
       there[roughness] = start;
       unknowns_.GoTo(there);
-      const PatchMisfit left = Search(was_found);
+      const PatchChi2 left = Search(was_found);
       if (left.chi2 < HUGE_VAL && !was_found(unknowns_.Here())) found.push_back({unknowns_.Here(), left});
     }
     if (found.size() > 1)
@@ -202,14 +202,14 @@ class WalkFit {
   /// it is taken back, and derivatives get twice the paths. Where more than noise is left and several steps took
   /// nothing off it, photographs contradict the model or each other, and no further one would: the best place is kept.
   /// What was left before the last one, if there was one.
-  std::optional<PatchMisfit> StepsOf(double paths, const std::function<bool(const Eigen::VectorXd&)>& was_found) {
+  std::optional<PatchChi2> StepsOf(double paths, const std::function<bool(const Eigen::VectorXd&)>& was_found) {
     constexpr double kReach = 0.4, kLongest = 0.7, kWorse = 1.5;
     constexpr int kMostSteps = 20, kSeveral = 3;
     double slope_paths = paths, best = HUGE_VAL;
     Eigen::VectorXd best_at = unknowns_.Here();
     Valley lowest{best_at, {HUGE_VAL, 1.0, 1.0, 0.0}};
     int in_vain = 0;
-    std::optional<PatchMisfit> left;
+    std::optional<PatchChi2> left;
     for (int i = 0; i < kMostSteps && !was_found(unknowns_.Here()); ++i) {
       stage_ = "path tracing, step " + std::to_string(at_.steps.size() + 1);
       GatheredWalks g = gatherer_.Gather(paths, slope_paths, stage_);
@@ -273,9 +273,9 @@ class WalkFit {
   void LeadOn() {
     constexpr int kSteps = 3, kMostSteps = 9;
     if (problem_.errors.empty()) return;
-    WidenedErrors before = at_.widened;
-    for (int made = 0; made < kSteps || (made < kMostSteps && at_.widened != before); ++made) {
-      before = at_.widened;
+    InflatedErrors before = at_.inflation;
+    for (int made = 0; made < kSteps || (made < kMostSteps && at_.inflation != before); ++made) {
+      before = at_.inflation;
       LongRun(kMiddleShare * Paths());
     }
   }

@@ -69,8 +69,8 @@ WalkGatherer::WalkGatherer(const FitProblem& problem, CrownInput& input, FitStat
       unknowns_(unknowns),
       progress_(progress),
       bodies_(input, problem.options.threads),
-      slopes_(at.pixels.size()) {
-  for (const SlopeParameter& p : DifferencedParameters(problem.capture))
+      derivatives_(at.pixels.size()) {
+  for (const DerivativeParameter& p : DifferencedParameters(problem.capture))
     if (unknowns_.IsFree(p) && p.quantity != Quantity::kRoughness) differenced_.push_back(p);
   bodies_.ResolvePathsFrom(kShortestOfSearch);
   TakeNoiseFromNeighbours();
@@ -87,9 +87,10 @@ void WalkGatherer::TakePixels(size_t at_most) {
     at_.cast = CastAll(input_, ThicknessesOf(problem_.capture, material), options, progress_);
   at_.pixels = ChoosePixels(input_, at_.cast, at_most);
   if (!problem_.errors.empty())
-    at_.calibration.slopes = SlopesOf(input_, problem_.capture, problem_.errors, at_.calibration.amounts, at_.cast,
-                                      material, at_.scales.light, options, at_.pixels, progress_);
-  slopes_.assign(at_.pixels.size(), {});
+    at_.calibration.derivatives =
+        CalibrationDerivativesOf(input_, problem_.capture, problem_.errors, at_.calibration.amounts, at_.cast, material,
+                                 at_.scales.light, options, at_.pixels, progress_);
+  derivatives_.assign(at_.pixels.size(), {});
   TakeNoiseFromNeighbours();
 }
 
@@ -115,7 +116,7 @@ void WalkGatherer::TakeNoiseFromNeighbours() {
 void WalkGatherer::LearnFromPicture(size_t g, const std::vector<size_t>& ranks) {
   FitPixels& p = at_.pixels[g];
   std::vector<WalkedPicture> pictures;
-  for (const SlopesFound& f : slopes_[g]) pictures.push_back({&f.picture, f.paths});
+  for (const SlopesFound& f : derivatives_[g]) pictures.push_back({&f.picture, f.paths});
   const KnownPicture mean = MeanPicture(p, unknowns_.ExposureOf(p), ranks, pictures);
   p.stddev = NoiseOfNeighbours(p, CastOf(p), stated_noise_[g], OverNearest(p, CastOf(p), mean.values));
   if (!problem_.errors.empty()) TakeOwnGradients(problem_, input_, g, mean, at_);
@@ -180,22 +181,22 @@ void WalkGatherer::Differentiate(const Material& material, const Shared& shared,
   options.collisions = CollisionsThatTell(material);
   auto found = DifferentiateByPaths(
       input_, bodies_, material, PhotographsOf(shared), options,
-      of_roughness ? std::vector<SlopeParameter>{RoughnessOf(problem_.capture)} : differenced_, stage, progress_);
+      of_roughness ? std::vector<DerivativeParameter>{RoughnessOf(problem_.capture)} : differenced_, stage, progress_);
   for (size_t k = 0; k < shared.size(); ++k)
-    slopes_[shared[k]].push_front({at_.x, static_cast<double>(options.paths_per_pixel), of_roughness,
-                                   std::move(found[k].slopes), std::move(found[k].photo.pixels)});
+    derivatives_[shared[k]].push_front({at_.x, static_cast<double>(options.paths_per_pixel), of_roughness,
+                                        std::move(found[k].derivatives), std::move(found[k].photo.pixels)});
 }
 
 void WalkGatherer::StartAnew() {
   run_ = 0;
-  for (std::list<SlopesFound>& found : slopes_) found.clear();
+  for (std::list<SlopesFound>& found : derivatives_) found.clear();
 }
 
-/// Of the last runs' slopes those from about here are kept.
+/// Of the last runs' derivatives those from about here are kept.
 void WalkGatherer::ForgetSlopesFarAway() {
   constexpr double kNear = 0.3;
   constexpr size_t kMost = 8;
-  for (std::list<SlopesFound>& found : slopes_) {
+  for (std::list<SlopesFound>& found : derivatives_) {
     found.remove_if([&](const SlopesFound& f) { return unknowns_.LongestLogarithm(f.at - at_.x) > kNear; });
     if (found.size() > kMost) found.resize(kMost, found.front());
   }
@@ -212,7 +213,7 @@ bool WalkGatherer::LacksRoughness(const std::list<SlopesFound>& found) const {
 std::vector<RowsOfSlopes::Run> WalkGatherer::RunsOf(const std::list<SlopesFound>& found) {
   std::vector<RowsOfSlopes::Run> runs;
   for (const SlopesFound& f : found)
-    runs.push_back({&f.slopes, f.paths, [of_roughness = f.of_roughness](const SlopeParameter& p) {
+    runs.push_back({&f.derivatives, f.paths, [of_roughness = f.of_roughness](const DerivativeParameter& p) {
                       return (p.quantity == Quantity::kRoughness) == of_roughness;
                     }});
   return runs;
@@ -226,8 +227,8 @@ static Eigen::MatrixXd ByLevel(const WalkedRows& row, const WalkComparison& c, c
   return c.weight[pixel] * whole.transpose() * SolveSymmetric(c.covariance[pixel], level);
 }
 
-Misfit WalkGatherer::LeftOf(const WalkComparison& c) const {
-  Misfit left = c.Left();
+ResidualChi2 WalkGatherer::LeftOf(const WalkComparison& c) const {
+  ResidualChi2 left = c.Left();
   if (walks_ == Walks::kHandedOver) left.regions = {};
   return left;
 }
@@ -239,7 +240,7 @@ GatheredWalks WalkGatherer::Gather(double paths, double slope_paths, const std::
   std::optional<WalkedStep> step;
   WalkComparison total;
   std::vector<std::vector<glm::dvec3>> values(at_.pixels.size());
-  std::vector<Misfit> left_of(at_.pixels.size());
+  std::vector<ResidualChi2> left_of(at_.pixels.size());
   const ModelError error = walks_ == Walks::kHandedOver ? DiffusionError(material, problem_.options) : ModelError{};
   Eigen::MatrixXd model_scatter = Eigen::MatrixXd::Zero(unknowns_.count(), unknowns_.count());
   for (const Shared& shared : SharedWalks()) {
@@ -248,12 +249,12 @@ GatheredWalks WalkGatherer::Gather(double paths, double slope_paths, const std::
     if (walks_ == Walks::kHandedOver) HandOver(material, shared, kRaysOfValues, options);
     const std::vector<PathPhotograph> walked = Predict(material, shared, options, stage);
     Differentiate(material, shared, slope_paths, false, stage);
-    if (unknowns_.IsFree(RoughnessOf(problem_.capture)) && LacksRoughness(slopes_[shared[0]]))
+    if (unknowns_.IsFree(RoughnessOf(problem_.capture)) && LacksRoughness(derivatives_[shared[0]]))
       Differentiate(material, shared, kRoughnessShare * slope_paths, true, stage);
     for (size_t k = 0; k < shared.size(); ++k) {
       const size_t g = shared[k];
       const FitPixels& p = at_.pixels[g];
-      const RowsOfSlopes rows(RunsOf(slopes_[g]), unknowns_.Chain(), unknowns_.material());
+      const RowsOfSlopes rows(RunsOf(derivatives_[g]), unknowns_.Chain(), unknowns_.material());
       const std::vector<size_t> places = PlacesOf(p, CastOf(p), walked[k].width);
       const std::vector<glm::dvec3> smooth = SmoothedMeans(walked[k]);
       std::vector<glm::dvec3> sharp;  // without the noise that what is left of a pixel shares
@@ -266,7 +267,7 @@ GatheredWalks WalkGatherer::Gather(double paths, double slope_paths, const std::
       const double exposure = unknowns_.ExposureOf(p);
       const WalkComparison c = CompareWithWalks(p, CastOf(p), walked[k], exposure, error.patch);
       const WalkUnknowns::Slopes nuisances(unknowns_, g, input_.capture, material);
-      const WalkedStep none(unknowns_.material(), slopes_[g].front().slopes.groups(), unknowns_.nuisances());
+      const WalkedStep none(unknowns_.material(), derivatives_[g].front().derivatives.groups(), unknowns_.nuisances());
       if (!step) step.emplace(none);
       constexpr size_t kParts = 64;  // fixed, so that sums do not depend on the number of threads
       std::vector<WalkedStep> parts(kParts, none);

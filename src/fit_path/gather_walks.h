@@ -27,7 +27,7 @@ int CollisionsThatDepolarise(const PhotographSpec& photo);
 inline constexpr int kRaysOfValues = 20000;
 inline constexpr double kRaysOfAPath = 0.4;  ///< of those that derivatives are walked by
 /// Transport paths, mm, below which a search's fields need not resolve: elements of a quarter. They are 1 % too dark at
-/// 4 / mm, and slopes by scattering a fifth off; long runs resolve what is there.
+/// 4 / mm, and derivatives by scattering a fifth off; long runs resolve what is there.
 inline constexpr double kShortestOfSearch = 0.31;
 /// Of groups of paths, that derivatives have: with fewer the groups' own noise is not known.
 inline constexpr int kPathsOfAGroup = 3;
@@ -39,8 +39,8 @@ void MoveInput(const FitProblem& problem, const FitState& at, CrownInput& input)
 struct GatheredWalks {
   WalkedStep step;
   double chi2;  ///< of pixels, over their number
-  Misfit left;
-  std::vector<Misfit> left_of;                  ///< per photograph of the fit
+  ResidualChi2 left;
+  std::vector<ResidualChi2> left_of;            ///< per photograph of the fit
   std::vector<std::vector<glm::dvec3>> values;  ///< per photograph of the fit and sharp pixel
   /// J' C J of what the model is off by in common over photographs, whitened; of the material's entries and nuisances.
   Eigen::MatrixXd model_scatter;
@@ -82,7 +82,7 @@ class WalkGatherer {
     Eigen::VectorXd at;
     double paths;
     bool of_roughness;  ///< it alone: others need no pictures beside
-    PooledSlopes slopes;
+    PooledDerivatives derivatives;
     std::vector<PixelEstimate> picture;  ///< that they came with, by rank
   };
   void TakeNoiseFromNeighbours();
@@ -98,7 +98,7 @@ class WalkGatherer {
   void Differentiate(const Material& material, const Shared& shared, double paths, bool of_roughness,
                      const std::string& stage);
   /// Regions' too where the model's own error is not larger than their noise.
-  Misfit LeftOf(const WalkComparison& c) const;
+  ResidualChi2 LeftOf(const WalkComparison& c) const;
   void ForgetSlopesFarAway();
   bool LacksRoughness(const std::list<SlopesFound>& found) const;
   static std::vector<RowsOfSlopes::Run> RunsOf(const std::list<SlopesFound>& found);
@@ -109,9 +109,9 @@ class WalkGatherer {
   const WalkUnknowns& unknowns_;
   Progress& progress_;
   Bodies bodies_;
-  std::vector<SlopeParameter> differenced_;            ///< all but roughness
+  std::vector<DerivativeParameter> differenced_;       ///< all but roughness
   std::vector<std::vector<glm::dvec3>> stated_noise_;  ///< standard deviations, per photograph of the fit and pixel
-  std::vector<std::list<SlopesFound>> slopes_;         ///< per photograph of the fit, latest first
+  std::vector<std::list<SlopesFound>> derivatives_;    ///< per photograph of the fit, latest first
   Walks walks_ = Walks::kToTheirEnd;
   uint64_t run_ = 0;
 };

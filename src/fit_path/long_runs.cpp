@@ -29,7 +29,7 @@ bool LongRuns::Conclude() {
   const int m = unknowns_.material(), count = unknowns_.count();
   Eigen::VectorXd mean = Eigen::VectorXd::Zero(count);
   Eigen::MatrixXd whole = Eigen::MatrixXd::Zero(count, count), whole_of_a_run = whole;
-  DataKnowledge k;
+  DataEstimate k;
   k.by_photographs = Eigen::VectorXd::Zero(m);
   at_.walked.clear();
   for (const auto& values : runs_[0].values) at_.walked.emplace_back(values.size(), glm::dvec3(0.0));
@@ -43,14 +43,14 @@ bool LongRuns::Conclude() {
     for (size_t g = 0; g < at_.walked.size(); ++g)
       for (size_t i = 0; i < at_.walked[g].size(); ++i) at_.walked[g][i] += e.values[g][i] / n;
   }
-  std::vector<Misfit> left;
+  std::vector<ResidualChi2> left;
   for (const RunEstimate& e : runs_) left.push_back(e.misfit);
-  at_.left = MeanOf(left);
-  at_.left_of.clear();
+  at_.residual_chi2 = MeanOf(left);
+  at_.residual_chi2_of.clear();
   for (size_t g = 0; g < runs_[0].misfit_of.size(); ++g) {
     left.clear();
     for (const RunEstimate& e : runs_) left.push_back(e.misfit_of[g]);
-    at_.left_of.push_back(MeanOf(left));
+    at_.residual_chi2_of.push_back(MeanOf(left));
   }
   const Eigen::MatrixXd covariance = whole.topLeftCorner(m, m), of_a_run = whole_of_a_run.topLeftCorner(m, m);
   double off = 0;
@@ -66,7 +66,7 @@ bool LongRuns::Conclude() {
   // What is left beyond noise is common to all runs: no number of walks averages it out. It is measured against the
   // noise of one run, photographs and walks.
   k.inflation = std::max(1.0, k.block_chi2);
-  if (at_.left.regions.IsMoreThan(k.inflation)) k.inflation = at_.left.regions.chi2;
+  if (at_.residual_chi2.regions.IsMoreThan(k.inflation)) k.inflation = at_.residual_chi2.regions.chi2;
   const auto [variances, directions] = EigenOfSymmetric(covariance - of_a_run);
   const Eigen::MatrixXd of_photographs = directions * variances.cwiseMax(0.0).asDiagonal() * directions.transpose();
   k.covariance =
@@ -103,7 +103,7 @@ bool LongRuns::WouldGainByWalks() const {
 
 /// Entries of which pictures know no more than their range does were not seen, nor were those without derivatives.
 /// What the others owe to the range of such a one stays in their variances.
-void LongRuns::ForgetRanges(const Eigen::MatrixXd& known, DataKnowledge& k) const {
+void LongRuns::ForgetRanges(const Eigen::MatrixXd& known, DataEstimate& k) const {
   constexpr double kNoMore = 0.5;  // of the range's variance
   const int m = unknowns_.material();
   const Eigen::VectorXd of_range = unknowns_.RangesAlone().precision.diagonal().head(m).cwiseInverse();

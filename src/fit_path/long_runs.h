@@ -17,8 +17,8 @@ struct RunEstimate {
   Eigen::MatrixXd of_slopes;             ///< part of both; later runs' derivatives are means over earlier ones' too
   Eigen::MatrixXd of_model;              ///< by what photographs have in common of the model's own error; part of none
   double chi2 = 0;
-  Misfit misfit;
-  std::vector<Misfit> misfit_of;  ///< per photograph of the fit
+  ResidualChi2 misfit;
+  std::vector<ResidualChi2> misfit_of;  ///< per photograph of the fit
   std::vector<std::vector<glm::dvec3>> values;
   bool is_on_its_way;  ///< the step was cut short, and led somewhere
   bool tells_all;      ///< its derivatives do, of every direction
@@ -45,7 +45,7 @@ class LongRuns {
   bool WouldGainByWalks() const;
 
  private:
-  void ForgetRanges(const Eigen::MatrixXd& known, DataKnowledge& knowledge) const;
+  void ForgetRanges(const Eigen::MatrixXd& known, DataEstimate& knowledge) const;
 
   WalkUnknowns& unknowns_;
   FitState& at_;

@@ -139,7 +139,7 @@ void TakeOwnGradients(const FitProblem& problem, const CrownInput& input, size_t
                       FitState& at) {
   const std::vector<CalibrationError>& errors = problem.errors;
   const FitPixels& p = at.pixels[number];
-  CalibrationSlopes& of = at.calibration.slopes[number];
+  CalibrationDerivatives& of = at.calibration.derivatives[number];
   if (std::all_of(of.errors.begin(), of.errors.end(), [&](int e) { return errors[e].light.has_value(); })) return;
   const PhotographCast& cast = at.cast.photographs[p.photograph];
   const Photograph& photo = input.photographs[p.photograph];

@@ -25,9 +25,10 @@ KnownPicture MeanPicture(const FitPixels& p, double exposure, const std::vector<
 /// (Lucas and Kanade 1981): at each pixel the slope of a parabola through its neighbours, whose noise is not the
 /// pixel's own, by the share in which it is more than noise. It is the photograph's, and that of `walked`, each by how
 /// well it is known: noise alone looks like a picture that tells the pose, and of a pose that is told by noise too half
-/// an error stays at every step. What shader's slopes (at.calibration.slopes, of SlopesOf) have beside stays: gloss
-/// that stands still, lamps that move with the camera. Where the picture is steep shader may not be: the rims of clear
-/// enamel glow, and move it three times as much. `input`: its capture about where at.cast was cast.
+/// an error stays at every step. What shader's derivatives (at.calibration.derivatives, of CalibrationDerivativesOf)
+/// have beside stays: gloss that stands still, lamps that move with the camera. Where the picture is steep shader may
+/// not be: the rims of clear enamel glow, and move it three times as much. `input`: its capture about where at.cast was
+/// cast.
 void TakeOwnGradients(const FitProblem& problem, const CrownInput& input, size_t number, const KnownPicture& walked,
                       FitState& at);
 

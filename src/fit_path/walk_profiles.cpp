@@ -27,18 +27,18 @@ class WalkProfiler {
     const double variance = here_.covariance(entry, entry), scale = 2.0 / inflation,
                  reach = kProfileReach * std::min(stddev, std::sqrt(inflation * variance));
     const Eigen::VectorXd along = here_.covariance.col(entry) / variance;
-    std::vector<SlopeAt> slopes;
+    std::vector<SlopeAt> derivatives;
     double last = HUGE_VAL;
     for (int i = -points_a_side; i <= points_a_side; ++i) {
       const double off = std::clamp(reach * i / points_a_side, e.low - solution_[entry], e.high - solution_[entry]);
       if (off == last) continue;  // beyond the range
       last = off;
       const WalkedStep::Solution there = i == 0 ? here_ : SolveAt(Bounded(solution_ + off * along));
-      slopes.push_back({off,
-                        scale * (here_.step[entry] / variance - there.step[entry] / there.covariance(entry, entry)),
-                        scale / there.covariance(entry, entry)});
+      derivatives.push_back(
+          {off, scale * (here_.step[entry] / variance - there.step[entry] / there.covariance(entry, entry)),
+           scale / there.covariance(entry, entry)});
     }
-    LikelihoodProfile profile = ProfileOfSlopes(slopes);
+    LikelihoodProfile profile = ProfileOfSlopes(derivatives);
     profile.entry = entry;
     for (double& value : profile.at) value += solution_[entry];
     return profile;

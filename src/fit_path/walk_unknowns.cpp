@@ -5,7 +5,7 @@
 #include <optional>
 
 #include "base/linear_algebra.h"
-#include "fit/entry_knowledge.h"
+#include "fit/gaussian_information.h"
 #include "path/path_derivatives.h"
 
 namespace crownfit {
@@ -23,16 +23,17 @@ WalkUnknowns::WalkUnknowns(const FitProblem& problem, FitState& at) : problem_(p
   untold_ = HeldByWalks(problem.capture, problem.free.entries);
   for (int e = 0; e < exposures_; ++e)
     if (const double stddev = problem.capture.photographs[first_photograph_[e]].exposure_stddev; stddev > 0)
-      statements_.push_back({StatementKind::kExposure, exposure(e), stated_.exposure[e], stddev});
+      statements_.push_back({CalibrationKind::kExposure, exposure(e), stated_.exposure[e], stddev});
   for (size_t l = 0; l < lights_.size(); ++l)
     if (const Light& spec = problem.capture.lights[lights_[l]]; !spec.scale_is_free)
-      statements_.push_back({StatementKind::kIntensity, light(l), stated_.light[lights_[l]], spec.intensity_stddev});
+      statements_.push_back({CalibrationKind::kIntensity, light(l), stated_.light[lights_[l]], spec.intensity_stddev});
   for (int e = 0; e < errors_; ++e)
-    statements_.push_back({problem.errors[e].light ? StatementKind::kPlace : StatementKind::kPose, error(e), 0.0, 1.0});
+    statements_.push_back(
+        {problem.errors[e].light ? CalibrationKind::kPlace : CalibrationKind::kPose, error(e), 0.0, 1.0});
   at_.scales.calibration.assign(problem.errors.size(), 0.0);
 }
 
-int WalkUnknowns::EntryOf(const SlopeParameter& p) const {
+int WalkUnknowns::EntryOf(const DerivativeParameter& p) const {
   const size_t layer = p.layer < problem_.capture.layers.size() ? p.layer : kSurfaceOwner;
   const auto& entries = problem_.free.entries;
   const auto found = std::find_if(entries.begin(), entries.end(),
@@ -94,7 +95,7 @@ double WalkUnknowns::CalibrationCost() const {
 /// Along each direction in which statements move independently, in units of their errors as taken now: the square of
 /// how far they moved, over its mean `told` where errors are as taken; were those f times as large, f^2 told + 1 -
 /// told.
-WalkUnknowns::Contradiction WalkUnknowns::ContradictionOf(StatementKind kind, const Eigen::MatrixXd& covariance,
+WalkUnknowns::Contradiction WalkUnknowns::ContradictionOf(CalibrationKind kind, const Eigen::MatrixXd& covariance,
                                                           const Eigen::MatrixXd& of_walks) const {
   constexpr double kLeastTold = 0.1, kByChance = 1e-3;
   const Eigen::VectorXd here = Here();
@@ -131,22 +132,22 @@ WalkUnknowns::Contradiction WalkUnknowns::ContradictionOf(StatementKind kind, co
 bool WalkUnknowns::WidenStatedErrors(const Eigen::MatrixXd& covariance, const Eigen::MatrixXd& of_walks) {
   constexpr double kChange = 1.2;
   Contradiction worst{1.0};  // of the kinds that were taken as stated: one at a time, as what is wrong moves others
-  std::optional<StatementKind> next;
+  std::optional<CalibrationKind> next;
   bool changed = false;
-  for (const StatementKind kind : kStatementKinds) {
+  for (const CalibrationKind kind : kCalibrationKinds) {
     const Contradiction c = ContradictionOf(kind, covariance, of_walks);
-    double& widened = at_.widened[static_cast<size_t>(kind)];
-    if (widened == 1) {
+    double& inflation = at_.inflation[static_cast<size_t>(kind)];
+    if (inflation == 1) {
       if (c.chi2_over_unlikely > worst.chi2_over_unlikely) worst = c, next = kind;
       continue;
     }
-    const double shown = std::clamp(widened * c.shown, 1.0, kMostWidened);
-    if (shown < kChange * widened && widened < kChange * shown) continue;
-    widened = shown;
+    const double shown = std::clamp(inflation * c.shown, 1.0, kMostInflated);
+    if (shown < kChange * inflation && inflation < kChange * shown) continue;
+    inflation = shown;
     changed = true;
   }
   if (changed || !next) return changed;
-  at_.widened[static_cast<size_t>(*next)] = std::min(worst.shown, kMostWidened);
+  at_.inflation[static_cast<size_t>(*next)] = std::min(worst.shown, kMostInflated);
   return true;
 }
 
@@ -167,7 +168,7 @@ WalkedStep::Prior WalkUnknowns::Prior(double reach, From from) const {
     want(k, std::min(of_range, reach * (e.scale == Scale::kLog ? 1.0 : e.prior_stddev)), 0.0);
     if (from == From::kAll && problem_.options.use_priors) want(k, e.prior_stddev, e.prior_mean - at_.x[k]);
   }
-  if (const EntryKnowledge& others = problem_.others; from == From::kAll && !others.names.empty()) {
+  if (const GaussianInformation& others = problem_.others; from == From::kAll && !others.names.empty()) {
     prior.precision.topLeftCorner(material_, material_) += others.precision;
     prior.pull.head(material_) += others.weighted_mean - others.precision * at_.x;
   }
@@ -186,7 +187,7 @@ Eigen::VectorXd WalkUnknowns::Bounded(const WalkedStep& step, const WalkedStep::
   Eigen::VectorXd moved = Eigen::VectorXd::Zero(count());
   std::vector<int> held = untold_;
   for (const Statement& known : statements_)
-    if (noise == WalkedStep::Noise::kLeft && known.kind != StatementKind::kPose) held.push_back(known.unknown);
+    if (noise == WalkedStep::Noise::kLeft && known.kind != CalibrationKind::kPose) held.push_back(known.unknown);
   for (bool again = true; again;) {
     again = false;
     s = step.Solve(prior, held, noise);
@@ -245,20 +246,20 @@ WalkUnknowns::ShortStep WalkUnknowns::Shortened(const Eigen::VectorXd& whole, co
 }
 
 SlopeChain WalkUnknowns::Chain() const {
-  return
-      [this, material = MaterialAt(problem_.free, at_.x)](const SlopeParameter& p, int channel) -> Eigen::RowVectorXd {
-        if (!IsFree(p)) return {};
-        const size_t layer = p.layer < material.layers.size() ? p.layer : kSurfaceOwner;
-        const double value = (layer == kSurfaceOwner ? material.surface : material.layers[layer])[p.quantity][channel];
-        return ValueGradient(problem_.free, at_.x, layer, p.quantity, channel) /
-               (IsDifferentiatedByLogarithm(p.quantity) ? value : 1.0);
-      };
+  return [this, material = MaterialAt(problem_.free, at_.x)](const DerivativeParameter& p,
+                                                             int channel) -> Eigen::RowVectorXd {
+    if (!IsFree(p)) return {};
+    const size_t layer = p.layer < material.layers.size() ? p.layer : kSurfaceOwner;
+    const double value = (layer == kSurfaceOwner ? material.surface : material.layers[layer])[p.quantity][channel];
+    return ValueGradient(problem_.free, at_.x, layer, p.quantity, channel) /
+           (IsDifferentiatedByLogarithm(p.quantity) ? value : 1.0);
+  };
 }
 
 WalkUnknowns::Slopes::Slopes(const WalkUnknowns& unknowns, size_t number, const Capture& moved,
                              const Material& material)
     : u_(unknowns), p_(unknowns.at_.pixels[number]), exposure_(unknowns.ExposureOf(p_)) {
-  if (u_.errors_ > 0) calibration_ = &u_.at_.calibration.slopes[number];
+  if (u_.errors_ > 0) calibration_ = &u_.at_.calibration.derivatives[number];
   if (u_.errors_ == 0 && u_.lights_.empty()) return;
   const auto predict = [&](const std::vector<double>& scale) {
     shader_.push_back(PredictPixels(moved, u_.at_.cast, p_.photograph, material, scale, u_.problem_.options.threads));

@@ -15,9 +15,9 @@ class WalkUnknowns {
   int count() const { return error(errors_); }
   int material() const { return material_; }
   int nuisances() const { return count() - material_; }
-  bool IsFree(const SlopeParameter& p) const { return EntryOf(p) >= 0; }
+  bool IsFree(const DerivativeParameter& p) const { return EntryOf(p) >= 0; }
   /// The first free entry of a parameter; -1: none.
-  int EntryOf(const SlopeParameter& p) const;
+  int EntryOf(const DerivativeParameter& p) const;
   /// Entries that stay where they are: walks have no derivatives by them, and no reading tells them either.
   const std::vector<int>& Untold() const { return untold_; }
   /// A value in the scale of an entry, within its bounds.
@@ -47,8 +47,8 @@ class WalkUnknowns {
   /// What is known of the material before any photograph: within a factor e^3, or less by the range.
   WalkedStep::Prior RangesAlone() const;
   /// The step that stays within the bounds: what would cross one stops there, and the others are solved without it.
-  /// With noise left in, slopes by the entries are too flat; exposures and lamps that are known within an error stay
-  /// then: theirs have none, and they would take what is the entries'.
+  /// With noise left in, derivatives by the entries are too flat; exposures and lamps that are known within an error
+  /// stay then: theirs have none, and they would take what is the entries'.
   Eigen::VectorXd Bounded(const WalkedStep& step, const WalkedStep::Prior& prior, WalkedStep::Noise noise,
                           WalkedStep::Solution& solution) const;
   struct ShortStep {
@@ -77,7 +77,7 @@ class WalkUnknowns {
    private:
     const WalkUnknowns& u_;
     const FitPixels& p_;
-    const CalibrationSlopes* calibration_ = nullptr;
+    const CalibrationDerivatives* calibration_ = nullptr;
     double exposure_;
     /// Per pixel of the cast, by shader: with all lamps, and with each whose intensity is fitted alone at 1.
     std::vector<std::vector<glm::dvec3>> shader_;
@@ -86,7 +86,7 @@ class WalkUnknowns {
  private:
   /// What the capture says of a nuisance, and how well it says to know it.
   struct Statement {
-    StatementKind kind;
+    CalibrationKind kind;
     int unknown;
     double value, stddev;
   };
@@ -95,9 +95,9 @@ class WalkUnknowns {
     double chi2_over_unlikely = 0;  ///< above 1: further than by chance
     double shown = 1;               ///< how many times as large as they are taken their errors show
   };
-  Contradiction ContradictionOf(StatementKind kind, const Eigen::MatrixXd& covariance,
+  Contradiction ContradictionOf(CalibrationKind kind, const Eigen::MatrixXd& covariance,
                                 const Eigen::MatrixXd& of_walks) const;
-  double StddevOf(const Statement& s) const { return at_.widened[static_cast<size_t>(s.kind)] * s.stddev; }
+  double StddevOf(const Statement& s) const { return at_.inflation[static_cast<size_t>(s.kind)] * s.stddev; }
 
   int exposure(int e) const { return material_ + e; }
   int light(size_t l) const { return material_ + exposures_ + static_cast<int>(l); }

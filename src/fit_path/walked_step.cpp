@@ -19,19 +19,19 @@ Eigen::Matrix3d CovarianceOf(const std::array<double, 6>& v) {
 RowsOfSlopes::RowsOfSlopes(const std::vector<Run>& runs, const SlopeChain& chain, int unknowns)
     : unknowns_(unknowns), groups_(0) {
   Check(!runs.empty(), "slopes");
-  groups_ = runs[0].slopes->groups();
+  groups_ = runs[0].derivatives->groups();
   std::map<std::pair<size_t, Quantity>, double> sum;
   for (const Run& r : runs) {
-    Check(r.slopes->groups() == groups_, "runs of as many groups");
-    for (const SlopeParameter& p : r.slopes->parameters())
+    Check(r.derivatives->groups() == groups_, "runs of as many groups");
+    for (const DerivativeParameter& p : r.derivatives->parameters())
       if (r.tells(p)) sum[{p.layer, p.quantity}] += r.weight;
   }
   for (const Run& r : runs)
-    for (size_t j = 0; j < r.slopes->parameters().size(); ++j) {
-      const SlopeParameter& p = r.slopes->parameters()[j];
+    for (size_t j = 0; j < r.derivatives->parameters().size(); ++j) {
+      const DerivativeParameter& p = r.derivatives->parameters()[j];
       for (int c = 0; c < kChannels && r.tells(p); ++c)
         if (const Eigen::RowVectorXd row = chain(p, c); row.size() > 0 && !row.isZero())
-          entries_.push_back({r.slopes, j, c, r.weight / sum[{p.layer, p.quantity}] * row});
+          entries_.push_back({r.derivatives, j, c, r.weight / sum[{p.layer, p.quantity}] * row});
     }
 }
 
@@ -42,9 +42,9 @@ WalkedRows RowsOfSlopes::Zero(int exact) const {
 
 void RowsOfSlopes::AddTo(WalkedRows& rows, size_t pixel, double weight) const {
   for (const Entry& e : entries_) {
-    const double brightness = weight * e.slopes->brightness(e.channel, pixel);
-    rows.all.row(e.channel) += brightness * e.slopes->At(e.parameter, e.channel, pixel) * e.chain;
-    const std::vector<double> some = e.slopes->Without(e.parameter, e.channel, pixel);
+    const double brightness = weight * e.derivatives->brightness(e.channel, pixel);
+    rows.all.row(e.channel) += brightness * e.derivatives->At(e.parameter, e.channel, pixel) * e.chain;
+    const std::vector<double> some = e.derivatives->Without(e.parameter, e.channel, pixel);
     for (size_t g = 0; g < some.size(); ++g) rows.without[g].row(e.channel) += brightness * some[g] * e.chain;
   }
 }
@@ -173,7 +173,7 @@ WalkedStep::Solution WalkedStep::Solve(const Prior& prior, const std::vector<int
     asked.push_back(k);
     (normal(k, k) > 0 ? told : loose).push_back(k);
   }
-  // Along some direction slopes may tell no better than noise would. The unknown that it is mostly made of is then
+  // Along some direction derivatives may tell no better than noise would. The unknown that it is mostly made of is then
   // known from the prior alone, and the others as they follow it.
   Eigen::MatrixXd inverse_told;
   while (true) {

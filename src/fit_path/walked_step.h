@@ -6,7 +6,7 @@
 #include <functional>
 #include <vector>
 
-#include "path/picture_slopes.h"
+#include "path/pooled_derivatives.h"
 
 namespace crownfit {
 
@@ -21,18 +21,18 @@ struct WalkedRows {
   Rows exact;                 ///< by the other unknowns
 };
 
-/// How unknowns move what slopes are by: d(parameter) / d(unknowns) of one channel, with the parameter as
-/// SlopeParameter differentiates by it. Empty: not at all.
-using SlopeChain = std::function<Eigen::RowVectorXd(const SlopeParameter&, int channel)>;
+/// How unknowns move what derivatives are by: d(parameter) / d(unknowns) of one channel, with the parameter as
+/// DerivativeParameter differentiates by it. Empty: not at all.
+using SlopeChain = std::function<Eigen::RowVectorXd(const DerivativeParameter&, int channel)>;
 
-/// Turns a photograph's slopes into rows: for every parameter the mean of the runs that tell it, which may stand at
-/// somewhat different places.
+/// Turns a photograph's derivatives into rows: for every parameter the mean of the runs that tell it, which may stand
+/// at somewhat different places.
 class RowsOfSlopes {
  public:
   struct Run {
-    const PooledSlopes* slopes;
+    const PooledDerivatives* derivatives;
     double weight;
-    std::function<bool(const SlopeParameter&)> tells = [](const SlopeParameter&) { return true; };
+    std::function<bool(const DerivativeParameter&)> tells = [](const DerivativeParameter&) { return true; };
   };
   /// Runs of as many groups; they must outlive it.
   RowsOfSlopes(const std::vector<Run>& runs, const SlopeChain& chain, int unknowns);
@@ -42,7 +42,7 @@ class RowsOfSlopes {
 
  private:
   struct Entry {
-    const PooledSlopes* slopes;
+    const PooledDerivatives* derivatives;
     size_t parameter;
     int channel;
     Eigen::RowVectorXd chain;  ///< times the run's share
@@ -79,17 +79,17 @@ class WalkedStep {
   };
   struct Solution {
     Eigen::VectorXd step;
-    Eigen::MatrixXd covariance;        ///< of the step: pixels, and slopes
-    Eigen::MatrixXd walk_covariance;   ///< the prediction's walks' and the slopes' share
-    Eigen::MatrixXd slope_covariance;  ///< the slopes' share
+    Eigen::MatrixXd covariance;        ///< of the step: pixels, and derivatives
+    Eigen::MatrixXd walk_covariance;   ///< the prediction's walks' and the derivatives' share
+    Eigen::MatrixXd slope_covariance;  ///< the derivatives' share
     double gain = 0, noise_gain = 0;   ///< what the step takes off the photographs' chi2; what its noise alone would
-    bool seen = true;  ///< false: slopes tell some unknowns no better than noise would; those get the prior alone
+    bool seen = true;  ///< false: derivatives tell some unknowns no better than noise would; those get the prior alone
   };
   enum class Noise { kTakenOff, kLeft };
-  /// The least-squares step in which the slopes' own noise, that would pull it towards zero, is taken off the normal
-  /// matrix (Fuller 1987, Measurement Error Models, 2.2); the noise is found by leaving groups of paths out, to first
-  /// order. `held`: unknowns that stay where they are. With the noise left in, steps are too short, and the safer the
-  /// noisier.
+  /// The least-squares step in which the derivatives' own noise, that would pull it towards zero, is taken off the
+  /// normal matrix (Fuller 1987, Measurement Error Models, 2.2); the noise is found by leaving groups of paths out, to
+  /// first order. `held`: unknowns that stay where they are. With the noise left in, steps are too short, and the safer
+  /// the noisier.
   Solution Solve(const Prior& prior, const std::vector<int>& held = {}, Noise noise = Noise::kTakenOff) const;
 
  private:

@@ -14,9 +14,9 @@
 #include "optics/shading_terms.h"
 #include "path/boundary.h"
 #include "path/light_field.h"
-#include "path/path_slopes.h"
+#include "path/path_context.h"
 #include "path/random_walk.h"
-#include "path/studio.h"
+#include "path/score_derivatives.h"
 #include "scene/light_samples.h"
 
 namespace crownfit {
@@ -26,15 +26,15 @@ namespace crownfit {
 /// lamps, combined by the balance heuristic (Veach and Guibas 1995).
 class CameraPath {
  public:
-  CameraPath(const Studio& studio, WalkCounters& counters)
-      : studio_(studio),
+  CameraPath(const PathContext& context, WalkCounters& counters)
+      : context_(context),
         counters_(counters),
-        slopes_(studio.media, studio.cut_slopes, studio.polarisers.size()),
-        value_(studio.polarisers.size()) {}
+        derivatives_(context.media, context.cut_derivatives, context.polarisers.size()),
+        value_(context.polarisers.size()) {}
 
   /// Starts anew; false when the path ended outside, true when it is on a flight inside.
   bool Begin(const glm::dvec3& position, const glm::dvec3& direction, int hero, const RandomStream& random) {
-    state.Begin(studio_.media.size());
+    state.Begin(context_.media.size());
     state.position = position;
     state.direction = direction;
     random_ = random;
@@ -42,7 +42,7 @@ class CameraPath {
     value_.assign(value_.size(), glm::dvec3(0.0));
     at_ = {};
     at_.serves = static_cast<PhotographSet>((uint64_t{1} << value_.size()) - 1);
-    if (studio_.wants_slopes) slopes_.Begin();
+    if (context_.wants_derivatives) derivatives_.Begin();
     return GoOnOutside() || Resume();
   }
 
@@ -63,14 +63,14 @@ class CameraPath {
   bool Meet(const Boundary& b) {
     const int behind = b.behind(state.medium);
     if (IsOpaqueCut(b)) {
-      ScatterBackInside(b.normal, studio_.cut_reflectance);
+      ScatterBackInside(b.normal, context_.cut_reflectance);
       ++at_.cut_returns;
     } else if (b.outside != kOutside) {
       state.direction = ScatterAtSmoothBoundary(state.direction, b.normal,
-                                                studio_.media[behind].ior / studio_.media[state.medium].ior, random_);
+                                                context_.media[behind].ior / context_.media[state.medium].ior, random_);
       state.medium = b.towards(state.direction);
-    } else if (studio_.contact && studio_.contact->Holds(b.position)) {
-      ScatterBackInside(b.normal, studio_.contact->reflectance);
+    } else if (context_.contact && context_.contact->Holds(b.position)) {
+      ScatterBackInside(b.normal, context_.contact->reflectance);
     } else {
       CrossOuter(b);
     }
@@ -79,29 +79,30 @@ class CameraPath {
 
   /// Inside, after the last collision: the rest is left to diffuse light, which has lost its polarisation.
   void HandOver() {
-    const LightFields& fields = *studio_.hand_over.fields;
+    const LightFields& fields = *context_.hand_over.fields;
     const auto here = fields.At(state.position);
     if (!here) return;
-    const glm::dvec3 weight = at_.carried * studio_.media.Weight(state);
+    const glm::dvec3 weight = at_.carried * context_.media.Weight(state);
     ForEach(at_.serves, [&](size_t p) {
       const glm::dvec3 seen = weight * fields.Radiance(p, *here);
       value_[p] += seen;
-      if (!studio_.wants_slopes) return;
-      slopes_.Add(p, state, at_.cut_returns, seen);
-      for (size_t l = 0; l + 1 < studio_.media.size(); ++l)
-        slopes_.AddOfField(p, l, weight * fields.ByScattering(p, l, *here), weight * fields.ByAbsorption(p, l, *here));
+      if (!context_.wants_derivatives) return;
+      derivatives_.Add(p, state, at_.cut_returns, seen);
+      for (size_t l = 0; l + 1 < context_.media.size(); ++l)
+        derivatives_.AddOfField(p, l, weight * fields.ByScattering(p, l, *here),
+                                weight * fields.ByAbsorption(p, l, *here));
     });
   }
 
   /// pi x radiance found so far, per channel.
   glm::dvec3 value(size_t photograph) const { return std::numbers::pi * value_[photograph]; }
   /// Their derivatives, without the pi.
-  const PathSlopes& slopes() const { return slopes_; }
+  const PathDerivatives& derivatives() const { return derivatives_; }
   /// To be called where flights inside begin and end: what lies between is one stretch of the derivatives' controls.
-  void OpenStretch() { slopes_.OpenStretch(state, at_.carried * studio_.media.Left(state)); }
+  void OpenStretch() { derivatives_.OpenStretch(state, at_.carried * context_.media.Left(state)); }
   void CloseStretch() {
-    const auto controls = slopes_.CloseStretch(state);
-    if (controls) ForEach(at_.serves, [&](size_t p) { slopes_.AddControls(p, state.medium, *controls); });
+    const auto controls = derivatives_.CloseStretch(state);
+    if (controls) ForEach(at_.serves, [&](size_t p) { derivatives_.AddControls(p, state.medium, *controls); });
   }
   int hero() const { return hero_; }
 
@@ -129,7 +130,7 @@ class CameraPath {
   bool GoOnOutside() {
     for (;; at_.sees_lamps = true) {
       const auto boundary = NextOutside(state.direction, kFar, at_.serves);
-      if (boundary && boundary->opaque >= 0) BranchOff(at_.serves & ~studio_.opaque[boundary->opaque].photographs);
+      if (boundary && boundary->opaque >= 0) BranchOff(at_.serves & ~context_.opaque[boundary->opaque].photographs);
       if (at_.sees_lamps) AddLampsMet(boundary ? boundary->distance_mm : kFar);
       if (!boundary) return false;
       state.position = boundary->position;
@@ -150,8 +151,8 @@ class CameraPath {
 
   /// What is met by light of at least one photograph of `set`.
   std::optional<Boundary> NextOutside(const glm::dvec3& direction, double max_mm, PhotographSet set) const {
-    return studio_.scene.Next(state.position, direction, kOutside, max_mm, at_.left ? &*at_.left : nullptr,
-                              [&](int opaque) { return (studio_.opaque[opaque].photographs & set) != 0; });
+    return context_.scene.Next(state.position, direction, kOutside, max_mm, at_.left ? &*at_.left : nullptr,
+                               [&](int opaque) { return (context_.opaque[opaque].photographs & set) != 0; });
   }
 
   /// Others go on from here by themselves, later. They may share random numbers with this branch, but no photograph.
@@ -163,11 +164,11 @@ class CameraPath {
   }
 
   void Add(PhotographSet set, const glm::dvec3& radiance) {
-    const glm::dvec3 found = at_.carried * studio_.media.Weight(state) * radiance;
+    const glm::dvec3 found = at_.carried * context_.media.Weight(state) * radiance;
     ForEach(set, [&](size_t p) {
-      const glm::dvec3 seen = FactorOf(studio_.polarisers[p]) * found;
+      const glm::dvec3 seen = FactorOf(context_.polarisers[p]) * found;
       value_[p] += seen;
-      if (studio_.wants_slopes) slopes_.Add(p, state, at_.cut_returns, seen);
+      if (context_.wants_derivatives) derivatives_.Add(p, state, at_.cut_returns, seen);
     });
   }
 
@@ -178,7 +179,7 @@ class CameraPath {
   }
 
   void AddLampsMet(double reach_mm) {
-    for (const Lamp& lamp : studio_.lamps) {
+    for (const Lamp& lamp : context_.lamps) {
       const PhotographSet lit = at_.serves & lamp.photographs;
       if (lit == 0) continue;
       const auto met = LightAlong(lamp.shape, state.position, state.direction);
@@ -197,7 +198,7 @@ class CameraPath {
   /// A point on every sampled lamp that stands above the plane of `normal`.
   LampTargets ChooseTargets(const glm::dvec3& normal) {
     LampTargets t;
-    for (const Lamp& lamp : studio_.lamps) {
+    for (const Lamp& lamp : context_.lamps) {
       if (!lamp.is_sampled || t.count == kMaxLamps || (lamp.photographs & at_.serves) == 0) continue;
       const glm::dvec2 uniform(random_.Next(), random_.Next());
       const auto point = SampleLightPoint(lamp.shape, state.position, uniform);
@@ -215,14 +216,14 @@ class CameraPath {
     while (lit != 0) {
       const auto before = NextOutside(p.direction, p.distance_mm, lit);
       if (!before) break;
-      lit &= before->opaque >= 0 ? ~studio_.opaque[before->opaque].photographs : 0;
+      lit &= before->opaque >= 0 ? ~context_.opaque[before->opaque].photographs : 0;
     }
     if (lit != 0) Add(lit, estimate / (p.density + approximate) * t.lamp[k]->scale * p.radiance);
   }
 
   void CrossOuter(const Boundary& b) {
     LampTargets targets;
-    const OuterBoundary& outer = studio_.outer[b.inside];
+    const OuterBoundary& outer = context_.outer[b.inside];
     if (!outer.is_smooth()) targets = ChooseTargets(b.normal);
     std::array<TargetDensity, kMaxLamps> densities;
     const Scattered s = outer.Scatter(state.direction, b.normal, random_, {targets.direction.data(), targets.count},
@@ -232,22 +233,22 @@ class CameraPath {
     state.direction = s.direction;
     state.medium = b.towards(s.direction);
     at_.density = s.density;
-    if (studio_.has_diffuse_exits && outer.is_smooth() && was_inside && state.medium == kOutside) ExitDiffusely(b);
+    if (context_.has_diffuse_exits && outer.is_smooth() && was_inside && state.medium == kOutside) ExitDiffusely(b);
   }
 
   /// Adds what lamps would give if light inside were diffuse; the way on finds them no more.
   void ExitDiffusely(const Boundary& b) {
-    const double relative_ior = studio_.outer[b.inside].inside_ior / studio_.outer[b.inside].outside_ior;
+    const double relative_ior = context_.outer[b.inside].inside_ior / context_.outer[b.inside].outside_ior;
     const LampTargets targets = ChooseTargets(b.normal);
     for (size_t k = 0; k < targets.count; ++k) {
       const double cosine = glm::dot(targets.direction[k], b.normal);
       const double passed = 1.0 - Terms<double>::FresnelReflectance(cosine, relative_ior);
-      AddTarget(targets, k, studio_.exit_scale[b.inside] * passed * cosine, 0.0);
+      AddTarget(targets, k, context_.exit_scale[b.inside] * passed * cosine, 0.0);
     }
     at_.density = 0.0;
   }
 
-  bool IsOpaqueCut(const Boundary& b) const { return b.is_cut && studio_.cut_is_opaque; }
+  bool IsOpaqueCut(const Boundary& b) const { return b.is_cut && context_.cut_is_opaque; }
 
   /// From inside, back inside, off a Lambertian surface. The roulette sees how little a dark one returns.
   void ScatterBackInside(const glm::dvec3& normal, const glm::dvec3& rho) {
@@ -264,7 +265,7 @@ class CameraPath {
     at_.left = boundary;
     at_.only_reflected = false;
     at_.is_depolarised = true;
-    at_.carried *= studio_.opaque[boundary.opaque].reflectance;
+    at_.carried *= context_.opaque[boundary.opaque].reflectance;
     const double largest = std::max({at_.carried.x, at_.carried.y, at_.carried.z});
     if (!(largest > 0)) return false;
     const glm::dvec3 normal = glm::dot(boundary.normal, state.direction) < 0 ? boundary.normal : -boundary.normal;
@@ -284,9 +285,9 @@ class CameraPath {
     return true;
   }
 
-  const Studio& studio_;
+  const PathContext& context_;
   WalkCounters& counters_;
-  PathSlopes slopes_;
+  PathDerivatives derivatives_;
   RandomStream random_{0};
   int hero_ = 0;
   std::vector<glm::dvec3> value_;  ///< per photograph

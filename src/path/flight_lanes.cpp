@@ -8,8 +8,8 @@
 namespace crownfit {
 
 CROWNFIT_FOR_EVERY_VECTOR
-void FlightLanes::Fly(const FacetGrid& facets, int count) {
-  const FacetGrid::Distances grid = facets.distances();
+void FlightLanes::Fly(const TriangleGrid& facets, int count) {
+  const TriangleGrid::Distances grid = facets.distances();
   alignas(64) Lanes<double> nx, ny, nz, here_off, there_off, mx, my, mz, is_free;
   alignas(64) Lanes<int> here, there;
 #pragma GCC ivdep
@@ -24,7 +24,7 @@ void FlightLanes::Fly(const FacetGrid& facets, int count) {
   }
 #pragma GCC ivdep
   for (int i = 0; i < count; ++i) {
-    const FacetGrid::Distances::Place from = grid.Find(x[i], y[i], z[i]), to = grid.Find(nx[i], ny[i], nz[i]);
+    const TriangleGrid::Distances::Place from = grid.Find(x[i], y[i], z[i]), to = grid.Find(nx[i], ny[i], nz[i]);
     here[i] = from.cube;
     there[i] = to.cube;
     here_off[i] = from.off_mm;

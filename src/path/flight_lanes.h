@@ -30,7 +30,7 @@ struct FlightLanes {
   alignas(64) Lanes<double> collides;        ///< 1: the flight ended in a collision. Fly: 0 where facets must be asked
 
   /// Draws a flight for lanes [0, count), and flies it where the distances prove that nothing is met.
-  void Fly(const FacetGrid& grid, int count);
+  void Fly(const TriangleGrid& grid, int count);
   /// Scatters the lanes that collide.
   void Scatter(int count);
   /// Adds the last collisions' derivatives of ln(phase function) by g.

@@ -44,7 +44,8 @@ struct Deposits {
   };
   Nodes value;
   std::vector<Nodes> by;  ///< by scattering and by absorption, layer by layer; none
-  Deposits(size_t layers, size_t nodes, bool slopes) : value(nodes), by(slopes ? 2 * layers : 0, Nodes(nodes)) {}
+  Deposits(size_t layers, size_t nodes, bool derivatives)
+      : value(nodes), by(derivatives ? 2 * layers : 0, Nodes(nodes)) {}
   void Add(const Deposits& other) {
     value.Add(other.value);
     for (size_t k = 0; k < by.size(); ++k) by[k].Add(other.by[k]);

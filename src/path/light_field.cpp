@@ -12,14 +12,14 @@
 namespace crownfit {
 namespace {
 
-DiffusingMedia MediaOfChannel(const Studio& studio, const VolumeLattice& lattice,
+DiffusingMedia MediaOfChannel(const PathContext& context, const VolumeLattice& lattice,
                               const std::vector<PassedMoments>& passed, int channel) {
   constexpr double kFarthest = 1e3;  // mm: transport mean free path of what hardly takes light
   DiffusingMedia m;
   m.channel = channel;
-  const double outside = studio.media[kOutside].ior;
-  for (size_t i = 1; i < studio.media.size(); ++i) {
-    const Medium& medium = studio.media[static_cast<int>(i)];
+  const double outside = context.media[kOutside].ior;
+  for (size_t i = 1; i < context.media.size(); ++i) {
+    const Medium& medium = context.media[static_cast<int>(i)];
     const double n2 = medium.ior * medium.ior / (outside * outside);
     m.scattering.push_back(medium.scattering[channel] * (1.0 - (1.0 - medium.isotropic_fraction) * medium.g));
     m.absorption.push_back(medium.absorption[channel]);
@@ -30,14 +30,14 @@ DiffusingMedia MediaOfChannel(const Studio& studio, const VolumeLattice& lattice
   }
   // n^2 (1 - rho) / (2 (1 + rho)) of a Lambertian return rho.
   const auto of_return = [](double n2, double rho) { return 0.5 * n2 * (1.0 - rho) / (1.0 + rho); };
-  const bool cut_follows = studio.cut_is_opaque && studio.cut_reflectance != glm::dvec3(0.0);
+  const bool cut_follows = context.cut_is_opaque && context.cut_reflectance != glm::dvec3(0.0);
   for (const BoundaryPiece& piece : lattice.pieces()) {
     const double n2 = m.index2[piece.layer];
-    const bool is_cut = piece.is_cut && studio.cut_is_opaque;
-    const double rho = studio.cut_reflectance[channel];
+    const bool is_cut = piece.is_cut && context.cut_is_opaque;
+    const double rho = context.cut_reflectance[channel];
     m.leak.push_back(is_cut ? of_return(n2, rho)
-                     : studio.contact && studio.contact->Holds(piece.position)
-                         ? of_return(n2, studio.contact->reflectance[channel])
+                     : context.contact && context.contact->Holds(piece.position)
+                         ? of_return(n2, context.contact->reflectance[channel])
                          : passed[piece.layer].Leak(n2));
     if (cut_follows) m.leak_by_cut.push_back(is_cut ? -n2 * rho / ((1.0 + rho) * (1.0 + rho)) : 0.0);
   }
@@ -51,7 +51,7 @@ struct TracedLight {
 };
 
 /// Of one photograph.
-TracedLight Trace(const Studio& studio, const VolumeLattice& lattice, const std::vector<DiffusingMedia>& media,
+TracedLight Trace(const PathContext& context, const VolumeLattice& lattice, const std::vector<DiffusingMedia>& media,
                   size_t photograph, const Lighting& lit, uint64_t seed, int threads) {
   // Every part has lattices of its own. How many does not depend on the number of threads, so sums do not either.
   constexpr size_t kFewest = 4, kMost = 8, kNodes = 1600000;
@@ -61,11 +61,11 @@ TracedLight Trace(const Studio& studio, const VolumeLattice& lattice, const std:
     std::vector<Deposits>& of_lamps = parts[part].of_lamps;
     std::vector<RayFollower> followers;
     for (const DiffusingMedia& m : media) {
-      of_lamps.emplace_back(m.scattering.size(), nodes, studio.wants_slopes);
-      followers.emplace_back(m, studio.media, lattice);
+      of_lamps.emplace_back(m.scattering.size(), nodes, context.wants_derivatives);
+      followers.emplace_back(m, context.media, lattice);
     }
     parts[part].back =
-        TraceLight(studio, lattice, photograph, lit, seed, part, parts.size(), [&](const LightRays& rays) {
+        TraceLight(context, lattice, photograph, lit, seed, part, parts.size(), [&](const LightRays& rays) {
           for (size_t c = 0; c < media.size(); ++c) Deposit(media[c], followers[c], lattice, rays, {}, of_lamps[c]);
         });
   });
@@ -81,16 +81,16 @@ TracedLight Trace(const Studio& studio, const VolumeLattice& lattice, const std:
 class FieldOfChannel {
  public:
   /// `deposits`: of the lamps' rays.
-  FieldOfChannel(const Studio& studio, const VolumeLattice& lattice, const DiffusingMedia& media,
+  FieldOfChannel(const PathContext& context, const VolumeLattice& lattice, const DiffusingMedia& media,
                  const LatticeSolver& solver, Deposits deposits, const LightRays& back)
-      : studio_(studio),
+      : context_(context),
         lattice_(lattice),
         media_(media),
         solver_(solver),
-        follower_(media, studio.media, lattice),
+        follower_(media, context.media, lattice),
         returns_(media, follower_, lattice, back) {
     const size_t layers = media.scattering.size();
-    std::vector<std::vector<double>> psi(1), slopes(deposits.by.size());
+    std::vector<std::vector<double>> psi(1), derivatives(deposits.by.size());
     Solve({deposits.value.source}, psi);
     psi_ = std::move(psi[0]);
     if (!returns_.is_empty()) Deposit(media, follower_, lattice, back, Leaving(psi_), deposits);
@@ -103,19 +103,19 @@ class FieldOfChannel {
       std::vector<double>& b = sources.emplace_back(std::move(deposits.by[k].source));
       lattice.AddConduction(l, media.conduction[l] * coefficient / std::max(media.extinction(l), 1e-3), psi_, b);
       if (!by_scattering) lattice.AddSink(l, media.channel, -media.sink[l], psi_, b);
-      if (l + 1 == static_cast<int>(layers)) AddCutSlope(by_scattering, b);
+      if (l + 1 == static_cast<int>(layers)) AddCutDerivative(by_scattering, b);
     }
-    Solve(sources, slopes);
-    for (size_t k = 0; k < slopes.size(); ++k) {
+    Solve(sources, derivatives);
+    for (size_t k = 0; k < derivatives.size(); ++k) {
       std::vector<double>& fluence = deposits.by[k].fluence;
-      if (!returns_.is_empty()) returns_.AddFluences(Leaving(slopes[k]), fluence);
-      AddUnscattered(fluence, slopes[k], slopes_.emplace_back());
+      if (!returns_.is_empty()) returns_.AddFluences(Leaving(derivatives[k]), fluence);
+      AddUnscattered(fluence, derivatives[k], derivatives_.emplace_back());
     }
   }
 
   /// psi / (4 pi) of all light; and its derivatives: by scattering and by absorption, layer by layer.
   const std::vector<double>& values() const { return values_; }
-  const std::vector<std::vector<double>>& slopes() const { return slopes_; }
+  const std::vector<std::vector<double>>& derivatives() const { return derivatives_; }
 
  private:
   /// Power that leaves each boundary piece as diffuse light.
@@ -168,10 +168,10 @@ class FieldOfChannel {
     }
   }
 
-  void AddCutSlope(bool by_scattering, std::vector<double>& b) const {
+  void AddCutDerivative(bool by_scattering, std::vector<double>& b) const {
     if (media_.leak_by_cut.empty()) return;
     const double slope =
-        (by_scattering ? studio_.cut_slopes.scattering : studio_.cut_slopes.absorption)[media_.channel];
+        (by_scattering ? context_.cut_derivatives.scattering : context_.cut_derivatives.absorption)[media_.channel];
     for (size_t p = 0; p < lattice_.pieces().size(); ++p) {
       if (media_.leak_by_cut[p] == 0) continue;
       const BoundaryPiece& piece = lattice_.pieces()[p];
@@ -182,32 +182,32 @@ class FieldOfChannel {
     }
   }
 
-  const Studio& studio_;
+  const PathContext& context_;
   const VolumeLattice& lattice_;
   const DiffusingMedia& media_;
   const LatticeSolver& solver_;
   RayFollower follower_;
   Returns returns_;
   std::vector<double> psi_, values_;
-  std::vector<std::vector<double>> slopes_;
+  std::vector<std::vector<double>> derivatives_;
 };
 
 }  // namespace
 
-LightFields::LightFields(const Studio& studio, const VolumeLattice& lattice, const Lighting& lit, uint64_t seed,
+LightFields::LightFields(const PathContext& context, const VolumeLattice& lattice, const Lighting& lit, uint64_t seed,
                          int threads)
     : lattice_(&lattice) {
-  const size_t photographs = studio.polarisers.size(), layers = studio.media.size() - 1;
-  kinds_ = 1 + (studio.wants_slopes ? 2 * layers : 0);
+  const size_t photographs = context.polarisers.size(), layers = context.media.size() - 1;
+  kinds_ = 1 + (context.wants_derivatives ? 2 * layers : 0);
   fields_.assign(photographs * kinds_, std::vector<glm::vec3>(lattice.nodes().count()));
   std::vector<PassedMoments> passed;
   for (size_t l = 0; l < layers; ++l) {
     const bool is_open = std::any_of(lattice.pieces().begin(), lattice.pieces().end(),
                                      [&](const BoundaryPiece& p) { return p.layer == static_cast<int>(l); });
-    passed.push_back(is_open ? PassedBy(studio.outer[l + 1]) : PassedMoments{});
+    passed.push_back(is_open ? PassedBy(context.outer[l + 1]) : PassedMoments{});
   }
   std::vector<DiffusingMedia> media;
-  for (int c = 0; c < kChannels; ++c) media.push_back(MediaOfChannel(studio, lattice, passed, c));
+  for (int c = 0; c < kChannels; ++c) media.push_back(MediaOfChannel(context, lattice, passed, c));
   std::vector<std::optional<LatticeSolver>> solvers(kChannels);
   ParallelFor(kChannels, threads, [&](size_t c) {
     const DiffusingMedia& m = media[c];
@@ -217,13 +217,13 @@ LightFields::LightFields(const Studio& studio, const VolumeLattice& lattice, con
   for (size_t first = 0; first < photographs; first += kTogether) {
     std::vector<TracedLight> traced;
     for (size_t p = first; p < std::min(first + kTogether, photographs); ++p)
-      traced.push_back(Trace(studio, lattice, media, p, lit, seed, threads));
+      traced.push_back(Trace(context, lattice, media, p, lit, seed, threads));
     ParallelFor(traced.size() * kChannels, threads, [&](size_t i) {
       const size_t c = i % kChannels;
       TracedLight& light = traced[i / kChannels];
-      const FieldOfChannel found(studio, lattice, media[c], *solvers[c], std::move(light.of_lamps[c]), light.back);
+      const FieldOfChannel found(context, lattice, media[c], *solvers[c], std::move(light.of_lamps[c]), light.back);
       for (size_t k = 0; k < kinds_; ++k) {
-        const std::vector<double>& from = k == 0 ? found.values() : found.slopes()[k - 1];
+        const std::vector<double>& from = k == 0 ? found.values() : found.derivatives()[k - 1];
         for (size_t n = 0; n < from.size(); ++n)
           fields_[(first + i / kChannels) * kinds_ + k][n][static_cast<int>(c)] = static_cast<float>(from[n]);
       }

@@ -20,16 +20,17 @@
 
 #include "diffusion/volume_lattice.h"
 #include "path/light_rays.h"
-#include "path/path_slopes.h"
-#include "path/studio.h"
+#include "path/path_context.h"
+#include "path/score_derivatives.h"
 
 namespace crownfit {
 
 class LightFields {
  public:
-  /// Of all the studio's photographs; with derivatives by every layer's ln scattering and ln absorption where the
-  /// studio wants them. `lattice` must outlive it. `lit` and `seed`: which rays light is followed by.
-  LightFields(const Studio& studio, const VolumeLattice& lattice, const Lighting& lit, uint64_t seed, int threads);
+  /// Of all the context's photographs; with derivatives by every layer's ln scattering and ln absorption where the
+  /// context wants them. `lattice` must outlive it. `lit` and `seed`: which rays light is followed by.
+  LightFields(const PathContext& context, const VolumeLattice& lattice, const Lighting& lit, uint64_t seed,
+              int threads);
 
   std::optional<LatticeStencil> At(const glm::dvec3& p) const {
     const auto place = lattice_->PlaceOf(p);

@@ -15,16 +15,16 @@ double Largest(const glm::dvec3& v) { return std::max({v.x, v.y, v.z}); }
 
 class LightTracer {
  public:
-  LightTracer(const Studio& studio, const VolumeLattice& lattice, size_t photograph, const Lighting& lighting,
+  LightTracer(const PathContext& context, const VolumeLattice& lattice, size_t photograph, const Lighting& lighting,
               double area_mm2)
-      : studio_(studio),
+      : context_(context),
         lattice_(lattice),
         self_(PhotographSet{1} << photograph),
         lighting_(lighting),
         area_mm2_(area_mm2) {
-    for (const Lamp& lamp : studio.lamps)
+    for (const Lamp& lamp : context.lamps)
       if (lamp.photographs & self_) (lamp.is_sampled ? sampled_ : around_).push_back(&lamp);
-    has_things_ = std::any_of(studio.opaque.begin(), studio.opaque.end(),
+    has_things_ = std::any_of(context.opaque.begin(), context.opaque.end(),
                               [&](const OpaqueThing& t) { return (t.photographs & self_) != 0; });
   }
 
@@ -55,8 +55,8 @@ class LightTracer {
  private:
   std::optional<Boundary> Outside(const glm::dvec3& from, const glm::dvec3& direction, double max_mm,
                                   const Boundary* left) const {
-    return studio_.scene.Next(from, direction, kOutside, max_mm, left,
-                              [&](int opaque) { return (studio_.opaque[opaque].photographs & self_) != 0; });
+    return context_.scene.Next(from, direction, kOutside, max_mm, left,
+                               [&](int opaque) { return (context_.opaque[opaque].photographs & self_) != 0; });
   }
 
   void FromLamp(const Lamp& lamp, const BoundaryPiece& piece) {
@@ -89,7 +89,7 @@ class LightTracer {
             light && !(met && met->distance_mm < light->distance_mm))
           radiance += carried * lamp->scale * light->radiance;
       if (!met || met->opaque < 0 || bounce == kMostBounces) break;
-      carried *= studio_.opaque[met->opaque].reflectance;
+      carried *= context_.opaque[met->opaque].reflectance;
       if (!(Largest(carried) > 0)) break;
       const glm::dvec3 normal = glm::dot(met->normal, way) < 0 ? met->normal : -met->normal;
       from = met->position;
@@ -103,13 +103,13 @@ class LightTracer {
 
   void Enter(const BoundaryPiece& piece, const glm::dvec3& direction, const glm::dvec3& power) {
     const int inside = piece.layer + 1;
-    const Scattered s = studio_.outer[inside].Scatter(direction, piece.normal, random_, {}, {});
+    const Scattered s = context_.outer[inside].Scatter(direction, piece.normal, random_, {}, {});
     Follow(piece.position, s.direction, glm::dot(s.direction, piece.normal) < 0 ? inside : kOutside, power, -1);
   }
 
   /// No light enters or leaves here.
   bool IsClosed(const BoundaryPiece& piece) const {
-    return (piece.is_cut && studio_.cut_is_opaque) || (studio_.contact && studio_.contact->Holds(piece.position));
+    return (piece.is_cut && context_.cut_is_opaque) || (context_.contact && context_.contact->Holds(piece.position));
   }
 
   /// Adds what the ray does inside.
@@ -121,12 +121,12 @@ class LightTracer {
     double depth = 0;  // optical, of the clearest channel
     for (int event = 0; event < kMostEvents + lighting_.collisions && Largest(carried) * std::exp(-depth) > least;
          ++event) {
-      const Medium& here = studio_.media[medium];
+      const Medium& here = context_.media[medium];
       const double scattering = here.scattering[hero_];
       const double flight =
           medium != kOutside && to_go > 0 && scattering > 0 ? -std::log(1.0 - random_.Next()) / scattering : kFar;
       const auto b = medium == kOutside ? Outside(position, direction, kFar, left ? &*left : nullptr)
-                                        : studio_.scene.Next(position, direction, medium, flight);
+                                        : context_.scene.Next(position, direction, medium, flight);
       if (!b && std::isinf(flight)) break;
       left.reset();
       if (medium != kOutside) {
@@ -144,23 +144,23 @@ class LightTracer {
       position = b->position;
       if (medium == kOutside) {
         if (b->opaque >= 0) {
-          carried *= studio_.opaque[b->opaque].reflectance;
+          carried *= context_.opaque[b->opaque].reflectance;
           direction = SampleLambert(glm::dot(b->normal, direction) < 0 ? b->normal : -b->normal, random_);
           left = b;
-        } else if (b->is_cut && studio_.cut_is_opaque) {
+        } else if (b->is_cut && context_.cut_is_opaque) {
           break;
         } else {
           Cross(*b, direction, medium);
         }
-      } else if (b->is_cut && studio_.cut_is_opaque) {
-        carried *= studio_.cut_reflectance;
+      } else if (b->is_cut && context_.cut_is_opaque) {
+        carried *= context_.cut_reflectance;
         direction = SampleLambert(-b->normal, random_);
       } else if (b->outside != kOutside) {
-        const double relative_ior = studio_.media[b->behind(medium)].ior / here.ior;
+        const double relative_ior = context_.media[b->behind(medium)].ior / here.ior;
         direction = ScatterAtSmoothBoundary(direction, b->normal, relative_ior, random_);
         medium = b->towards(direction);
-      } else if (studio_.contact && studio_.contact->Holds(b->position)) {
-        carried *= studio_.contact->reflectance;
+      } else if (context_.contact && context_.contact->Holds(b->position)) {
+        carried *= context_.contact->reflectance;
         direction = SampleLambert(-b->normal, random_);
       } else {
         Cross(*b, direction, medium);
@@ -170,7 +170,7 @@ class LightTracer {
   }
 
   void Cross(const Boundary& b, glm::dvec3& direction, int& medium) {
-    direction = studio_.outer[b.inside].Scatter(direction, b.normal, random_, {}, {}).direction;
+    direction = context_.outer[b.inside].Scatter(direction, b.normal, random_, {}, {}).direction;
     medium = b.towards(direction);
   }
 
@@ -185,7 +185,7 @@ class LightTracer {
                                collides && i + 1 == parts, power});
   }
 
-  const Studio& studio_;
+  const PathContext& context_;
   const VolumeLattice& lattice_;
   PhotographSet self_;
   Lighting lighting_;
@@ -199,15 +199,16 @@ class LightTracer {
 
 }  // namespace
 
-LightRays TraceLight(const Studio& studio, const VolumeLattice& lattice, size_t photograph, const Lighting& lighting,
-                     uint64_t seed, size_t part, size_t parts, const std::function<void(const LightRays&)>& take) {
+LightRays TraceLight(const PathContext& context, const VolumeLattice& lattice, size_t photograph,
+                     const Lighting& lighting, uint64_t seed, size_t part, size_t parts,
+                     const std::function<void(const LightRays&)>& take) {
   constexpr size_t kAtOnce = 20000;  // steps: they stay in the cache until they are taken
   const std::vector<BoundaryPiece>& pieces = lattice.pieces();
-  const int heroes = studio.media.heroes();
+  const int heroes = context.media.heroes();
   double area = 0;
   for (const BoundaryPiece& piece : pieces) area += piece.area_mm2;
   const double step = area / lighting.rays;
-  LightTracer of_lamps(studio, lattice, photograph, lighting, step), back = of_lamps;
+  LightTracer of_lamps(context, lattice, photograph, lighting, step), back = of_lamps;
   double passed = 0;
   int ray = 0;
   for (size_t i = 0; i < pieces.size(); ++i) {

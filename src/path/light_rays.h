@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "diffusion/volume_lattice.h"
-#include "path/studio.h"
+#include "path/path_context.h"
 
 namespace crownfit {
 
@@ -44,12 +44,13 @@ struct Lighting {
   double least = 1e-3;  ///< of a ray's power: where it ends
 };
 
-/// Of one of the studio's photographs. Places evenly over the surface get light of each lamp from a random point of it,
-/// and of what stands around from a random direction: `take` gets those rays, some at a time. Places also send diffuse
-/// light out in a random direction, which is returned where it comes back. Inside, a ray is scattered so many times as
-/// in the true random walk; what comes after it flies on by the reduced coefficient, in full: all that is left of it is
-/// known at every step. Of places `part` of `parts`.
-LightRays TraceLight(const Studio& studio, const VolumeLattice& lattice, size_t photograph, const Lighting& lighting,
-                     uint64_t seed, size_t part, size_t parts, const std::function<void(const LightRays&)>& take);
+/// Of one of the context's photographs. Places evenly over the surface get light of each lamp from a random point of
+/// it, and of what stands around from a random direction: `take` gets those rays, some at a time. Places also send
+/// diffuse light out in a random direction, which is returned where it comes back. Inside, a ray is scattered so many
+/// times as in the true random walk; what comes after it flies on by the reduced coefficient, in full: all that is left
+/// of it is known at every step. Of places `part` of `parts`.
+LightRays TraceLight(const PathContext& context, const VolumeLattice& lattice, size_t photograph,
+                     const Lighting& lighting, uint64_t seed, size_t part, size_t parts,
+                     const std::function<void(const LightRays&)>& take);
 
 }  // namespace crownfit

@@ -21,13 +21,13 @@ Steps StepsOf(Quantity quantity, double value, double high) {
   return {-std::log(1.0 - kShare), up > kLeast ? up : 0.0};
 }
 
-double HighestOf(const Capture& capture, const SlopeParameter& p) {
+double HighestOf(const Capture& capture, const DerivativeParameter& p) {
   return (p.layer < capture.layers.size() ? capture.layers[p.layer][p.quantity]
                                           : capture.surface[static_cast<size_t>(p.quantity)])
       .high;
 }
 
-ChannelValues& ValuesOf(Material& material, const SlopeParameter& p) {
+ChannelValues& ValuesOf(Material& material, const DerivativeParameter& p) {
   return p.layer < material.layers.size() ? material.layers[p.layer][p.quantity] : material.surface[p.quantity];
 }
 
@@ -68,8 +68,8 @@ const VolumeLattice& Bodies::LatticeOf(const Material& material) {
   return *built.lattice;
 }
 
-std::vector<SlopeParameter> DifferencedParameters(const Capture& capture) {
-  std::vector<SlopeParameter> all;
+std::vector<DerivativeParameter> DifferencedParameters(const Capture& capture) {
+  std::vector<DerivativeParameter> all;
   for (size_t l = 0; l < capture.layers.size(); ++l) {
     all.push_back({l, Quantity::kIor});
     const bool has_offset = l + 1 < capture.layers.size() && !capture.layers[l + 1].surface;
@@ -79,7 +79,7 @@ std::vector<SlopeParameter> DifferencedParameters(const Capture& capture) {
   return all;
 }
 
-std::string NameOf(const SlopeParameter& p, const Material& material) {
+std::string NameOf(const DerivativeParameter& p, const Material& material) {
   const std::string owner = p.layer < material.layers.size() ? material.layers[p.layer].name : "surface";
   return owner + "." + RowOf(p.quantity).key;
 }
@@ -88,14 +88,14 @@ std::vector<DifferentiatedPhotograph> DifferentiateByPaths(const CrownInput& inp
                                                            const Material& material,
                                                            const std::vector<size_t>& photographs,
                                                            const PathOptions& stated,
-                                                           const std::vector<SlopeParameter>& differenced,
+                                                           const std::vector<DerivativeParameter>& differenced,
                                                            const std::string& stage, Progress& progress) {
   const Capture& capture = input.capture;
   const double pictures = 2.0 * static_cast<double>(differenced.size()) + 1.0;
   double done = 0;
-  const auto render = [&](const Material& m, bool slopes) {
+  const auto render = [&](const Material& m, bool derivatives) {
     PathOptions options = stated;
-    options.slopes = slopes;
+    options.derivatives = derivatives;
     if (stated.lattice) options.lattice = &bodies.LatticeOf(m);
     options.keeps_groups = !differenced.empty();
     auto photos = RenderTogether(capture, bodies.Of(m), input.scenery, m, photographs, options,
@@ -104,8 +104,8 @@ std::vector<DifferentiatedPhotograph> DifferentiateByPaths(const CrownInput& inp
     return photos;
   };
   std::vector<PathPhotograph> photos = render(material, true);
-  std::vector<std::vector<DifferenceSlopes>> differences(photos.size());  // per photograph
-  for (const SlopeParameter& p : differenced) {
+  std::vector<std::vector<FiniteDifferences>> differences(photos.size());  // per photograph
+  for (const DerivativeParameter& p : differenced) {
     Material moved = material;
     const double value = ValuesOf(moved, p)[0];
     const Steps steps = StepsOf(p.quantity, value, HighestOf(capture, p));
@@ -127,8 +127,8 @@ std::vector<DifferentiatedPhotograph> DifferentiateByPaths(const CrownInput& inp
   }
   std::vector<DifferentiatedPhotograph> all;
   for (size_t k = 0; k < photos.size(); ++k) {
-    PooledSlopes slopes(photos[k], differences[k]);
-    all.push_back({std::move(photos[k]), std::move(slopes)});
+    PooledDerivatives derivatives(photos[k], differences[k]);
+    all.push_back({std::move(photos[k]), std::move(derivatives)});
   }
   return all;
 }

@@ -5,14 +5,14 @@
 #include <string>
 
 #include "base/progress.h"
-#include "path/picture_slopes.h"
+#include "path/pooled_derivatives.h"
 #include "scene/crown_input.h"
 
 namespace crownfit {
 
 struct DifferentiatedPhotograph {
   PathPhotograph photo;
-  PooledSlopes slopes;
+  PooledDerivatives derivatives;
 };
 
 /// The bodies that materials' thicknesses shape; the last few are kept.
@@ -40,8 +40,8 @@ class Bodies {
 };
 
 /// What pictures are needed for: thicknesses that shape the crown, indices, roughness.
-std::vector<SlopeParameter> DifferencedParameters(const Capture& capture);
-inline SlopeParameter RoughnessOf(const Capture& capture) { return {capture.layers.size(), Quantity::kRoughness}; }
+std::vector<DerivativeParameter> DifferencedParameters(const Capture& capture);
+inline DerivativeParameter RoughnessOf(const Capture& capture) { return {capture.layers.size(), Quantity::kRoughness}; }
 
 /// By scattering, absorption and g from the paths themselves; by `differenced` parameters from pictures with those
 /// changed and the same random numbers (thickness by +-20 % and the parabola through three: smaller steps have ten
@@ -51,13 +51,13 @@ std::vector<DifferentiatedPhotograph> DifferentiateByPaths(const CrownInput& inp
                                                            const Material& material,
                                                            const std::vector<size_t>& photographs,
                                                            const PathOptions& options,
-                                                           const std::vector<SlopeParameter>& differenced,
+                                                           const std::vector<DerivativeParameter>& differenced,
                                                            const std::string& stage, Progress& progress);
 
 /// Thickness is differentiated by its logarithm, like the coefficients; index, g and roughness as they are.
 bool IsDifferentiatedByLogarithm(Quantity quantity);
 
 /// "enamel.absorption_per_mm", "surface.roughness".
-std::string NameOf(const SlopeParameter& parameter, const Material& material);
+std::string NameOf(const DerivativeParameter& parameter, const Material& material);
 
 }  // namespace crownfit

@@ -16,9 +16,9 @@ struct PathOptions {
   uint64_t seed = 1, stream = 0;  ///< streams keep synthetic photographs apart from any fit's own walks
   int threads = 0;
   int lanes =
-      64;  ///< paths side by side; changes nothing but the time. 0: one after the other by rays alone (no slopes)
-  bool slopes = false;        ///< derivatives beside the values
-  bool keeps_groups = false;  ///< values of groups of paths; with slopes they are kept anyway
+      64;  ///< paths side by side; changes nothing but the time. 0: one after the other by rays alone (no derivatives)
+  bool derivatives = false;   ///< derivatives beside the values
+  bool keeps_groups = false;  ///< values of groups of paths; with derivatives they are kept anyway
   /// False: lamps are found by the directions that paths take and by nothing else.
   bool lamps_are_sampled = true;
   /// Light leaves a smooth surface as diffuse light would: several times less noise from lamps, and values that are

@@ -8,7 +8,7 @@
 #include "base/error.h"
 #include "base/parallel.h"
 #include "path/light_field.h"
-#include "path/studio.h"
+#include "path/path_context.h"
 #include "path/walk_pool.h"
 
 namespace crownfit {
@@ -39,17 +39,19 @@ struct PixelSum {
 };
 
 struct GroupSums {
-  LayerSlopes slopes;
+  LayerDerivatives derivatives;
   LayerControls controls;
-  void Add(const LayerSlopes& s, const LayerControls& c) {
-    slopes.scattering += s.scattering, slopes.absorption += s.absorption, slopes.asymmetry += s.asymmetry;
+  void Add(const LayerDerivatives& s, const LayerControls& c) {
+    derivatives.scattering += s.scattering, derivatives.absorption += s.absorption,
+        derivatives.asymmetry += s.asymmetry;
     controls.scattering += c.scattering, controls.asymmetry += c.asymmetry;
   }
-  /// Values are pi x radiance; so are their slopes.
-  GroupSlopes Mean(double paths) const {
+  /// Values are pi x radiance; so are their derivatives.
+  GroupDerivatives Mean(double paths) const {
     const double pi = std::numbers::pi / paths, one = 1.0 / paths;
-    return {glm::vec3(pi * slopes.scattering), glm::vec3(pi * slopes.absorption), glm::vec3(pi * slopes.asymmetry),
-            glm::vec3(one * controls.scattering), glm::vec3(one * controls.asymmetry)};
+    return {glm::vec3(pi * derivatives.scattering), glm::vec3(pi * derivatives.absorption),
+            glm::vec3(pi * derivatives.asymmetry), glm::vec3(one * controls.scattering),
+            glm::vec3(one * controls.asymmetry)};
   }
 };
 
@@ -111,21 +113,21 @@ namespace {
 /// photographs.
 class FoundByPaths {
  public:
-  FoundByPaths(size_t pixels, size_t samples, size_t heroes, size_t photographs, size_t layers_with_slopes)
+  FoundByPaths(size_t pixels, size_t samples, size_t heroes, size_t photographs, size_t layers_with_derivatives)
       : samples_(samples),
         heroes_(heroes),
         photographs_(photographs),
-        layers_(layers_with_slopes),
+        layers_(layers_with_derivatives),
         values_(pixels * samples * heroes * photographs),
-        slopes_(values_.size() * layers_),
-        controls_(slopes_.size()) {}
+        derivatives_(values_.size() * layers_),
+        controls_(derivatives_.size()) {}
 
   void Keep(size_t path, const CameraPath& ended) {
     for (size_t p = 0; p < photographs_; ++p) values_[path * photographs_ + p] = ended.value(p);
     if (layers_ == 0) return;
     const size_t first = path * photographs_ * layers_;
-    std::copy(ended.slopes().slopes().begin(), ended.slopes().slopes().end(), &slopes_[first]);
-    std::copy(ended.slopes().controls().begin(), ended.slopes().controls().end(), &controls_[first]);
+    std::copy(ended.derivatives().derivatives().begin(), ended.derivatives().derivatives().end(), &derivatives_[first]);
+    std::copy(ended.derivatives().controls().begin(), ended.derivatives().controls().end(), &controls_[first]);
   }
 
   /// Sums of the pixel's paths become the numbers of `rank` in the picture.
@@ -153,15 +155,15 @@ class FoundByPaths {
         size_t paths = 0;
         for (size_t s = g; s < samples_; s += groups)
           for (size_t hero = 0; hero < heroes_; ++hero, ++paths)
-            group.Add(slopes_[place(s, hero) * layers_ + l], controls_[place(s, hero) * layers_ + l]);
-        picture.slopes[(rank * groups + g) * layers_ + l] = group.Mean(static_cast<double>(paths));
+            group.Add(derivatives_[place(s, hero) * layers_ + l], controls_[place(s, hero) * layers_ + l]);
+        picture.derivatives[(rank * groups + g) * layers_ + l] = group.Mean(static_cast<double>(paths));
       }
   }
 
  private:
   size_t samples_, heroes_, photographs_, layers_;
-  std::vector<glm::dvec3> values_;   ///< index ((pixel * samples + sample) * heroes + hero) * photographs + photograph
-  std::vector<LayerSlopes> slopes_;  ///< index of the value * layers + layer; none without derivatives
+  std::vector<glm::dvec3> values_;  ///< index ((pixel * samples + sample) * heroes + hero) * photographs + photograph
+  std::vector<LayerDerivatives> derivatives_;  ///< index of the value * layers + layer; none without derivatives
   std::vector<LayerControls> controls_;
 };
 
@@ -179,10 +181,10 @@ PathPhotograph EmptyPicture(const Camera& camera, const PathOptions& options, si
   result.ranks = std::make_shared<const std::vector<uint32_t>>(std::move(ranks));
   result.pixels.resize(result.rendered.size());
   result.layers = layers;
-  if (options.slopes || options.keeps_groups) {
+  if (options.derivatives || options.keeps_groups) {
     result.groups = groups;
     result.group_values.resize(result.rendered.size() * groups);
-    result.slopes.resize(options.slopes ? result.group_values.size() * layers : 0);
+    result.derivatives.resize(options.derivatives ? result.group_values.size() * layers : 0);
   }
   return result;
 }
@@ -215,7 +217,7 @@ std::vector<PathPhotograph> RenderTogether(const Capture& capture, const Layered
                                            const std::function<void(double)>& progress) {
   Check(!photographs.empty() && photographs.size() <= kMaxPhotographs, "photographs of one camera");
   for (const size_t i : photographs) Check(CanShareWalks(capture, photographs[0], i), "photographs of one camera");
-  Check(options.lanes > 0 || !options.slopes, "derivatives need lanes");
+  Check(options.lanes > 0 || !options.derivatives, "derivatives need lanes");
   const PhotographSpec& first = capture.photographs[photographs[0]];
   const RigidTransform object_from_camera = first.camera_from_object.Inverse();
   const auto ray_through = [&](double x, double y) {
@@ -224,12 +226,12 @@ std::vector<PathPhotograph> RenderTogether(const Capture& capture, const Layered
   const Surroundings around(capture, scenery, photographs);
   const WalkScene scene(body, around.meshes);
   const Media media = MediaOf(capture, material, body);
-  Studio studio = StudioOf(capture, material, photographs, options, {scene, media, around.things});
+  PathContext context = PathContextOf(capture, material, photographs, options, {scene, media, around.things});
   std::optional<LightFields> fields;
   if (options.lattice) {
-    fields.emplace(studio, *options.lattice, Lighting{.collisions = options.collisions, .rays = options.rays},
+    fields.emplace(context, *options.lattice, Lighting{.collisions = options.collisions, .rays = options.rays},
                    Key(options.seed, options.field), options.threads);
-    studio.hand_over = {options.collisions, &*fields};
+    context.hand_over = {options.collisions, &*fields};
   }
 
   const size_t heroes = media.heroes(), shared = photographs.size(), layers = material.layers.size(),
@@ -251,9 +253,9 @@ std::vector<PathPhotograph> RenderTogether(const Capture& capture, const Layered
                    y = static_cast<double>(pixel / first.camera.width) + random.Next();
       return PathStart{object_from_camera.translation_mm, ray_through(x, y), static_cast<int>(hero), random};
     };
-    FoundByPaths found(count, samples, heroes, shared, options.slopes ? layers : 0);
+    FoundByPaths found(count, samples, heroes, shared, options.derivatives ? layers : 0);
     TracePaths(
-        studio, body.grid, tasks, options.lanes, start,
+        context, body.grid, tasks, options.lanes, start,
         [&](size_t task, const CameraPath& path) { found.Keep(task, path); }, counters[chunk]);
     for (size_t k = 0; k < count; ++k) {
       const size_t rank = begin + k;

@@ -23,8 +23,8 @@ struct PixelEstimate {
 };
 
 /// Means over a group of one pixel's paths, of one layer: derivatives of the value by ln reduced scattering, ln
-/// absorption and g, and their zero-mean controls (path_slopes.h).
-struct GroupSlopes {
+/// absorption and g, and their zero-mean controls (score_derivatives.h).
+struct GroupDerivatives {
   glm::vec3 scattering{0.0f}, absorption{0.0f}, asymmetry{0.0f}, scattering_control{0.0f}, asymmetry_control{0.0f};
 };
 
@@ -34,9 +34,9 @@ struct PathPhotograph {
   std::vector<PixelEstimate> pixels;  ///< of those; exposure 1
   WalkCounters counters;
   static constexpr size_t kMaxGroups = 16;
-  size_t layers = 0, groups = 0;        ///< groups of a pixel's samples, each with means of its own
-  std::vector<glm::vec3> group_values;  ///< index rank * groups + group
-  std::vector<GroupSlopes> slopes;      ///< index (rank * groups + group) * layers + layer
+  size_t layers = 0, groups = 0;              ///< groups of a pixel's samples, each with means of its own
+  std::vector<glm::vec3> group_values;        ///< index rank * groups + group
+  std::vector<GroupDerivatives> derivatives;  ///< index (rank * groups + group) * layers + layer
 
   static constexpr uint32_t kNotRendered = 0xffffffff;
   std::shared_ptr<const std::vector<uint32_t>> ranks;  ///< per place, where in `rendered`; photographs may share it

@@ -7,13 +7,13 @@ namespace {
 
 class Pool {
  public:
-  Pool(const Studio& studio, const FacetGrid& grid, size_t count, int lanes,
+  Pool(const PathContext& context, const TriangleGrid& grid, size_t count, int lanes,
        const std::function<PathStart(size_t)>& start, const std::function<void(size_t, const CameraPath&)>& ended,
        WalkCounters& counters)
-      : studio_(studio), grid_(grid), start_(start), hand_over_(ended), counters_(counters), count_(count) {
+      : context_(context), grid_(grid), start_(start), hand_over_(ended), counters_(counters), count_(count) {
     paths_.reserve(lanes);
     for (int i = 0; i < lanes; ++i) {
-      paths_.emplace_back(studio, counters);
+      paths_.emplace_back(context, counters);
       slot_[i] = i;
       if (!Refill(i)) break;
       ++active_;
@@ -26,7 +26,7 @@ class Pool {
       counters_.flights += active_;
       FlyPastFacets();
       lanes_.Scatter(active_);
-      if (studio_.wants_slopes) lanes_.ScorePhase(active_);
+      if (context_.wants_derivatives) lanes_.ScorePhase(active_);
       for (int i = 0; i < active_; ++i)
         if (lanes_.until_roulette[i] <= 0.0 && !ended_[i]) EndOfCount(i);
       for (int i = active_ - 1; i >= 0; --i)
@@ -77,7 +77,7 @@ class Pool {
       ++counters_.lost;
       return EndBranch(lane);
     }
-    if (const AbsorptionTexture* texture = studio_.media[flight.medium].texture)
+    if (const AbsorptionTexture* texture = context_.media[flight.medium].texture)
       PathOf(lane).state.visits[flight.medium].textured_mm += texture->Along(flight.origin, flight.direction, way_mm);
     lanes_.length_mm[lane] += way_mm;
     const glm::dvec3 to = flight.origin + way_mm * flight.direction;
@@ -89,21 +89,21 @@ class Pool {
     ++counters_.boundaries;
     Store(lane);
     if (!SurvivesBoundary(PathOf(lane).state, PathOf(lane).random())) return EndBranch(lane);
-    if (!PathOf(lane).Meet(studio_.scene.EndOf(flight))) return EndBranch(lane);
+    if (!PathOf(lane).Meet(context_.scene.EndOf(flight))) return EndBranch(lane);
     Load(lane);
   }
 
   /// Collisions until the roulette is played or the walk's way of going on changes.
   double CollisionsToGo(const WalkState& state) const {
-    if (!studio_.hand_over.fields) return kRouletteEvery;
-    return std::clamp(studio_.hand_over.collisions - state.collisions, 1, kRouletteEvery);
+    if (!context_.hand_over.fields) return kRouletteEvery;
+    return std::clamp(context_.hand_over.collisions - state.collisions, 1, kRouletteEvery);
   }
 
   void EndOfCount(int lane) {
     CameraPath& path = PathOf(lane);
-    const bool was_last = studio_.IsReduced(path.state);
+    const bool was_last = context_.IsReduced(path.state);
     Store(lane);
-    if (!studio_.scene.Holds(path.state.position)) {
+    if (!context_.scene.Holds(path.state.position)) {
       ++counters_.lost;
       return EndBranch(lane);
     }
@@ -111,7 +111,7 @@ class Pool {
       path.HandOver();
       return EndBranch(lane);
     }
-    if (!SurvivesRoulette(studio_.media, path.state, path.random())) return EndBranch(lane);
+    if (!SurvivesRoulette(context_.media, path.state, path.random())) return EndBranch(lane);
     lanes_.until_roulette[lane] = CollisionsToGo(path.state);
     Load(lane);
   }
@@ -129,8 +129,8 @@ class Pool {
   void Load(int i) {
     CameraPath& path = PathOf(i);
     const WalkState& state = path.state;
-    const Medium& medium = studio_.media[state.medium];
-    const double scattering = medium.scattering[path.hero()] * (studio_.IsReduced(state) ? medium.similarity() : 1.0);
+    const Medium& medium = context_.media[state.medium];
+    const double scattering = medium.scattering[path.hero()] * (context_.IsReduced(state) ? medium.similarity() : 1.0);
     lanes_.x[i] = state.position.x, lanes_.y[i] = state.position.y, lanes_.z[i] = state.position.z;
     lanes_.dx[i] = state.direction.x, lanes_.dy[i] = state.direction.y, lanes_.dz[i] = state.direction.z;
     lanes_.random[i] = path.random().state();
@@ -142,7 +142,7 @@ class Pool {
     lanes_.g[i] = medium.g;
     lanes_.isotropic_fraction[i] = medium.isotropic_fraction;
     lanes_.length_mm[i] = lanes_.collisions[i] = lanes_.phase_score[i] = 0.0;
-    if (studio_.wants_slopes) path.OpenStretch();
+    if (context_.wants_derivatives) path.OpenStretch();
   }
   void Store(int i) {
     CameraPath& path = PathOf(i);
@@ -154,7 +154,7 @@ class Pool {
     const int collisions = static_cast<int>(lanes_.collisions[i]);
     visit.length_mm += lanes_.length_mm[i];
     visit.collisions += collisions;
-    if (studio_.IsReduced(state)) {  // nobody asks where its last collision sends it
+    if (context_.IsReduced(state)) {  // nobody asks where its last collision sends it
       visit.reduced_mm += lanes_.length_mm[i];
       visit.reduced_collisions += collisions;
     } else {
@@ -162,7 +162,7 @@ class Pool {
     }
     state.collisions += collisions;
     lanes_.length_mm[i] = lanes_.collisions[i] = lanes_.phase_score[i] = 0.0;
-    if (studio_.wants_slopes) path.CloseStretch();
+    if (context_.wants_derivatives) path.CloseStretch();
   }
   void MoveLane(int from, int to) {
     if (from == to) return;
@@ -173,8 +173,8 @@ class Pool {
     medium_[to] = medium_[from];
   }
 
-  const Studio& studio_;
-  const FacetGrid& grid_;
+  const PathContext& context_;
+  const TriangleGrid& grid_;
   const std::function<PathStart(size_t)>& start_;
   const std::function<void(size_t, const CameraPath&)>& hand_over_;
   WalkCounters& counters_;
@@ -190,7 +190,7 @@ class Pool {
   size_t next_ = 0;
 };
 
-void TraceOneByOne(const Studio& studio, size_t count, const std::function<PathStart(size_t)>& start,
+void TraceOneByOne(const PathContext& context, size_t count, const std::function<PathStart(size_t)>& start,
                    const std::function<void(size_t, const CameraPath&)>& ended, WalkCounters& counters) {
   struct Rays {
     const WalkScene& scene;
@@ -198,13 +198,13 @@ void TraceOneByOne(const Studio& studio, size_t count, const std::function<PathS
       return scene.NextByRay(origin, direction, medium, max_mm);
     }
     bool Holds(const glm::dvec3& p) const { return scene.Holds(p); }
-  } const rays{studio.scene};
-  CameraPath path(studio, counters);
+  } const rays{context.scene};
+  CameraPath path(context, counters);
   for (size_t i = 0; i < count; ++i) {
     const PathStart s = start(i);
     for (bool is_inside = path.Begin(s.position, s.direction, s.hero, s.random); is_inside; is_inside = path.Resume())
       Walk(
-          rays, studio.media, s.hero, path.state, path.random(), counters, [&](const Boundary& b) { path.Meet(b); },
+          rays, context.media, s.hero, path.state, path.random(), counters, [&](const Boundary& b) { path.Meet(b); },
           [](int medium) { return medium == kOutside; });
     ended(i, path);
   }
@@ -212,12 +212,12 @@ void TraceOneByOne(const Studio& studio, size_t count, const std::function<PathS
 
 }  // namespace
 
-void TracePaths(const Studio& studio, const FacetGrid& grid, size_t count, int lanes,
+void TracePaths(const PathContext& context, const TriangleGrid& grid, size_t count, int lanes,
                 const std::function<PathStart(size_t)>& start,
                 const std::function<void(size_t, const CameraPath&)>& ended, WalkCounters& counters) {
-  Check(lanes > 0 || !studio.hand_over.fields, "walks that are handed over need lanes");
-  if (lanes <= 0) return TraceOneByOne(studio, count, start, ended, counters);
-  Pool(studio, grid, count, std::min(lanes, FlightLanes::kMax), start, ended, counters).Trace();
+  Check(lanes > 0 || !context.hand_over.fields, "walks that are handed over need lanes");
+  if (lanes <= 0) return TraceOneByOne(context, count, start, ended, counters);
+  Pool(context, grid, count, std::min(lanes, FlightLanes::kMax), start, ended, counters).Trace();
 }
 
 }  // namespace crownfit

@@ -19,8 +19,8 @@ struct PathStart {
 
 /// Traces paths 0 ... count - 1, at most `lanes` at once, and hands each over when it ends, in any order. Every path's
 /// numbers depend on its start alone. Without lanes: one after the other by rays alone, the straightforward way that
-/// the others are measured against, without slopes.
-void TracePaths(const Studio& studio, const FacetGrid& grid, size_t count, int lanes,
+/// the others are measured against, without derivatives.
+void TracePaths(const PathContext& context, const TriangleGrid& grid, size_t count, int lanes,
                 const std::function<PathStart(size_t)>& start,
                 const std::function<void(size_t, const CameraPath&)>& ended, WalkCounters& counters);
 

@@ -42,7 +42,7 @@ LayeredBody::LayeredBody(std::vector<TriangleMesh> layer_surfaces, int threads,
     });
     for (const glm::ivec3& t : mesh.triangles) is_exposed[i].push_back(!(is_deep[t.x] && is_deep[t.y] && is_deep[t.z]));
   }
-  grid = FacetGrid(surfaces, is_exposed, low, high, threads);
+  grid = TriangleGrid(surfaces, is_exposed, low, high, threads);
 }
 
 WalkScene::WalkScene(const LayeredBody& body, const std::vector<TriangleMesh>& opaque)

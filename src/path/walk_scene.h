@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "geometry/ray_caster.h"
-#include "path/facet_grid.h"
+#include "path/triangle_grid.h"
 #include "scene/absorption_texture.h"
 
 namespace crownfit {
@@ -42,7 +42,7 @@ struct LayeredBody {
   /// Per surface and triangle: what lies outside may be another medium than the layer above. Empty for the outermost.
   std::vector<std::vector<uint8_t>> is_exposed;
   glm::dvec3 low, high;  ///< bounding box, wider by what single-precision rays may miss
-  FacetGrid grid;
+  TriangleGrid grid;
 };
 
 /// No distances are compared against a tolerance: a layer's surface counts only if its facing agrees with the medium

@@ -14,7 +14,7 @@ namespace crownfit {
 namespace {
 
 /// What a fit by walks would know at x, where one by `shader` stands.
-DataKnowledge KnowledgeByWalks(const FitProblem& problem, const FitState& at, const Eigen::VectorXd& x) {
+DataEstimate KnowledgeByWalks(const FitProblem& problem, const FitState& at, const Eigen::VectorXd& x) {
   const auto knowledge = [&](const std::vector<FitPixels>& pixels) {
     Evaluation e = ImageResiduals(problem.capture, at.cast, problem.free, pixels, {}, {0.0, problem.options.threads})
                        .Evaluate(x, true);
@@ -26,7 +26,7 @@ DataKnowledge KnowledgeByWalks(const FitProblem& problem, const FitState& at, co
   std::vector<FitPixels> walked;
   for (const FitPixels& p : at.pixels)
     walked.push_back(WithNoiseOfWalks(p, static_cast<double>(problem.options.paths_per_photograph)));
-  DataKnowledge k = knowledge(walked);
+  DataEstimate k = knowledge(walked);
   k.of_walks = 1.0 - knowledge(at.pixels).covariance.diagonal().array() / k.covariance.diagonal().array().max(1e-300);
   return k;
 }
@@ -37,7 +37,7 @@ CaptureCheck CheckMeasurements(const Capture& capture, const FitOptions& options
   check.input.capture = capture;
   const FreeParameters free = FreeParametersOf(capture);
   if (free.count() == 0) return check;
-  const DataKnowledge knowledge = ForeseeMeasurements(capture, free, options.threads);
+  const DataEstimate knowledge = ForeseeMeasurements(capture, free, options.threads);
   for (int k = 0; k < free.count(); ++k)
     check.foreseen.push_back(
         {free.entries[k].name, "",
@@ -72,10 +72,10 @@ CaptureCheck CheckCapture(const Capture& stated, const FitOptions& options, Prog
   check.shader_s = seconds.ByShader();
   check.path_s = seconds.ByWalks(static_cast<double>(options.paths_per_photograph));
 
-  const DataKnowledge by_shader = KnowledgeByShader(at.cast, free, at.x, e, at.pixels);
+  const DataEstimate by_shader = KnowledgeByShader(at.cast, free, at.x, e, at.pixels);
   at.knowledge = KnowledgeByWalks(problem, at, at.x);
   for (int k = 0; k < free.count(); ++k) {
-    const auto interval = [&](const DataKnowledge& knowledge) {
+    const auto interval = [&](const DataEstimate& knowledge) {
       return IntervalInWords(free.entries[k], std::sqrt(knowledge.Variance(Eigen::RowVectorXd::Unit(free.count(), k))));
     };
     check.foreseen.push_back({free.entries[k].name, interval(by_shader), interval(at.knowledge)});

@@ -94,13 +94,13 @@ FitSeconds::FitSeconds(const FitProblem& problem, const CrownInput& input, const
 
 double FitSeconds::ByShader() const {
   constexpr int kWithoutErrors = 2;
-  const double casts = cast_.slopes > 0 ? kMostCasts : kWithoutErrors;
-  return (casts * (cast_.values + cast_.slopes) + steps_of_shader_ * kOfVertex) / kCores;
+  const double casts = cast_.derivatives > 0 ? kMostCasts : kWithoutErrors;
+  return (casts * (cast_.values + cast_.derivatives) + steps_of_shader_ * kOfVertex) / kCores;
 }
 
 double FitSeconds::Handed(const Shared& s, double nodes, const Picture& p) const {
-  return p.paths * kOfHandedWalk + s.photographs * nodes * (p.has_slopes ? kOfNodeSlopes : kOfNode) +
-         s.lamps * p.rays * (p.has_slopes ? kSlopes : 1.0) * (kOfRay + kOfCollision * p.collisions);
+  return p.paths * kOfHandedWalk + s.photographs * nodes * (p.has_derivatives ? kOfNodeSlopes : kOfNode) +
+         s.lamps * p.rays * (p.has_derivatives ? kSlopes : 1.0) * (kOfRay + kOfCollision * p.collisions);
 }
 
 double FitSeconds::Differentiated(const Shared& s, double nodes, double paths) const {
@@ -117,7 +117,7 @@ double FitSeconds::ByWalks(double paths) const {
   const double middles = (has_rough_ ? 8 : has_beside ? 4 : 2) + (has_law_ ? 1 : 0);
   const double runs = has_rough_ ? 10 : 6;
   // The start by shader, and pixels for the search and for long runs.
-  double seconds = 3.0 * cast_.values + 2.0 * cast_.slopes + steps_of_shader_ * kOfVertex;
+  double seconds = 3.0 * cast_.values + 2.0 * cast_.derivatives + steps_of_shader_ * kOfVertex;
   for (const Shared& s : shared_) {
     Shared sought = s;
     sought.pixels = std::min(s.pixels, static_cast<double>(kPixelsOfSearch));

@@ -11,7 +11,7 @@ namespace crownfit {
 
 /// Of one core: a cast of the photographs, and one of how they move with what of the calibration may be wrong.
 struct CastSeconds {
-  double values = 0, slopes = 0;
+  double values = 0, derivatives = 0;
 };
 
 /// Seconds of the two cores of docs/validation.md that nine of ten fits take at most, on whatever machine.
@@ -34,7 +34,7 @@ class FitSeconds {
   struct Picture {
     double paths, rays;
     int collisions;
-    bool has_slopes;
+    bool has_derivatives;
   };
   void Count(const Capture& capture, const FitState& at);
   double Handed(const Shared& s, double nodes, const Picture& picture) const;

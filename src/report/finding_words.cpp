@@ -17,15 +17,15 @@ std::string Quoted(const std::vector<std::string>& names, size_t first = 0) {
   return list;
 }
 
-const char* NameOf(StatementKind kind) {
+const char* NameOf(CalibrationKind kind) {
   switch (kind) {
-    case StatementKind::kExposure:
+    case CalibrationKind::kExposure:
       return "exposures";
-    case StatementKind::kIntensity:
+    case CalibrationKind::kIntensity:
       return "lamp intensities";
-    case StatementKind::kPose:
+    case CalibrationKind::kPose:
       return "poses";
-    case StatementKind::kPlace:
+    case CalibrationKind::kPlace:
       return "lamp positions";
   }
   return "";
@@ -149,7 +149,7 @@ std::string InWords(const Finding& f) {
       return "The photographs disagree with " + f.names[0] + ": the fit moved it by " + Number(n[0]) +
              " times its stated error. Calibrate it again: a lamp or the crown may have moved.";
     case FindingKind::kErrorsInflated: {
-      const std::string kind = NameOf(static_cast<StatementKind>(n[0]));
+      const std::string kind = NameOf(static_cast<CalibrationKind>(n[0]));
       return "The photographs contradict the stated " + kind + ": " + FurthestOff(f) + ". The errors of all " + kind +
              " were taken as " + Number(n[1]) +
              " times as large as stated. Measure again what is off, or state how well it is known.";
@@ -234,7 +234,7 @@ std::string InWords(const Finding& f) {
              "), which smaller patches do not show. The photographs, their calibration and the model contradict each "
              "other.";
     case FindingKind::kStatementContradicted:
-      return "The photographs contradict the stated " + std::string(NameOf(static_cast<StatementKind>(n[0]))) +
+      return "The photographs contradict the stated " + std::string(NameOf(static_cast<CalibrationKind>(n[0]))) +
              ", even if their errors were " + Number(n[1]) +
              " times as large as stated. One of them is wrong, or the model does not hold: " + FurthestOff(f) + ".";
     case FindingKind::kLampsContradictScenery: {

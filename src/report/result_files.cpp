@@ -204,9 +204,9 @@ std::string MaterialJson(const CrownFit& fit) {
   for (const auto& p : fit.photographs) {
     (p.is_holdout ? held_out : used).push_back(&p);
     JsonValue error = ErrorJson({&p});
-    if (auto* figures = std::get_if<JsonValue::Object>(&error.data); figures && p.left) {
-      figures->emplace_back("block_chi2", p.left->patches.chi2);
-      figures->emplace_back("region_chi2", p.left->regions.chi2);
+    if (auto* figures = std::get_if<JsonValue::Object>(&error.data); figures && p.residual_chi2) {
+      figures->emplace_back("block_chi2", p.residual_chi2->patches.chi2);
+      figures->emplace_back("region_chi2", p.residual_chi2->regions.chi2);
     }
     by_name.emplace_back(p.name, std::move(error));
     if (!p.exposure_is_fitted) continue;
@@ -258,7 +258,7 @@ std::string MaterialJson(const CrownFit& fit) {
                                             {"condition", u.condition},
                                             {"reduced_chi2", u.reduced_chi2},
                                             {"block_chi2", u.block_chi2},
-                                            {"region_chi2", fit.left.regions.chi2},
+                                            {"region_chi2", fit.residual_chi2.regions.chi2},
                                             {"variance_inflation", u.inflation},
                                             {"monte_carlo_share_of_variance", u.of_walks}}},
       {"joint", JointJson(fit)},

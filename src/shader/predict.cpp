@@ -30,15 +30,15 @@ std::array<std::optional<ShaderSlot>, kShaderSlots> SlotsOf(const Capture& captu
   return slots;
 }
 
-std::array<double, kShaderSlots> SlotSlopes(const Capture& capture, const CastState& state) {
-  std::array<double, kShaderSlots> slopes;
-  slopes.fill(1.0);
+std::array<double, kShaderSlots> SlotDerivatives(const Capture& capture, const CastState& state) {
+  std::array<double, kShaderSlots> derivatives;
+  derivatives.fill(1.0);
   const auto slots = SlotsOf(capture);
   // Lengths were cast at this thickness, except to a mesh, which is cast as it is. A last layer's stated thickness
   // describes its mesh.
   for (int i : {2, 6})
-    if (slots[i] && !(i == 2 && capture.layers[1].surface)) slopes[i] = 1.0 / state.thickness_mm[slots[i]->layer];
-  return slopes;
+    if (slots[i] && !(i == 2 && capture.layers[1].surface)) derivatives[i] = 1.0 / state.thickness_mm[slots[i]->layer];
+  return derivatives;
 }
 
 std::array<double, kShaderSlots> SlotValues(const Capture& capture, const Material& material, const CastState& state,
@@ -46,11 +46,11 @@ std::array<double, kShaderSlots> SlotValues(const Capture& capture, const Materi
   std::array<double, kShaderSlots> values{};
   values[2] = values[6] = values[3] = values[7] = 1.0;
   const auto slots = SlotsOf(capture);
-  const auto slopes = SlotSlopes(capture, state);
+  const auto derivatives = SlotDerivatives(capture, state);
   for (int i = 0; i < kShaderSlots; ++i) {
     if (!slots[i]) continue;
     const auto& owner = slots[i]->layer == kSurfaceOwner ? material.surface : material.layers[slots[i]->layer];
-    values[i] = owner[slots[i]->quantity][channel] * slopes[i];
+    values[i] = owner[slots[i]->quantity][channel] * derivatives[i];
   }
   return values;
 }

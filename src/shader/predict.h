@@ -27,7 +27,7 @@ std::array<std::optional<ShaderSlot>, kShaderSlots> SlotsOf(const Capture& captu
 std::array<double, kShaderSlots> SlotValues(const Capture& capture, const Material& material, const CastState& state,
                                             int channel);
 /// d(slot) / d(parameter): 1, or 1 / cast thickness.
-std::array<double, kShaderSlots> SlotSlopes(const Capture& capture, const CastState& state);
+std::array<double, kShaderSlots> SlotDerivatives(const Capture& capture, const CastState& state);
 
 template <class T>
 ShaderOptics<T> OpticsFromSlots(const Capture& capture, const std::array<T, kShaderSlots>& s) {

@@ -121,13 +121,13 @@ void WalkTheToothSlab(benchmark::State& state) {
 BENCHMARK(WalkTheToothSlab)->Unit(benchmark::kMillisecond);
 
 /// walks/s of one thread unless told otherwise. `lanes` 0: one path after the other, a ray a flight.
-void WalkACrown(benchmark::State& state, const TriangleMesh& crown, bool slopes) {
+void WalkACrown(benchmark::State& state, const TriangleMesh& crown, bool derivatives) {
   const KnownScene scene = SmoothIncisor(48, true, crown);
   const LayeredBody body(BuildSurfaces(scene.capture, scene.source, StatedThicknesses(scene.capture)), 0);
   const Material material = StatedMaterial(scene.capture);
   PathOptions options{.paths_per_pixel = 90, .threads = static_cast<int>(state.range(1))};
   options.lanes = static_cast<int>(state.range(0));
-  options.slopes = slopes;
+  options.derivatives = derivatives;
   WalkCounters counters;
   for (auto _ : state)
     counters.Add(RenderByPaths(scene.capture, body, {}, material, 0, options, [](double) {}).counters);
@@ -141,8 +141,8 @@ void WalkACrown(benchmark::State& state, const TriangleMesh& crown, bool slopes)
 }
 void WalkTheIncisor(benchmark::State& state) { WalkACrown(state, Incisor(50), false); }
 BENCHMARK(WalkTheIncisor)->Args({64, 1})->Args({64, 2})->Args({0, 1})->Unit(benchmark::kMillisecond)->UseRealTime();
-void WalkTheIncisorWithSlopes(benchmark::State& state) { WalkACrown(state, Incisor(50), true); }
-BENCHMARK(WalkTheIncisorWithSlopes)->Args({64, 1})->Unit(benchmark::kMillisecond)->UseRealTime();
+void WalkTheIncisorWithDerivatives(benchmark::State& state) { WalkACrown(state, Incisor(50), true); }
+BENCHMARK(WalkTheIncisorWithDerivatives)->Args({64, 1})->Unit(benchmark::kMillisecond)->UseRealTime();
 
 void GridOfTheIncisor(benchmark::State& state) {
   const KnownScene scene = SmoothIncisor(48, true, Incisor(50));

@@ -31,7 +31,7 @@ TEST(SharedScattering, IsAdvisedWherePhotographsTellLessThanTeethDepart) {
   // Each channel told by itself, as well as the others.
   const auto asked_at = [&](double stddev) {
     const auto asked = ScatteringThatMayBeShared(capture, [&](const Capture&, const FreeParameters& free) {
-      DataKnowledge knowledge;
+      DataEstimate knowledge;
       knowledge.covariance = stddev * stddev * Eigen::MatrixXd::Identity(free.count(), free.count());
       knowledge.unseen = Eigen::MatrixXd(free.count(), 0);
       return knowledge;

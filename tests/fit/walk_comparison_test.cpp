@@ -167,7 +167,7 @@ PathPhotograph Walked(const Scene& s, int side, uint64_t draw) {
   return walked;
 }
 
-TEST(PatchMisfit, ScattersAsStatedWherePhotographsShareWalks) {
+TEST(PatchChi2, ScattersAsStatedWherePhotographsShareWalks) {
   constexpr int kSide = 48, kDraws = 60;
   for (const double noise : {0.2, 1.0}) {  // of the light; walks' is 1.1
     Scene s = Square(kSide, 1);
@@ -184,7 +184,7 @@ TEST(PatchMisfit, ScattersAsStatedWherePhotographsShareWalks) {
       const PathPhotograph walked = Walked(s, kSide, static_cast<uint64_t>(draw));
       WalkComparison total;
       for (const FitPixels& p : photographs) total.AddSums(CompareWithWalks(p, s.cast, walked, 1.0));
-      const PatchMisfit left = total.Left().patches;
+      const PatchChi2 left = total.Left().patches;
       mean += left.chi2 / kDraws;
       square += left.chi2 * left.chi2 / kDraws;
       stated += left.stddev / kDraws;
@@ -197,7 +197,7 @@ TEST(PatchMisfit, ScattersAsStatedWherePhotographsShareWalks) {
   }
 }
 
-TEST(PatchMisfit, InRegionsShowsWhatGoesOnOverManyPixelsAndHidesInPatchesOfNoise) {
+TEST(PatchChi2, InRegionsShowsWhatGoesOnOverManyPixelsAndHidesInPatchesOfNoise) {
   constexpr int kSide = 96;
   constexpr double kNoise = 0.01;         // of the light; walks' is 1.1
   for (const double fall : {0.0, 0.3}) {  // of the light, from left to right, that the model does not have

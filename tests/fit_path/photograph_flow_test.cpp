@@ -51,7 +51,7 @@ class PhotographFlow : public testing::Test {
 
   Picture Shaded() const { return PredictPixels(capture_, at_.cast, 0, MaterialAt(free_, at_.x), at_.scales.light, 0); }
 
-  /// As if this had been photographed; with slopes by shader.
+  /// As if this had been photographed; with derivatives by shader.
   void Photographed(const Picture& picture, float variance) {
     const Camera& camera = capture_.photographs[0].camera;
     Photograph photo;
@@ -64,8 +64,9 @@ class PhotographFlow : public testing::Test {
             static_cast<float>(picture[k][c]);
     input_.photographs = {photo};
     at_.pixels = ChoosePixels(input_, at_.cast, 100000);
-    at_.calibration.slopes = SlopesOf(input_, capture_, errors_, at_.calibration.amounts, at_.cast,
-                                      MaterialAt(free_, at_.x), at_.scales.light, {}, at_.pixels, silent_);
+    at_.calibration.derivatives =
+        CalibrationDerivativesOf(input_, capture_, errors_, at_.calibration.amounts, at_.cast, MaterialAt(free_, at_.x),
+                                 at_.scales.light, {}, at_.pixels, silent_);
   }
 
   void TakeGradients(const KnownPicture& walked = {}) {
@@ -102,9 +103,9 @@ class PhotographFlow : public testing::Test {
 
 TEST_F(PhotographFlow, LeavesShadersSlopesWhereThePhotographIsItsPicture) {
   Photographed(Shaded(), 1e-12f);
-  const Eigen::MatrixXd before = at_.calibration.slopes[0].by_error;
+  const Eigen::MatrixXd before = at_.calibration.derivatives[0].by_error;
   TakeGradients();
-  const CalibrationSlopes& after = at_.calibration.slopes[0];
+  const CalibrationDerivatives& after = at_.calibration.derivatives[0];
   EXPECT_GT(after.of_photograph.norm(), 0.3 * before.norm());
   EXPECT_LT((after.of_photograph - after.of_shader).norm(), 1e-3 * before.norm());
   EXPECT_EQ(after.by_error, before);
@@ -112,18 +113,18 @@ TEST_F(PhotographFlow, LeavesShadersSlopesWhereThePhotographIsItsPicture) {
 
 TEST_F(PhotographFlow, LeavesShadersSlopesWhereThePhotographIsNoise) {
   Photographed(Shaded(), 1e6f);
-  const Eigen::MatrixXd before = at_.calibration.slopes[0].by_error;
+  const Eigen::MatrixXd before = at_.calibration.derivatives[0].by_error;
   TakeGradients();
-  EXPECT_EQ(at_.calibration.slopes[0].of_photograph.norm(), 0.0);
-  EXPECT_EQ(at_.calibration.slopes[0].of_shader.norm(), 0.0);
-  EXPECT_EQ(at_.calibration.slopes[0].by_error, before);
+  EXPECT_EQ(at_.calibration.derivatives[0].of_photograph.norm(), 0.0);
+  EXPECT_EQ(at_.calibration.derivatives[0].of_shader.norm(), 0.0);
+  EXPECT_EQ(at_.calibration.derivatives[0].by_error, before);
 }
 
 TEST_F(PhotographFlow, IsThatOfWalksWhereThePhotographIsNoise) {
   const Picture shaded = Shaded();
   Photographed(shaded, 1e-12f);
   TakeGradients();
-  const Eigen::MatrixXd sharp = at_.calibration.slopes[0].of_photograph;
+  const Eigen::MatrixXd sharp = at_.calibration.derivatives[0].of_photograph;
   Picture noisy = shaded;
   const auto noise = [&](size_t k, uint64_t c) {
     return 0.3 * shaded[k][static_cast<int>(c)] * Gaussian(Key(7, c), k);
@@ -138,7 +139,7 @@ TEST_F(PhotographFlow, IsThatOfWalksWhereThePhotographIsNoise) {
   // Over the rim the photograph shows more of a pixel's neighbourhood than walks know.
   const std::vector<int> inside = RowsAmidOthers();
   const auto off = [&] {
-    return (at_.calibration.slopes[0].of_photograph - sharp)(inside, Eigen::all).norm() /
+    return (at_.calibration.derivatives[0].of_photograph - sharp)(inside, Eigen::all).norm() /
            sharp(inside, Eigen::all).norm();
   };
   TakeGradients();
@@ -163,7 +164,7 @@ TEST_F(PhotographFlow, OfAPaintedToothIsThePaintsOwn) {
   Photographed(paint, 1e-12f);
   const FitPixels p = at_.pixels[0];
   TakeGradients();
-  const Eigen::MatrixXd of_photograph = at_.calibration.slopes[0].of_photograph;
+  const Eigen::MatrixXd of_photograph = at_.calibration.derivatives[0].of_photograph;
   KnownPicture walked;
   for (const int k : p.pixels) {
     walked.values.push_back(paint[k]);
@@ -172,7 +173,7 @@ TEST_F(PhotographFlow, OfAPaintedToothIsThePaintsOwn) {
   Photographed(paint, 1e6f);  // tells nothing
   ASSERT_EQ(at_.pixels[0].pixels, p.pixels);
   TakeGradients(walked);
-  const Eigen::MatrixXd of_walks = at_.calibration.slopes[0].of_photograph;
+  const Eigen::MatrixXd of_walks = at_.calibration.derivatives[0].of_photograph;
   for (size_t e = 0; e < errors_.size(); ++e) {
     std::vector<Picture> there;
     std::vector<std::vector<int>> index;

@@ -100,19 +100,19 @@ class AnIncisorsPoses : public AnIncisorsUnknowns {
   }
 
   /// Takes stated errors as they show until that changes nothing, with errors `times` as large as stated.
-  double WidenedBy(double times, uint64_t draw) {
-    at_.widened = {1, 1, 1, 1};
-    double& widened = at_.widened[static_cast<size_t>(StatementKind::kPose)];
+  double InflationBy(double times, uint64_t draw) {
+    at_.inflation = {1, 1, 1, 1};
+    double& inflation = at_.inflation[static_cast<size_t>(CalibrationKind::kPose)];
     const int n = unknowns_->count(), first = n - kErrors;
     for (int round = 0; round < 20; ++round) {
-      const double told = widened * widened / (widened * widened + kByPhotographs * kByPhotographs);
+      const double told = inflation * inflation / (inflation * inflation + kByPhotographs * kByPhotographs);
       for (int e = 0; e < kErrors; ++e) {
         const double off = times * Gaussian(Key(draw, 1), e) + kByPhotographs * Gaussian(Key(draw, 2), e);
         at_.calibration.amounts[e] = told * off;
       }
       Eigen::MatrixXd covariance = Eigen::MatrixXd::Identity(n, n);
-      covariance.diagonal().segment(first, kErrors).setConstant(widened * widened * (1.0 - told));
-      if (!unknowns_->WidenStatedErrors(covariance, Eigen::MatrixXd::Zero(n, n))) return widened;
+      covariance.diagonal().segment(first, kErrors).setConstant(inflation * inflation * (1.0 - told));
+      if (!unknowns_->WidenStatedErrors(covariance, Eigen::MatrixXd::Zero(n, n))) return inflation;
     }
     ADD_FAILURE() << "it did not settle";
     return 0.0;
@@ -120,22 +120,22 @@ class AnIncisorsPoses : public AnIncisorsUnknowns {
 };
 
 TEST_F(AnIncisorsPoses, OfTheStatedErrorAreTakenAsStated) {
-  int widened = 0;
-  for (uint64_t draw = 0; draw < 1000; ++draw) widened += WidenedBy(1.0, draw) > 1.0;
-  EXPECT_LE(widened, 5) << "one in a thousand by chance";
+  int inflation = 0;
+  for (uint64_t draw = 0; draw < 1000; ++draw) inflation += InflationBy(1.0, draw) > 1.0;
+  EXPECT_LE(inflation, 5) << "one in a thousand by chance";
 }
 
 TEST_F(AnIncisorsPoses, OfLargerErrorsThanStatedAreTakenToBeAsLargeAsTheyAre) {
   for (const double times : {3.0, 6.0}) {
     double mean_log = 0;
     constexpr int kDraws = 50;
-    for (uint64_t draw = 0; draw < kDraws; ++draw) mean_log += std::log(WidenedBy(times, draw) / times) / kDraws;
+    for (uint64_t draw = 0; draw < kDraws; ++draw) mean_log += std::log(InflationBy(times, draw) / times) / kDraws;
     EXPECT_NEAR(mean_log, 0.0, 0.1) << times;  // of one draw: 0.2
   }
 }
 
 TEST_F(AnIncisorsPoses, ThatContradictEveryStatementAreNotFollowedWithoutEnd) {
-  EXPECT_EQ(WidenedBy(100.0, 1), kMostWidened);
+  EXPECT_EQ(InflationBy(100.0, 1), kMostInflated);
 }
 
 }  // namespace

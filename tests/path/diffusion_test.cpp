@@ -110,19 +110,19 @@ struct BlockOverTile {
   WalkScene walked{body, around.meshes};
   Material material = StatedMaterial(scene.capture);
   Media MediaWith(const Material& m) const { return MediaOf(scene.capture, m, body); }
-  Studio StudioWith(const Material& m, const Media& media, const PathOptions& options) const {
-    return StudioOf(scene.capture, m, {0}, options, {walked, media, around.things});
+  PathContext PathContextWith(const Material& m, const Media& media, const PathOptions& options) const {
+    return PathContextOf(scene.capture, m, {0}, options, {walked, media, around.things});
   }
 };
 
 TEST(LightFields, DerivativesAreDifferences) {
   // Without true collisions the rays of light do not depend on the material, so that differences are exact.
   const BlockOverTile block;
-  const auto fields = [&](const Material& m, bool slopes) {
+  const auto fields = [&](const Material& m, bool derivatives) {
     const Media media = block.MediaWith(m);
     PathOptions options;
-    options.slopes = slopes;
-    return LightFields(block.StudioWith(m, media, options), block.lattice,
+    options.derivatives = derivatives;
+    return LightFields(block.PathContextWith(m, media, options), block.lattice,
                        {.collisions = 0, .rays = 2000, .least = 1e-12}, 1, 0);
   };
   const std::vector<glm::dvec3> places{{0, 0, -0.2}, {1.5, 0.5, -0.6}, {-1, -1, -1.1}};
@@ -154,11 +154,11 @@ TEST(LightFields, DerivativesAreDifferences) {
 TEST(TraceLight, HandsOverLampsRaysInLotsThatDoNotGrowWithTheirNumber) {
   const BlockOverTile block;
   const Media media = block.MediaWith(block.material);
-  const Studio studio = block.StudioWith(block.material, media, {});
+  const PathContext context = block.PathContextWith(block.material, media, {});
   std::vector<double> steps;
   for (const int rays : {5000, 20000}) {
     size_t all = 0, largest = 0;
-    const LightRays back = TraceLight(studio, block.lattice, 0, {.rays = rays}, 1, 0, 1, [&](const LightRays& lot) {
+    const LightRays back = TraceLight(context, block.lattice, 0, {.rays = rays}, 1, 0, 1, [&](const LightRays& lot) {
       all += lot.steps.size();
       largest = std::max(largest, lot.steps.size());
       for (const LightRay& ray : lot.rays) EXPECT_LT(ray.piece, 0);

@@ -137,7 +137,7 @@ TEST(Path, PhotographsThatShareWalksAreThoseOfWalksOfTheirOwn) {
     const KnownScene scene = FourPhotographs(roughness);
     const LayeredBody body = BodyOf(scene);
     PathOptions options{.paths_per_pixel = 10000};
-    options.slopes = true;
+    options.derivatives = true;
     const std::vector<PathPhotograph> together = RenderTogether(
         scene.capture, body, scene.scenery, StatedMaterial(scene.capture), {0, 1, 2, 3}, options, [](double) {});
     options.seed = 2;
@@ -155,7 +155,7 @@ TEST(Path, PhotographsThatShareWalksAreThoseOfWalksOfTheirOwn) {
         ++values;
         for (size_t g = 0; g < alone.groups; ++g) {
           const size_t k = 2 * (p * alone.groups + g);
-          slope.Add(together[i].slopes[k].absorption.y - alone.slopes[k].absorption.y);
+          slope.Add(together[i].derivatives[k].absorption.y - alone.derivatives[k].absorption.y);
         }
       }
       EXPECT_GT(values, 12);
@@ -221,7 +221,7 @@ TEST(Path, EqualPhotographsThatShareWalksAreEqual) {
     EXPECT_EQ(together[1].pixels[p].mean, together[3].pixels[p].mean);
 }
 
-TEST(FacetGrid, FindsWhatEveryFacetAskedInTurnGives) {
+TEST(TriangleGrid, FindsWhatEveryFacetAskedInTurnGives) {
   // Flights from anywhere inside, in every medium, through nested layers and through a root that stands out (exposed
   // facets), against all triangles (Moeller and Trumbore 1997). Those that pass within rounding of an edge are left
   // out.

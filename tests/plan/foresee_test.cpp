@@ -313,12 +313,12 @@ TEST_F(Foreseen, AFitUnderALawThatScatteringDoesNotKeepMissesAsForeseen) {
     if (freer == Sharing::kNone) scattering.value[1] *= std::exp(kDeparture);
     const FreeParameters free = FreeParametersOf(capture);
     const auto [input, at] = FittedAtStart(capture, free);
-    DataKnowledge unshared;
+    DataEstimate unshared;
     const auto asked = ScatteringThatMayBeShared(capture, [&](const Capture& other, const FreeParameters& others) {
       const Eigen::VectorXd x = StartVector(others);
       Evaluation e = ImageResiduals(other, at.cast, others, at.pixels, {}, {0.0, 0}).Evaluate(x, true);
       e.residuals.setZero();
-      const DataKnowledge knowledge = KnowledgeByShader(at.cast, others, x, e, at.pixels, /*with_model_errors=*/false);
+      const DataEstimate knowledge = KnowledgeByShader(at.cast, others, x, e, at.pixels, /*with_model_errors=*/false);
       if (others.count() == free.count()) unshared = knowledge;
       return knowledge;
     });

@@ -201,17 +201,17 @@ TEST(Findings, NameTheStatementThatPhotographsContradictMost) {
   CrownFit fit = SomeFit();
   fit.model = Model::kPath;
   fit.converged = true;
-  fit.calibration = {{StatementKind::kExposure, "the exposure of 'front'", 1, 1.0, 0.01},
-                     {StatementKind::kExposure, "the exposure of 'back'", 1, 64.0, -0.08},
-                     {StatementKind::kPlace, "the place of light 'left'", 3, 3.0}};
-  fit.widened[static_cast<size_t>(StatementKind::kExposure)] = 4.0;
+  fit.calibration = {{CalibrationKind::kExposure, "the exposure of 'front'", 1, 1.0, 0.01},
+                     {CalibrationKind::kExposure, "the exposure of 'back'", 1, 64.0, -0.08},
+                     {CalibrationKind::kPlace, "the place of light 'left'", 3, 3.0}};
+  fit.inflation[static_cast<size_t>(CalibrationKind::kExposure)] = 4.0;
   fit.entries.clear();
   const std::vector<std::string> caveats = InWords(ModelFindings(fit));
   ASSERT_EQ(caveats.size(), 1);
   EXPECT_TRUE(Says(caveats, "the exposure of 'back' is 8 % less than stated, which is 8 times")) << caveats[0];
   Judge(fit);
   EXPECT_TRUE(fit.usable) << "their errors are in the intervals";
-  fit.widened[static_cast<size_t>(StatementKind::kExposure)] = kMostWidened;
+  fit.inflation[static_cast<size_t>(CalibrationKind::kExposure)] = kMostInflated;
   Judge(fit);
   EXPECT_FALSE(fit.usable);
 }
@@ -223,12 +223,12 @@ TEST(Findings, NameThePhotographsThatNoiseDoesNotExplain) {
   PhotographResult& p = fit.photographs[0];
   p.name = "edge";
   for (const auto& [misfit, few_patches] : {std::pair{1.4, 1e6}, {3.0, 6.0}}) {
-    p.left = Misfit{{misfit, 0.5, few_patches, 0.0}, {}};
+    p.residual_chi2 = ResidualChi2{{misfit, 0.5, few_patches, 0.0}, {}};
     EXPECT_TRUE(ModelFindings(fit).empty()) << misfit << " of " << few_patches << " values is little, or chance";
   }
-  p.left = Misfit{{4.4, 0.5, 300.0, 0.1}, {}};
+  p.residual_chi2 = ResidualChi2{{4.4, 0.5, 300.0, 0.1}, {}};
   EXPECT_TRUE(Says(InWords(ModelFindings(fit)), "'edge' (patches 4.4)"));
-  p.left = Misfit{{1.1, 0.9, 300.0, 0.1}, {6.0, 0.9, 48.0, 0.5}};
+  p.residual_chi2 = ResidualChi2{{1.1, 0.9, 300.0, 0.1}, {6.0, 0.9, 48.0, 0.5}};
   EXPECT_TRUE(Says(InWords(ModelFindings(fit)), "'edge' (image regions 6)")) << "which noise hides in patches";
 }
 
@@ -238,11 +238,11 @@ TEST(Verdict, RefusesWhatIsLeftOfRegionsThoughNoiseHidesItInPatches) {
   fit.converged = true;
   fit.entries.clear();
   for (const auto& [misfit, few] : {std::pair{2.0, 1e6}, {3.5, 3.0}}) {
-    fit.left.regions = PatchMisfit{misfit, 0.9, few, 0.0};
+    fit.residual_chi2.regions = PatchChi2{misfit, 0.9, few, 0.0};
     Judge(fit);
     EXPECT_TRUE(fit.usable) << misfit << " of " << few << " values is little, or chance";
   }
-  fit.left.regions = PatchMisfit{12.0, 0.9, 96.0, 1.0};
+  fit.residual_chi2.regions = PatchChi2{12.0, 0.9, 96.0, 1.0};
   Judge(fit);
   EXPECT_FALSE(fit.usable);
   EXPECT_TRUE(Says(InWords(fit.reasons), "squared residuals are 12 times"));
@@ -321,10 +321,10 @@ TEST(PlainWords, AskForPhotographsThatTheCaptureLacksAndForNoOthers) {
 
 TEST(Profiles, OfSlopesAreTheIntegralAndOfAQuarticExact) {
   const auto chi2 = [](double x) { return x * x * (2.0 - 0.6 * x + 0.1 * x * x); };
-  std::vector<SlopeAt> slopes;
+  std::vector<SlopeAt> derivatives;
   for (const double x : {-1.5, 0.0, 2.0})
-    slopes.push_back({x, 4.0 * x - 1.8 * x * x + 0.4 * x * x * x, 4.0 - 3.6 * x + 1.2 * x * x});
-  const LikelihoodProfile profile = ProfileOfSlopes(slopes);
+    derivatives.push_back({x, 4.0 * x - 1.8 * x * x + 0.4 * x * x * x, 4.0 - 3.6 * x + 1.2 * x * x});
+  const LikelihoodProfile profile = ProfileOfSlopes(derivatives);
   ASSERT_EQ(profile.at.size(), 21u);
   EXPECT_NEAR(profile.at.back(), 2.0, 1e-12);
   for (size_t i = 0; i < profile.at.size(); ++i) EXPECT_NEAR(profile.delta_chi2[i], chi2(profile.at[i]), 1e-12);

@@ -33,7 +33,7 @@ inline const Range kAbsorption{{0, 1e-9, 1e3}, 1e-6, 1e3}, kScattering{{0, 1e-9,
     kRadius{{0, 1e-6, 1e2}, 1e-4, 1e2}, kDepth{{1e-6, 10}, 1e-4, 1e2}, kZb{{1e-4, 1e2}, 1e-4, 1e2},
     kInside{{1e-6, 0.9}, 1e-4, 0.9}, kBeyond{{1, 1e3}, 1, 1e3}, kSmall{{0, 0.07, -0.07}, -0.07, 0.07};
 
-/// The same without slopes by it.
+/// The same without derivatives by it.
 inline Range Plain(Range range) {
   range.has_slope = false;
   return range;
@@ -103,7 +103,7 @@ void ForEachTerm(See&& see) {
            kThickness, kZb, kZb);
   TERM_ROW("SlabTransmittance", any, T::SlabTransmittance(x[0], x[1], x[2], x[3], x[4], x[5]), kSome, kSome, kTransport,
            kThickness, kZb, kZb);
-  // Of a material: at most 1. Its slopes are sums that nearly vanish for white slabs, whatever the terms keep.
+  // Of a material: at most 1. Its derivatives are sums that nearly vanish for white slabs, whatever the terms keep.
   TERM_ROW("SlabReflectance, of a material", 1,
            T::SlabReflectance(x[0], x[0] + x[1],
                               sqrt(T::TransportSquared(x[1], T::DiffusionCoefficientGrosjean(x[0], x[1]))), x[2], x[3],

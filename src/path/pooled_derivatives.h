@@ -17,36 +17,37 @@
 namespace crownfit {
 
 /// What the picture is differentiated by: the logarithm of a coefficient or thickness, other quantities themselves.
-struct SlopeParameter {
+struct DerivativeParameter {
   size_t layer;  ///< the surface's: number of layers
   Quantity quantity;
 };
 
 /// Slopes of the same groups of paths that were found by differences of pictures with common random numbers.
-struct DifferenceSlopes {
-  SlopeParameter parameter;
+struct FiniteDifferences {
+  DerivativeParameter parameter;
   std::vector<glm::vec3> values;  ///< index as PathPhotograph::group_values
 };
 
 /// d ln(pixel) by every parameter, on the object; of pixels that see but its rim, d pixel.
-class PooledSlopes {
+class PooledDerivatives {
  public:
-  /// `photo`: rendered with PathOptions::slopes, at least 4 samples a pixel. Slopes of a channel without light are 0.
-  explicit PooledSlopes(const PathPhotograph& photo, const std::vector<DifferenceSlopes>& differences = {});
+  /// `photo`: rendered with PathOptions::derivatives, at least 4 samples a pixel. Slopes of a channel without light are
+  /// 0.
+  explicit PooledDerivatives(const PathPhotograph& photo, const std::vector<FiniteDifferences>& differences = {});
 
-  const std::vector<SlopeParameter>& parameters() const { return parameters_; }
+  const std::vector<DerivativeParameter>& parameters() const { return parameters_; }
   int groups() const { return groups_; }
   /// 0 off the object.
   double At(size_t parameter, int channel, size_t place) const;
-  /// From all paths but one group's, for every group: what the errors of anything made of slopes are found from
+  /// From all paths but one group's, for every group: what the errors of anything made of derivatives are found from
   /// (jackknife).
   std::vector<double> Without(size_t parameter, int channel, size_t place) const;
   /// Of At, by the jackknife.
   double Stddev(size_t parameter, int channel, size_t place) const;
   /// Degree of the polynomial.
   int degree(size_t parameter, int channel) const { return fields_[parameter * kChannels + channel].degree; }
-  /// Brightness of the neighbourhood without the pixel itself, so that it shares no noise with it: pixel slopes are
-  /// brightness times At.
+  /// Brightness of the neighbourhood without the pixel itself, so that it shares no noise with it: pixel derivatives
+  /// are brightness times At.
   double brightness(int channel, size_t place) const {
     return IsOnObject(place) ? places_[(*ranks_)[place]].brightness[channel] : 0.0;
   }
@@ -55,7 +56,7 @@ class PooledSlopes {
   struct OfPixel {
     double value = 0, stddev = 0;
   };
-  OfPixel SlopeOf(size_t parameter, int channel, size_t place) const;
+  OfPixel DerivativeOf(size_t parameter, int channel, size_t place) const;
 
  private:
   static constexpr int kMaxDegree = 5;
@@ -70,14 +71,14 @@ class PooledSlopes {
     std::vector<std::vector<double>> without;  ///< per group
   };
   void FindPlaces(const PathPhotograph& photo);
-  void KeepRim(const PathPhotograph& photo, const std::vector<DifferenceSlopes>& differences);
+  void KeepRim(const PathPhotograph& photo, const std::vector<FiniteDifferences>& differences);
   static constexpr int kMaxTerms = 56;
   std::array<double, kMaxTerms> TermsAt(int degree, int channel, size_t rank) const;
   bool IsOnObject(size_t place) const {
     const uint32_t rank = (*ranks_)[place];
     return rank != PathPhotograph::kNotRendered && places_[rank].on_object;
   }
-  std::vector<SlopeParameter> parameters_;
+  std::vector<DerivativeParameter> parameters_;
   int groups_ = 0;
   std::shared_ptr<const std::vector<uint32_t>> ranks_;  ///< of places in the picture
   std::vector<Place> places_;                           ///< by rank

@@ -21,7 +21,7 @@ struct SeenDirections {
 
 /// A Gaussian over entries in their own scales, in its information form, so that knowledge from independent sources
 /// adds up, and directions of which nothing is known have precision 0.
-struct EntryKnowledge {
+struct GaussianInformation {
   std::vector<std::string> names;  ///< as FreeEntry::name
   Eigen::MatrixXd precision;
   Eigen::VectorXd weighted_mean;  ///< precision times mean
@@ -30,21 +30,21 @@ struct EntryKnowledge {
 std::vector<std::string> NamesOf(const std::vector<FreeEntry>& entries);
 
 /// Nothing known of these.
-EntryKnowledge NothingOf(const std::vector<std::string>& names);
+GaussianInformation NothingOf(const std::vector<std::string>& names);
 
 /// The same about `names` alone, of those it knows: the others are integrated out.
-EntryKnowledge Marginal(const EntryKnowledge& knowledge, const std::vector<std::string>& names);
+GaussianInformation Marginal(const GaussianInformation& knowledge, const std::vector<std::string>& names);
 
 /// Adds what `more` knows of `knowledge`'s names, and nothing of others.
-void Add(EntryKnowledge& knowledge, const EntryKnowledge& more);
+void Add(GaussianInformation& knowledge, const GaussianInformation& more);
 
 /// Where the knowledge stands; along directions that nothing is known of, as near to `otherwise` as possible.
-Eigen::VectorXd MeanOf(const EntryKnowledge& knowledge, const Eigen::VectorXd& otherwise);
+Eigen::VectorXd MeanOf(const GaussianInformation& knowledge, const Eigen::VectorXd& otherwise);
 
 /// What fits of other captures of the same material know, and where to start from: both in the order of the free
 /// entries, or empty.
 struct KnownBeside {
-  EntryKnowledge others;
+  GaussianInformation others;
   Eigen::VectorXd start;
 };
 
@@ -56,7 +56,7 @@ struct Disagreement {
   double here = 0, there = 0;  ///< where they put that entry
 };
 /// `a` and `b` know of the same entries.
-Disagreement Compared(const EntryKnowledge& a, const EntryKnowledge& b);
+Disagreement Compared(const GaussianInformation& a, const GaussianInformation& b);
 
 /// What chi2 exceeds by chance in this share of all cases.
 double UnlikelyChi2(int freedom, double by_chance = 1e-4);

@@ -1,4 +1,4 @@
-#include "path/studio.h"
+#include "path/path_context.h"
 
 #include <cmath>
 #include <map>
@@ -11,7 +11,7 @@ namespace crownfit {
 namespace {
 
 /// d ln HalfSpaceReflectance of the layer by ln scattering and ln absorption.
-CutSlopes SlopesOfHalfSpace(const Material::Layer& layer) {
+CutDerivatives HalfSpaceDerivatives(const Material::Layer& layer) {
   const auto slope = [&](Quantity q) {
     constexpr double kStep = 1e-4;
     Material::Layer up = layer, down = layer;
@@ -73,11 +73,11 @@ Media MediaOf(const Capture& capture, const Material& material, const LayeredBod
   return Media(std::move(media));
 }
 
-Studio StudioOf(const Capture& capture, const Material& material, const std::vector<size_t>& photographs,
-                const PathOptions& options, Studio begun) {
+PathContext PathContextOf(const Capture& capture, const Material& material, const std::vector<size_t>& photographs,
+                          const PathOptions& options, PathContext begun) {
   const PhotographSpec& first = capture.photographs[photographs[0]];
   for (const size_t i : photographs) begun.polarisers.push_back(capture.photographs[i].polarisers());
-  begun.wants_slopes = options.slopes;
+  begun.wants_derivatives = options.derivatives;
   begun.has_diffuse_exits = options.diffuse_exits;
   for (size_t i = 0; i < begun.media.size(); ++i) {
     const OuterBoundary outer{material.surface[Quantity::kRoughness][0], material.surface[Quantity::kWetness][0],
@@ -91,8 +91,8 @@ Studio StudioOf(const Capture& capture, const Material& material, const std::vec
     const Material::Layer& root = material.layers.back();
     begun.cut_reflectance = glm::min(material.surface[Quantity::kNeckReturn][0] * HalfSpaceReflectance(root), 1.0);
     const glm::dvec3 unclamped(glm::lessThan(begun.cut_reflectance, glm::dvec3(1.0)));
-    const CutSlopes slopes = SlopesOfHalfSpace(root);
-    begun.cut_slopes = {unclamped * slopes.scattering, unclamped * slopes.absorption};
+    const CutDerivatives derivatives = HalfSpaceDerivatives(root);
+    begun.cut_derivatives = {unclamped * derivatives.scattering, unclamped * derivatives.absorption};
   }
   if (const auto contact = ContactBackingOf(capture, photographs[0])) begun.contact.emplace(capture.backings[*contact]);
   size_t sampled = 0;

@@ -4,7 +4,7 @@
 #include <tuple>
 
 #include "base/parallel.h"
-#include "path/facet_grid.h"
+#include "path/triangle_grid.h"
 
 namespace crownfit {
 namespace {
@@ -14,8 +14,9 @@ constexpr double kNear_mm = 0.8;  // further from surfaces a lower bound does
 
 }  // namespace
 
-FacetGrid::FacetGrid(const std::vector<TriangleMesh>& surfaces, const std::vector<std::vector<uint8_t>>& is_exposed,
-                     const glm::dvec3& low, const glm::dvec3& high, int threads) {
+TriangleGrid::TriangleGrid(const std::vector<TriangleMesh>& surfaces,
+                           const std::vector<std::vector<uint8_t>>& is_exposed, const glm::dvec3& low,
+                           const glm::dvec3& high, int threads) {
   const glm::dvec3 size = high - low;
   cubes_.low = low;
   cubes_.per_mm = kCubes / std::max({size.x, size.y, size.z});
@@ -25,7 +26,7 @@ FacetGrid::FacetGrid(const std::vector<TriangleMesh>& surfaces, const std::vecto
   FindSlabs();
 }
 
-void FacetGrid::FindDistances(const std::vector<TriangleMesh>& surfaces, int threads) {
+void TriangleGrid::FindDistances(const std::vector<TriangleMesh>& surfaces, int threads) {
   std::vector<const TriangleMesh*> meshes;
   for (const TriangleMesh& mesh : surfaces) meshes.push_back(&mesh);
   const RayCaster caster(meshes);
@@ -51,8 +52,8 @@ void FacetGrid::FindDistances(const std::vector<TriangleMesh>& surfaces, int thr
   });
 }
 
-std::vector<FacetGrid::Group> FacetGrid::GatherFacets(const std::vector<TriangleMesh>& surfaces,
-                                                      const std::vector<std::vector<uint8_t>>& is_exposed) {
+std::vector<TriangleGrid::Group> TriangleGrid::GatherFacets(const std::vector<TriangleMesh>& surfaces,
+                                                            const std::vector<std::vector<uint8_t>>& is_exposed) {
   std::vector<Group> groups;
   for (size_t m = 0; m < surfaces.size(); ++m) {
     const TriangleMesh& mesh = surfaces[m];
@@ -77,7 +78,7 @@ std::vector<FacetGrid::Group> FacetGrid::GatherFacets(const std::vector<Triangle
   return groups;
 }
 
-void FacetGrid::ListFacets(const std::vector<Group>& groups) {
+void TriangleGrid::ListFacets(const std::vector<Group>& groups) {
   const double cube_mm = cubes_.cube_mm();
   const glm::dvec3 margin(kListed * cube_mm);
   // Once to count, once to fill. In every cube each group begins a pack of its own.
@@ -115,7 +116,7 @@ void FacetGrid::ListFacets(const std::vector<Group>& groups) {
   });
 }
 
-void FacetGrid::FindSlabs() {
+void TriangleGrid::FindSlabs() {
   const double reach_mm = kReach * cubes_.cube_mm(), rounding = 1e-5 * cubes_.cube_mm();
   slabs_.resize(distance_mm_.size());
   // Cubes whose ball the facet's box and plane both reach.

@@ -1,4 +1,4 @@
-#include "fit/entry_knowledge.h"
+#include "fit/gaussian_information.h"
 
 #include <algorithm>
 #include <boost/math/distributions/chi_squared.hpp>
@@ -35,13 +35,13 @@ std::vector<std::string> NamesOf(const std::vector<FreeEntry>& entries) {
   return names;
 }
 
-EntryKnowledge NothingOf(const std::vector<std::string>& names) {
+GaussianInformation NothingOf(const std::vector<std::string>& names) {
   const auto n = static_cast<Eigen::Index>(names.size());
   return {names, Eigen::MatrixXd::Zero(n, n), Eigen::VectorXd::Zero(n)};
 }
 
-EntryKnowledge Marginal(const EntryKnowledge& knowledge, const std::vector<std::string>& names) {
-  EntryKnowledge m;
+GaussianInformation Marginal(const GaussianInformation& knowledge, const std::vector<std::string>& names) {
+  GaussianInformation m;
   std::vector<Eigen::Index> kept, others;
   for (size_t k = 0; k < knowledge.names.size(); ++k) {
     const bool is_kept = std::count(names.begin(), names.end(), knowledge.names[k]) > 0;
@@ -55,19 +55,19 @@ EntryKnowledge Marginal(const EntryKnowledge& knowledge, const std::vector<std::
   return m;
 }
 
-void Add(EntryKnowledge& knowledge, const EntryKnowledge& more) {
-  const EntryKnowledge part = Marginal(more, knowledge.names);
+void Add(GaussianInformation& knowledge, const GaussianInformation& more) {
+  const GaussianInformation part = Marginal(more, knowledge.names);
   const std::vector<Eigen::Index> places = PlacesOf(part.names, knowledge.names);
   knowledge.precision(places, places) += part.precision;
   knowledge.weighted_mean(places) += part.weighted_mean;
 }
 
-Eigen::VectorXd MeanOf(const EntryKnowledge& knowledge, const Eigen::VectorXd& otherwise) {
+Eigen::VectorXd MeanOf(const GaussianInformation& knowledge, const Eigen::VectorXd& otherwise) {
   return otherwise +
          SeenDirections(knowledge.precision).Inverse() * (knowledge.weighted_mean - knowledge.precision * otherwise);
 }
 
-Disagreement Compared(const EntryKnowledge& a, const EntryKnowledge& b) {
+Disagreement Compared(const GaussianInformation& a, const GaussianInformation& b) {
   Check(a.names == b.names, "the same entries");
   // The inverse of the sum of both covariances, which is 0 along directions that one of them knows nothing of.
   const Eigen::MatrixXd of_difference = a.precision * SeenDirections(a.precision + b.precision).Inverse() * b.precision;

@@ -54,14 +54,14 @@ struct CubeGrid {
   }
 };
 
-class FacetGrid {
+class TriangleGrid {
  public:
-  FacetGrid() = default;
+  TriangleGrid() = default;
   /// `surfaces`: layers, outermost first, their vertices representable in single precision (LayeredBody's are).
   /// `is_exposed`: per surface and triangle, whether its outside may be any medium further out than the layer above;
   /// empty for a surface where none is.
-  FacetGrid(const std::vector<TriangleMesh>& surfaces, const std::vector<std::vector<uint8_t>>& is_exposed,
-            const glm::dvec3& low, const glm::dvec3& high, int threads);
+  TriangleGrid(const std::vector<TriangleMesh>& surfaces, const std::vector<std::vector<uint8_t>>& is_exposed,
+               const glm::dvec3& low, const glm::dvec3& high, int threads);
 
   /// Distances as plain numbers, for loops over many places.
   struct Distances {
@@ -153,7 +153,7 @@ class FacetGrid {
     size_t first;
     int inside, outermost;
   };
-  // facet_grid_build.cpp
+  // triangle_grid_build.cpp
   void FindDistances(const std::vector<TriangleMesh>& surfaces, int threads);
   std::vector<Group> GatherFacets(const std::vector<TriangleMesh>& surfaces,
                                   const std::vector<std::vector<uint8_t>>& is_exposed);

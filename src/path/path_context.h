@@ -12,13 +12,13 @@
 #include "optics/material.h"
 #include "path/boundary.h"
 #include "path/path_options.h"
-#include "path/path_slopes.h"
+#include "path/score_derivatives.h"
 
 namespace crownfit {
 
 inline constexpr size_t kMaxLamps = 32;  // sampled at one place; more are found by chance alone
 
-/// Of a studio's photographs, one bit each.
+/// Of a context's photographs, one bit each.
 using PhotographSet = uint32_t;
 static_assert(kMaxPhotographs <= 32);
 template <class Do>
@@ -67,7 +67,7 @@ struct HandOver {
 };
 
 /// Everything that stays the same for all paths of some photographs.
-struct Studio {
+struct PathContext {
   const WalkScene& scene;
   const Media& media;
   const std::vector<OpaqueThing>& opaque;
@@ -77,8 +77,8 @@ struct Studio {
   std::optional<ContactTile> contact{};
   std::vector<Lamp> lamps{};
   std::vector<Polarisers> polarisers{};  ///< per photograph
-  bool wants_slopes = false;             ///< derivatives beside the values
-  CutSlopes cut_slopes{};
+  bool wants_derivatives = false;        ///< derivatives beside the values
+  CutDerivatives cut_derivatives{};
   /// For light that leaves smoothly: lamps are looked for in the lobe of diffuse light that is refracted out, in place
   /// of the one direction it takes. Per medium the lobe's 1 / (pi x share of diffuse light that enters from outside).
   bool has_diffuse_exits = false;
@@ -104,8 +104,8 @@ Media MediaOf(const Capture& capture, const Material& material, const LayeredBod
 
 /// `begun` has scene, media and opaque things; returned with boundaries, cut, tile in contact and lamps. `photographs`
 /// can share walks.
-Studio StudioOf(const Capture& capture, const Material& material, const std::vector<size_t>& photographs,
-                const PathOptions& options, Studio begun);
+PathContext PathContextOf(const Capture& capture, const Material& material, const std::vector<size_t>& photographs,
+                          const PathOptions& options, PathContext begun);
 
 /// Whether the same paths serve both photographs: one camera in one pose, the same tile in contact, if any.
 bool CanShareWalks(const Capture& capture, size_t a, size_t b);

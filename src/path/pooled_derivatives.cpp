@@ -1,4 +1,4 @@
-#include "path/picture_slopes.h"
+#include "path/pooled_derivatives.h"
 
 #include <Eigen/Core>
 #include <algorithm>
@@ -26,20 +26,20 @@ void Monomials(int degree, double x, double y, double z, double* out) {
 
 }  // namespace
 
-PooledSlopes::PooledSlopes(const PathPhotograph& photo, const std::vector<DifferenceSlopes>& differences)
+PooledDerivatives::PooledDerivatives(const PathPhotograph& photo, const std::vector<FiniteDifferences>& differences)
     : groups_(static_cast<int>(photo.groups)), ranks_(photo.ranks) {
   const size_t layers = photo.layers, groups = photo.groups;
   constexpr size_t kKinds = 3, kFewestGroups = 4;
   static_assert(kMaxTerms == (kMaxDegree + 1) * (kMaxDegree + 2) * (kMaxDegree + 3) / 6);
-  Check(groups >= kFewestGroups && photo.slopes.size() == photo.rendered.size() * groups * layers,
+  Check(groups >= kFewestGroups && photo.derivatives.size() == photo.rendered.size() * groups * layers,
         "a picture with slopes");
-  for (const DifferenceSlopes& d : differences)
+  for (const FiniteDifferences& d : differences)
     Check(d.values.size() == photo.rendered.size() * groups, "slopes of the same groups");
   constexpr double kExact = 1e-12;  // a noise that none is below, in squares of the value
   for (size_t l = 0; l < layers; ++l)
     for (const Quantity q : {Quantity::kReducedScattering, Quantity::kAbsorption, Quantity::kAsymmetry})
       parameters_.push_back({l, q});
-  for (const DifferenceSlopes& d : differences) parameters_.push_back(d.parameter);
+  for (const FiniteDifferences& d : differences) parameters_.push_back(d.parameter);
   FindPlaces(photo);
   KeepRim(photo, differences);
   std::vector<size_t> used;  // ranks of pixels on the object
@@ -53,7 +53,7 @@ PooledSlopes::PooledSlopes(const PathPhotograph& photo, const std::vector<Differ
   const int terms = MonomialCount(kMaxDegree);
   for (int c = 0; c < kChannels; ++c) {
     if (!(places_[used[0]].brightness[c] > 0)) continue;  // no light at all
-    // Rows are weighted by the noise of the values, which that of the slopes goes with.
+    // Rows are weighted by the noise of the values, which that of the derivatives goes with.
     Eigen::MatrixXd basis(count, terms);
     Eigen::VectorXd weight(count), brightness(count);
     for (Eigen::Index i = 0; i < count; ++i) {
@@ -65,31 +65,31 @@ PooledSlopes::PooledSlopes(const PathPhotograph& photo, const std::vector<Differ
     }
     const Eigen::MatrixXd gram = basis.transpose() * basis;
 
-    const auto at = [&](Eigen::Index i, size_t g, size_t l) -> const GroupSlopes& {
-      return photo.slopes[(used[i] * groups + g) * layers + l];
+    const auto at = [&](Eigen::Index i, size_t g, size_t l) -> const GroupDerivatives& {
+      return photo.derivatives[(used[i] * groups + g) * layers + l];
     };
-    // Per group: weighted slopes (one column a parameter) and controls (brightness times them).
-    std::vector<Eigen::MatrixXd> slopes(groups), controls(groups);
+    // Per group: weighted derivatives (one column a parameter) and controls (brightness times them).
+    std::vector<Eigen::MatrixXd> derivatives(groups), controls(groups);
     Eigen::MatrixXd mean_slope = Eigen::MatrixXd::Zero(count, static_cast<Eigen::Index>(parameters_.size())),
                     mean_control = Eigen::MatrixXd::Zero(count, n_controls);
     for (size_t g = 0; g < groups; ++g) {
-      slopes[g].resize(count, mean_slope.cols());
+      derivatives[g].resize(count, mean_slope.cols());
       controls[g].resize(count, n_controls);
       for (Eigen::Index i = 0; i < count; ++i)
         for (size_t l = 0; l < layers; ++l) {
-          const GroupSlopes& s = at(i, g, l);
+          const GroupDerivatives& s = at(i, g, l);
           const auto j = static_cast<Eigen::Index>(l);
-          slopes[g](i, kKinds * j) = weight[i] * s.scattering[c];
-          slopes[g](i, kKinds * j + 1) = weight[i] * s.absorption[c];
-          slopes[g](i, kKinds * j + 2) = weight[i] * s.asymmetry[c];
+          derivatives[g](i, kKinds * j) = weight[i] * s.scattering[c];
+          derivatives[g](i, kKinds * j + 1) = weight[i] * s.absorption[c];
+          derivatives[g](i, kKinds * j + 2) = weight[i] * s.asymmetry[c];
           controls[g](i, 2 * j) = weight[i] * brightness[i] * s.scattering_control[c];
           controls[g](i, 2 * j + 1) = weight[i] * brightness[i] * s.asymmetry_control[c];
         }
       for (size_t d = 0; d < differences.size(); ++d)
         for (Eigen::Index i = 0; i < count; ++i)
-          slopes[g](i, static_cast<Eigen::Index>(kKinds * layers + d)) =
+          derivatives[g](i, static_cast<Eigen::Index>(kKinds * layers + d)) =
               weight[i] * differences[d].values[used[i] * groups + g][c];
-      mean_slope += slopes[g] / static_cast<double>(groups);
+      mean_slope += derivatives[g] / static_cast<double>(groups);
       mean_control += controls[g] / static_cast<double>(groups);
     }
     // Multiples of the controls, each half of the groups by what the other half found.
@@ -100,12 +100,13 @@ PooledSlopes::PooledSlopes(const PathPhotograph& photo, const std::vector<Differ
       for (size_t g = 1 - half; g < groups; g += 2) {
         const Eigen::MatrixXd d = controls[g] - mean_control;
         square += d.transpose() * d;
-        product += d.transpose() * (slopes[g] - mean_slope);
+        product += d.transpose() * (derivatives[g] - mean_slope);
       }
       multiples[half] = ShortestNearest(square, product);
     }
     std::vector<Eigen::MatrixXd> right(groups);
-    for (size_t g = 0; g < groups; ++g) right[g] = basis.transpose() * (slopes[g] - controls[g] * multiples[g % 2]);
+    for (size_t g = 0; g < groups; ++g)
+      right[g] = basis.transpose() * (derivatives[g] - controls[g] * multiples[g % 2]);
 
     for (size_t j = 0; j < parameters_.size(); ++j) {
       const auto column = static_cast<Eigen::Index>(j);
@@ -150,7 +151,7 @@ PooledSlopes::PooledSlopes(const PathPhotograph& photo, const std::vector<Differ
   }
 }
 
-void PooledSlopes::KeepRim(const PathPhotograph& photo, const std::vector<DifferenceSlopes>& differences) {
+void PooledDerivatives::KeepRim(const PathPhotograph& photo, const std::vector<FiniteDifferences>& differences) {
   const size_t layers = photo.layers, groups = photo.groups, entries = parameters_.size() * kChannels;
   const double n = static_cast<double>(groups);
   for (size_t rank = 0; rank < places_.size(); ++rank) {
@@ -162,10 +163,10 @@ void PooledSlopes::KeepRim(const PathPhotograph& photo, const std::vector<Differ
         for (int c = 0; c < kChannels; ++c) of_group(entry++, static_cast<Eigen::Index>(g)) = slope[c];
       };
       for (size_t l = 0; l < layers; ++l) {
-        const GroupSlopes& s = photo.slopes[(rank * groups + g) * layers + l];
+        const GroupDerivatives& s = photo.derivatives[(rank * groups + g) * layers + l];
         put(s.scattering), put(s.absorption), put(s.asymmetry);
       }
-      for (const DifferenceSlopes& d : differences) put(d.values[rank * groups + g]);
+      for (const FiniteDifferences& d : differences) put(d.values[rank * groups + g]);
     }
     if ((of_group == 0.0).all()) continue;
     std::vector<OfPixel>& kept = rim_[rank];
@@ -176,7 +177,7 @@ void PooledSlopes::KeepRim(const PathPhotograph& photo, const std::vector<Differ
   }
 }
 
-PooledSlopes::OfPixel PooledSlopes::SlopeOf(size_t parameter, int channel, size_t place) const {
+PooledDerivatives::OfPixel PooledDerivatives::DerivativeOf(size_t parameter, int channel, size_t place) const {
   if (IsOnObject(place)) {
     const double here = brightness(channel, place);
     return {here * At(parameter, channel, place), here * Stddev(parameter, channel, place)};
@@ -185,7 +186,7 @@ PooledSlopes::OfPixel PooledSlopes::SlopeOf(size_t parameter, int channel, size_
   return rim == rim_.end() ? OfPixel{} : rim->second[parameter * kChannels + channel];
 }
 
-void PooledSlopes::FindPlaces(const PathPhotograph& photo) {
+void PooledDerivatives::FindPlaces(const PathPhotograph& photo) {
   constexpr int kReach = 2, kNoiseReach = 4, kFewest = 4;
   constexpr double kDark = 1e-3;  // of the mean: no darker counts
   places_.resize(photo.pixels.size());
@@ -230,21 +231,22 @@ void PooledSlopes::FindPlaces(const PathPhotograph& photo) {
   }
 }
 
-std::array<double, PooledSlopes::kMaxTerms> PooledSlopes::TermsAt(int degree, int channel, size_t rank) const {
+std::array<double, PooledDerivatives::kMaxTerms> PooledDerivatives::TermsAt(int degree, int channel,
+                                                                            size_t rank) const {
   std::array<double, kMaxTerms> terms{};
   const Place& place = places_[rank];
   Monomials(degree, place.x, place.y, place.log_brightness[channel], terms.data());
   return terms;
 }
 
-double PooledSlopes::At(size_t parameter, int channel, size_t place) const {
+double PooledDerivatives::At(size_t parameter, int channel, size_t place) const {
   if (!IsOnObject(place)) return 0.0;
   const Field& field = fields_[parameter * kChannels + channel];
   const auto terms = TermsAt(field.degree, channel, (*ranks_)[place]);
   return std::inner_product(field.coefficients.begin(), field.coefficients.end(), terms.begin(), 0.0);
 }
 
-std::vector<double> PooledSlopes::Without(size_t parameter, int channel, size_t place) const {
+std::vector<double> PooledDerivatives::Without(size_t parameter, int channel, size_t place) const {
   std::vector<double> values(groups_, 0.0);
   if (!IsOnObject(place)) return values;
   const Field& field = fields_[parameter * kChannels + channel];
@@ -254,7 +256,7 @@ std::vector<double> PooledSlopes::Without(size_t parameter, int channel, size_t 
   return values;
 }
 
-double PooledSlopes::Stddev(size_t parameter, int channel, size_t place) const {
+double PooledDerivatives::Stddev(size_t parameter, int channel, size_t place) const {
   double sum = 0, square = 0;
   for (const double v : Without(parameter, channel, place)) sum += v, square += v * v;
   return std::sqrt(std::max(0.0, square - sum * sum / groups_) * (groups_ - 1.0) / groups_);

@@ -1,4 +1,4 @@
-#include "path/facet_grid.h"
+#include "path/triangle_grid.h"
 
 #include <algorithm>
 #include <bit>
@@ -24,14 +24,14 @@ constexpr float kGenerous = 4e-6f;  // rounding of single precision in the first
 
 }  // namespace
 
-void FacetGrid::FindEnds(std::span<FacetFlight> flights) const {
+void TriangleGrid::FindEnds(std::span<FacetFlight> flights) const {
   constexpr size_t kTogether = 64;
   for (size_t first = 0; first < flights.size(); first += kTogether)
     FindSomeEnds(flights.subspan(first, std::min(kTogether, flights.size() - first)));
 }
 
 /// The part of a flight within which the surfaces lie, as far as the slab of its first cube tells.
-std::pair<double, double> FacetGrid::WithinSlab(const FacetFlight& f) const {
+std::pair<double, double> TriangleGrid::WithinSlab(const FacetFlight& f) const {
   const std::pair<double, double> all{0.0, f.max_mm};
   const glm::dvec3 p = cubes_.InCubes(f.origin);
   if (!cubes_.Holds(p)) return all;
@@ -48,7 +48,7 @@ std::pair<double, double> FacetGrid::WithinSlab(const FacetFlight& f) const {
 
 /// All flights go from cube to cube together, in steps that each read memory which the step before has called for.
 CROWNFIT_FOR_EVERY_VECTOR
-void FacetGrid::FindSomeEnds(std::span<FacetFlight> flights) const {
+void TriangleGrid::FindSomeEnds(std::span<FacetFlight> flights) const {
   struct Place {
     FacetFlight* flight;
     glm::dvec3 inverse, ahead;  ///< of the direction: 1 / it, 1 where it is positive

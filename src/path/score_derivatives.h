@@ -18,12 +18,12 @@
 namespace crownfit {
 
 /// d ln of the reflectance of the neck's cut, by the innermost layer's parameters.
-struct CutSlopes {
+struct CutDerivatives {
   glm::dvec3 scattering{0.0}, absorption{0.0};
 };
 
 /// Per layer and channel, by ln reduced scattering, by ln absorption, by g.
-struct LayerSlopes {
+struct LayerDerivatives {
   glm::dvec3 scattering{0.0}, absorption{0.0}, asymmetry{0.0};
 };
 /// Zero-mean companions of two of them.
@@ -32,39 +32,39 @@ struct LayerControls {
 };
 
 /// Of one path and all the photographs that it serves.
-class PathSlopes {
+class PathDerivatives {
  public:
-  PathSlopes(const Media& media, const CutSlopes& cut, size_t photographs)
+  PathDerivatives(const Media& media, const CutDerivatives& cut, size_t photographs)
       : media_(media),
         cut_(cut),
         layers_(media.size() - 1),
-        slopes_(photographs * layers_),
+        derivatives_(photographs * layers_),
         controls_(photographs * layers_),
         from_(media.size()) {}
 
   void Begin() {
-    slopes_.assign(slopes_.size(), {});
+    derivatives_.assign(derivatives_.size(), {});
     controls_.assign(controls_.size(), {});
     from_.assign(from_.size(), Visit());
   }
   /// Light found for a photograph by the path as it stands, returned so many times by the neck's cut.
   void Add(size_t photograph, const WalkState& state, int cut_returns, const glm::dvec3& value) {
-    LayerSlopes* slopes = &slopes_[photograph * layers_];
+    LayerDerivatives* derivatives = &derivatives_[photograph * layers_];
     for (size_t l = 0; l < layers_; ++l) {
       const Score score = ScoreOf(l + 1, state.visits[l + 1]);
-      slopes[l].scattering += value * score.scattering;
-      slopes[l].asymmetry += value * score.asymmetry;
-      slopes[l].absorption -= value * media_.Absorbed(l + 1, state.visits[l + 1]);
+      derivatives[l].scattering += value * score.scattering;
+      derivatives[l].asymmetry += value * score.asymmetry;
+      derivatives[l].absorption -= value * media_.Absorbed(l + 1, state.visits[l + 1]);
     }
-    slopes[layers_ - 1].scattering += value * static_cast<double>(cut_returns) * cut_.scattering;
-    slopes[layers_ - 1].absorption += value * static_cast<double>(cut_returns) * cut_.absorption;
+    derivatives[layers_ - 1].scattering += value * static_cast<double>(cut_returns) * cut_.scattering;
+    derivatives[layers_ - 1].absorption += value * static_cast<double>(cut_returns) * cut_.absorption;
   }
 
   /// What the light that a walk was handed over to changes by, as it arrives.
   void AddOfField(size_t photograph, size_t layer, const glm::dvec3& by_scattering, const glm::dvec3& by_absorption) {
-    LayerSlopes& slopes = slopes_[photograph * layers_ + layer];
-    slopes.scattering += by_scattering;
-    slopes.absorption += by_absorption;
+    LayerDerivatives& derivatives = derivatives_[photograph * layers_ + layer];
+    derivatives.scattering += by_scattering;
+    derivatives.absorption += by_absorption;
   }
 
   /// A stretch of flights through one medium begins, with this share of the light left; and ends: its controls.
@@ -92,7 +92,7 @@ class PathSlopes {
   }
 
   /// Photograph by photograph, layer by layer.
-  const std::vector<LayerSlopes>& slopes() const { return slopes_; }
+  const std::vector<LayerDerivatives>& derivatives() const { return derivatives_; }
   const std::vector<LayerControls>& controls() const { return controls_; }
 
  private:
@@ -110,9 +110,9 @@ class PathSlopes {
     return {scattering + reduced, visit.phase_score + scattering * (share / (1.0 - share * m.g))};
   }
   const Media& media_;
-  CutSlopes cut_;
+  CutDerivatives cut_;
   size_t layers_;
-  std::vector<LayerSlopes> slopes_;
+  std::vector<LayerDerivatives> derivatives_;
   std::vector<LayerControls> controls_;
   std::vector<Visit> from_;
   glm::dvec3 left_{1.0};

@@ -5,14 +5,14 @@
 #include <cmath>
 
 #include "fit_path/walked_step.h"
-#include "path/picture_slopes.h"
+#include "path/pooled_derivatives.h"
 #include "support/shapes.h"
 #include "support/walked.h"
 
 namespace crownfit {
 namespace {
 
-constexpr int kKinds = 3;  // slopes of a layer
+constexpr int kKinds = 3;  // derivatives of a layer
 
 void SetLayer(KnownScene& scene, size_t layer, double ior, double g, const ChannelValues& scattering,
               const ChannelValues& absorption) {
@@ -33,7 +33,7 @@ KnownScene Coloured(TriangleMesh mesh, double thickness_mm, int pixels, double v
   return scene;
 }
 
-/// Means over the object of the values, or per layer of the slopes.
+/// Means over the object of the values, or per layer of the derivatives.
 struct Means {
   glm::dvec3 value{0.0};
   std::array<std::array<glm::dvec3, kKinds>, 2> slope{};
@@ -48,11 +48,12 @@ Means MeansOf(const PathPhotograph& photo) {
     ++n;
     m.value += photo.pixels[p].mean;
     for (size_t g = 0; g < photo.groups; ++g)
-      for (size_t l = 0; l < photo.layers && !photo.slopes.empty(); ++l) {
-        const GroupSlopes& s = photo.slopes[(p * photo.groups + g) * photo.layers + l];
-        const glm::vec3 slopes[] = {s.scattering, s.absorption, s.asymmetry},
+      for (size_t l = 0; l < photo.layers && !photo.derivatives.empty(); ++l) {
+        const GroupDerivatives& s = photo.derivatives[(p * photo.groups + g) * photo.layers + l];
+        const glm::vec3 derivatives[] = {s.scattering, s.absorption, s.asymmetry},
                         controls[] = {s.scattering_control, s.asymmetry_control};
-        for (int k = 0; k < kKinds; ++k) m.slope[l][k] += glm::dvec3(slopes[k]) / static_cast<double>(photo.groups);
+        for (int k = 0; k < kKinds; ++k)
+          m.slope[l][k] += glm::dvec3(derivatives[k]) / static_cast<double>(photo.groups);
         for (int k = 0; k < 2; ++k) m.control[l][k] += glm::dvec3(controls[k]) / static_cast<double>(photo.groups);
       }
   }
@@ -79,16 +80,16 @@ std::vector<Case> Cases() {
   return cases;
 }
 
-TEST(PathSlopes, AgreeWithCentralDifferencesAndTheirControlsVanish) {
+TEST(PathDerivatives, AgreeWithCentralDifferencesAndTheirControlsVanish) {
   constexpr int kSeeds = 20;
   constexpr double kSteps[] = {0.1, 0.03, 0.03}, kTruncation = 2e-3;  // of the difference
   const Quantity quantities[] = {Quantity::kReducedScattering, Quantity::kAbsorption, Quantity::kAsymmetry};
   for (const Case& c : Cases()) {
     const LayeredBody body = BodyOf(c.scene);
     const Material material = StatedMaterial(c.scene.capture);
-    const auto render = [&](const Material& m, int seed, bool slopes) {
+    const auto render = [&](const Material& m, int seed, bool derivatives) {
       PathOptions options{.paths_per_pixel = c.paths, .seed = static_cast<uint64_t>(seed)};
-      options.slopes = slopes;
+      options.derivatives = derivatives;
       return MeansOf(RenderByPaths(c.scene.capture, body, {}, m, 0, options, [](double) {}));
     };
     std::vector<Means> at;
@@ -128,7 +129,7 @@ TEST(PathSlopes, AgreeWithCentralDifferencesAndTheirControlsVanish) {
   }
 }
 
-TEST(PathSlopes, ScalingEveryLengthIsTheSumOfAllCoefficientsSlopes) {
+TEST(PathDerivatives, ScalingEveryLengthIsTheSumOfAllCoefficientsSlopes) {
   // A scene twice as large with coefficients half as large gives the same picture, walk for walk. So its derivative by
   // the logarithm of its size is the sum of those by all coefficients.
   constexpr double kStep = 0.03;
@@ -153,7 +154,7 @@ TEST(PathSlopes, ScalingEveryLengthIsTheSumOfAllCoefficientsSlopes) {
     const glm::dvec3 size = (MeansOf(RenderByPaths(far, large, {}, material, 0, options, [](double) {})).value -
                              MeansOf(RenderByPaths(near, small, {}, material, 0, options, [](double) {})).value) /
                             (2 * kStep);
-    options.slopes = true;
+    options.derivatives = true;
     const Means at = MeansOf(RenderByPaths(scene.capture, body, {}, material, 0, options, [](double) {}));
     const glm::dvec3 sum = at.slope[0][0] + at.slope[0][1] + at.slope[1][0] + at.slope[1][1];
     for (int c = 0; c < kChannels; ++c) gap[c].Add(sum[c] - size[c]);
@@ -161,27 +162,27 @@ TEST(PathSlopes, ScalingEveryLengthIsTheSumOfAllCoefficientsSlopes) {
   for (int c = 0; c < kChannels; ++c) EXPECT_LT(std::abs(gap[c].value()), 3 * gap[c].error()) << c;
 }
 
-TEST(PathSlopes, DoNotDependOnLanesOrThreads) {
+TEST(PathDerivatives, DoNotDependOnLanesOrThreads) {
   KnownScene scene = Coloured(Incisor(), 0.9, 6, 10.0);
   const LayeredBody body = BodyOf(scene);
   const auto render = [&](int lanes, int threads) {
     PathOptions options{.paths_per_pixel = 24, .threads = threads};
     options.lanes = lanes;
-    options.slopes = true;
+    options.derivatives = true;
     return RenderByPaths(scene.capture, body, {}, StatedMaterial(scene.capture), 0, options, [](double) {});
   };
   const PathPhotograph a = render(64, 1), b = render(5, 3);
-  for (size_t i = 0; i < a.slopes.size(); ++i) {
-    EXPECT_EQ(a.slopes[i].scattering, b.slopes[i].scattering);
-    EXPECT_EQ(a.slopes[i].absorption, b.slopes[i].absorption);
-    EXPECT_EQ(a.slopes[i].asymmetry, b.slopes[i].asymmetry);
-    EXPECT_EQ(a.slopes[i].scattering_control, b.slopes[i].scattering_control);
-    EXPECT_EQ(a.slopes[i].asymmetry_control, b.slopes[i].asymmetry_control);
+  for (size_t i = 0; i < a.derivatives.size(); ++i) {
+    EXPECT_EQ(a.derivatives[i].scattering, b.derivatives[i].scattering);
+    EXPECT_EQ(a.derivatives[i].absorption, b.derivatives[i].absorption);
+    EXPECT_EQ(a.derivatives[i].asymmetry, b.derivatives[i].asymmetry);
+    EXPECT_EQ(a.derivatives[i].scattering_control, b.derivatives[i].scattering_control);
+    EXPECT_EQ(a.derivatives[i].asymmetry_control, b.derivatives[i].asymmetry_control);
   }
   EXPECT_EQ(a.group_values, b.group_values);
 }
 
-TEST(PooledSlopes, HaveTheSumOfTheirPathsAndErrorsThatTheyMake) {
+TEST(PooledDerivatives, HaveTheSumOfTheirPathsAndErrorsThatTheyMake) {
   const KnownScene scene = SmoothIncisor(16, false);
   const LayeredBody body = BodyOf(scene);
   constexpr int kSeeds = 12;
@@ -189,10 +190,10 @@ TEST(PooledSlopes, HaveTheSumOfTheirPathsAndErrorsThatTheyMake) {
   std::array<double, 6> stated{}, raw{};
   for (uint64_t seed = 1; seed <= kSeeds; ++seed) {
     PathOptions options{.paths_per_pixel = 64, .seed = seed};
-    options.slopes = true;
+    options.derivatives = true;
     const PathPhotograph photo =
         RenderByPaths(scene.capture, body, {}, StatedMaterial(scene.capture), 0, options, [](double) {});
-    const PooledSlopes pooled(photo);
+    const PooledDerivatives pooled(photo);
     const Means means = MeansOf(photo);
     for (int j = 0; j < 6; ++j) {
       // Mean over the object of the blue channel's slope, with the jackknife's error.
@@ -221,21 +222,21 @@ TEST(PooledSlopes, HaveTheSumOfTheirPathsAndErrorsThatTheyMake) {
   }
 }
 
-TEST(PooledSlopes, OfPixelsAroundTheObjectAreThoseOfTheirOwnPaths) {
+TEST(PooledDerivatives, OfPixelsAroundTheObjectAreThoseOfTheirOwnPaths) {
   const KnownScene scene = SmoothIncisor(16, false);
   PathOptions options{.paths_per_pixel = 400};
-  options.slopes = true;
+  options.derivatives = true;
   const PathPhotograph photo =
       RenderByPaths(scene.capture, BodyOf(scene), {}, StatedMaterial(scene.capture), 0, options, [](double) {});
-  const PooledSlopes pooled(photo);
+  const PooledDerivatives pooled(photo);
   constexpr size_t kDentine = 1, kAbsorptionOfDentine = 3 * kDentine + 1;
   double rim = 0, all = 0, rim_of_paths = 0, all_of_paths = 0;
   for (size_t p = 0; p < photo.pixels.size(); ++p) {
     double of_paths = 0;
     for (size_t g = 0; g < photo.groups; ++g)
-      of_paths += photo.slopes[(p * photo.groups + g) * photo.layers + kDentine].absorption[1];
+      of_paths += photo.derivatives[(p * photo.groups + g) * photo.layers + kDentine].absorption[1];
     of_paths /= static_cast<double>(photo.groups);
-    const PooledSlopes::OfPixel slope = pooled.SlopeOf(kAbsorptionOfDentine, 1, p);
+    const PooledDerivatives::OfPixel slope = pooled.DerivativeOf(kAbsorptionOfDentine, 1, p);
     all += slope.value, all_of_paths += of_paths;
     if (photo.pixels[p].on_object) continue;
     rim += slope.value, rim_of_paths += of_paths;
@@ -246,21 +247,21 @@ TEST(PooledSlopes, OfPixelsAroundTheObjectAreThoseOfTheirOwnPaths) {
   EXPECT_NEAR(all, all_of_paths, 0.03 * std::abs(all_of_paths));
 }
 
-TEST(PooledSlopes, AreNothingWhereThereIsNoLightOrNoObject) {
+TEST(PooledDerivatives, AreNothingWhereThereIsNoLightOrNoObject) {
   KnownScene scene = SmoothIncisor(8, false);
   scene.capture.lights[0].shape = DomeLight{{1.0, 0.0, 1.0}};
   PathOptions options{.paths_per_pixel = 16};
-  options.slopes = true;
-  const auto slopes = [&] {
-    return PooledSlopes(
+  options.derivatives = true;
+  const auto derivatives = [&] {
+    return PooledDerivatives(
         RenderByPaths(scene.capture, BodyOf(scene), {}, StatedMaterial(scene.capture), 0, options, [](double) {}));
   };
-  const PooledSlopes dark = slopes();
+  const PooledDerivatives dark = derivatives();
   EXPECT_LT(dark.At(1, 0, 27), 0.0);
   EXPECT_EQ(dark.At(1, 1, 27), 0.0);
   EXPECT_EQ(dark.Stddev(1, 1, 27), 0.0);
   scene.capture.photographs[0].camera_from_object.translation_mm.x += 100;
-  EXPECT_EQ(slopes().At(1, 0, 27), 0.0);
+  EXPECT_EQ(derivatives().At(1, 0, 27), 0.0);
 }
 
 TEST(WalkedStep, FindsWhatChangedWithinItsErrors) {
@@ -273,21 +274,21 @@ TEST(WalkedStep, FindsWhatChangedWithinItsErrors) {
     truth.layers[0][Quantity::kAbsorption][c] *= std::exp(0.06);
     truth.layers[1][Quantity::kAbsorption][c] *= std::exp(-0.04);
   }
-  const auto render = [&](const Material& m, uint64_t seed, bool slopes) {
+  const auto render = [&](const Material& m, uint64_t seed, bool derivatives) {
     PathOptions options{.paths_per_pixel = 1500, .seed = seed};
-    options.slopes = slopes;
+    options.derivatives = derivatives;
     return RenderByPaths(scene.capture, body, {}, m, 0, options, [](double) {});
   };
   const PathPhotograph observed = render(truth, 1, false), predicted = render(start, 2, false);
-  const PooledSlopes slopes(render(start, 3, true));
+  const PooledDerivatives derivatives(render(start, 3, true));
   const RowsOfSlopes rows(
-      {{&slopes, 1.0}},
-      [](const SlopeParameter& p, int) -> Eigen::RowVectorXd {
+      {{&derivatives, 1.0}},
+      [](const DerivativeParameter& p, int) -> Eigen::RowVectorXd {
         if (p.quantity != Quantity::kAbsorption) return {};
         return Eigen::RowVectorXd::Unit(2, static_cast<Eigen::Index>(p.layer));
       },
       2);
-  WalkedStep step(2, slopes.groups());
+  WalkedStep step(2, derivatives.groups());
   for (size_t p = 0; p < observed.pixels.size(); ++p) {
     if (!observed.pixels[p].on_object) continue;
     const glm::dvec3 off = observed.pixels[p].mean - predicted.pixels[p].mean;
