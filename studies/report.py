@@ -14,7 +14,7 @@ This page shows how accurate, how fast and how stable crownfit is, bad figures i
 other programs and with each other. Fits are compared with captures whose true material is known: path-traced by crownfit or by Mitsuba.
 Speed and stability are measured on the same captures.
 
-Every table names the command that runs it again and the date of its run. [studies/README.md](../studies/README.md) lists the studies
+Every table names the date of its run, and the command that runs it again or that there is none. [studies/README.md](../studies/README.md) lists the studies
 and what they cost. A study leaves its table in `studies/results`. `./dev bench report` writes this page from them: edit the tables, not the page.
 
 Unless a table says otherwise: two processor cores, g++ 12.2, release build for baseline x86-64. A dash stands for what was not measured.
