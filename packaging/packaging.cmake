@@ -16,7 +16,8 @@ set(CMAKE_SKIP_INSTALL_ALL_DEPENDENCY ON)  # tests need not be built for a packa
 set(CPACK_GENERATOR DEB TGZ)
 set(CPACK_PACKAGE_CONTACT "The crownfit developers <crownfit@localhost>")
 set(CPACK_PACKAGE_DESCRIPTION_SUMMARY "Fits the optical materials of dental crowns and teeth to calibrated photographs")
-set(CPACK_PACKAGE_FILE_NAME crownfit-${PROJECT_VERSION}-debian12-${CMAKE_SYSTEM_PROCESSOR})
+cmake_host_system_information(RESULT built_on QUERY DISTRIB_INFO)  # "debian" and "12", as libraries differ
+set(CPACK_PACKAGE_FILE_NAME crownfit-${PROJECT_VERSION}-${built_on_ID}${built_on_VERSION_ID}-${CMAKE_SYSTEM_PROCESSOR})
 set(CPACK_STRIP_FILES ON)
 set(CPACK_DEBIAN_FILE_NAME DEB-DEFAULT)
 set(CPACK_DEBIAN_PACKAGE_SECTION science)

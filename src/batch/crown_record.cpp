@@ -20,13 +20,13 @@ std::string StampOf(const std::filesystem::path& file, double* changed_s = nullp
   return std::to_string(s.st_size) + " " + std::to_string(s.st_mtim.tv_sec) + "." + std::to_string(s.st_mtim.tv_nsec);
 }
 
-const JsonValue* Find(const JsonValue& value, const std::string& key) {
+const JsonValue* Find(const JsonValue& value, const char* key) {
   const auto* object = std::get_if<JsonValue::Object>(&value.data);
   if (!object) return nullptr;
   const auto found = std::find_if(object->begin(), object->end(), [&](const auto& m) { return m.first == key; });
   return found == object->end() ? nullptr : &found->second;
 }
-const JsonValue& At(const JsonValue& value, const std::string& key) {
+const JsonValue& At(const JsonValue& value, const char* key) {
   static const JsonValue nothing;
   const JsonValue* found = Find(value, key);
   return found ? *found : nothing;

@@ -2,12 +2,11 @@
 
 #include <algorithm>
 #include <map>
-#include <opencv2/aruco.hpp>
-#include <opencv2/aruco/charuco.hpp>
 #include <opencv2/calib3d.hpp>
 #include <opencv2/imgproc.hpp>
 
 #include "base/error.h"
+#include "calibration/opencv_aruco.h"
 #include "calibration/opencv_image.h"
 
 namespace crownfit {
@@ -17,41 +16,35 @@ namespace aruco = cv::aruco;
 
 glm::dvec2 OurPixel(const cv::Point2f& p) { return {p.x + 0.5, p.y + 0.5}; }
 
-cv::Ptr<aruco::Dictionary> DictionaryOf(const std::string& name) {
-  static const std::map<std::string, aruco::PREDEFINED_DICTIONARY_NAME> known{
-      {"4X4_50", aruco::DICT_4X4_50},
-      {"4X4_100", aruco::DICT_4X4_100},
-      {"4X4_250", aruco::DICT_4X4_250},
-      {"4X4_1000", aruco::DICT_4X4_1000},
-      {"5X5_50", aruco::DICT_5X5_50},
-      {"5X5_100", aruco::DICT_5X5_100},
-      {"5X5_250", aruco::DICT_5X5_250},
-      {"5X5_1000", aruco::DICT_5X5_1000},
-      {"6X6_50", aruco::DICT_6X6_50},
-      {"6X6_100", aruco::DICT_6X6_100},
-      {"6X6_250", aruco::DICT_6X6_250},
-      {"6X6_1000", aruco::DICT_6X6_1000},
-      {"7X7_50", aruco::DICT_7X7_50},
-      {"7X7_100", aruco::DICT_7X7_100},
-      {"7X7_250", aruco::DICT_7X7_250},
-      {"7X7_1000", aruco::DICT_7X7_1000},
-      {"ARUCO_ORIGINAL", aruco::DICT_ARUCO_ORIGINAL},
-      {"APRILTAG_16h5", aruco::DICT_APRILTAG_16h5},
-      {"APRILTAG_25h9", aruco::DICT_APRILTAG_25h9},
-      {"APRILTAG_36h10", aruco::DICT_APRILTAG_36h10},
-      {"APRILTAG_36h11", aruco::DICT_APRILTAG_36h11}};
+aruco::Dictionary DictionaryOf(const std::string& name) {
+  static const std::map<std::string, int> known{{"4X4_50", aruco::DICT_4X4_50},
+                                                {"4X4_100", aruco::DICT_4X4_100},
+                                                {"4X4_250", aruco::DICT_4X4_250},
+                                                {"4X4_1000", aruco::DICT_4X4_1000},
+                                                {"5X5_50", aruco::DICT_5X5_50},
+                                                {"5X5_100", aruco::DICT_5X5_100},
+                                                {"5X5_250", aruco::DICT_5X5_250},
+                                                {"5X5_1000", aruco::DICT_5X5_1000},
+                                                {"6X6_50", aruco::DICT_6X6_50},
+                                                {"6X6_100", aruco::DICT_6X6_100},
+                                                {"6X6_250", aruco::DICT_6X6_250},
+                                                {"6X6_1000", aruco::DICT_6X6_1000},
+                                                {"7X7_50", aruco::DICT_7X7_50},
+                                                {"7X7_100", aruco::DICT_7X7_100},
+                                                {"7X7_250", aruco::DICT_7X7_250},
+                                                {"7X7_1000", aruco::DICT_7X7_1000},
+                                                {"ARUCO_ORIGINAL", aruco::DICT_ARUCO_ORIGINAL},
+                                                {"APRILTAG_16h5", aruco::DICT_APRILTAG_16h5},
+                                                {"APRILTAG_25h9", aruco::DICT_APRILTAG_25h9},
+                                                {"APRILTAG_36h10", aruco::DICT_APRILTAG_36h10},
+                                                {"APRILTAG_36h11", aruco::DICT_APRILTAG_36h11}};
   const auto found = known.find(name);
-  if (found != known.end()) return aruco::getPredefinedDictionary(found->second);
+  if (found != known.end()) return PredefinedDictionary(found->second);
   std::string names;
   for (const auto& [known_name, value] : known) names += (names.empty() ? "" : ", ") + known_name;
   throw InputError("", "--dictionary", "there is no dictionary of markers called '" + name + "'",
                    "Known: " + names + ".");
 }
-
-struct FoundMarkers {
-  std::vector<std::vector<cv::Point2f>> corners;
-  std::vector<int> ids;
-};
 
 /// Corners between four squares, to sub-pixel accuracy, in a window of which nothing else may be nearer than
 /// `clear_px`.
@@ -62,12 +55,9 @@ void Refine(const cv::Mat& grey, double clear_px, std::vector<cv::Point2f>& corn
 
 /// Markers found on the picture enlarged `scale` times, by one of OpenCV's ways to place corners.
 FoundMarkers DetectEnlarged(const cv::Mat& grey, const std::string& name, float scale, int refinement) {
-  FoundMarkers found;
-  const auto parameters = aruco::DetectorParameters::create();
-  parameters->cornerRefinementMethod = refinement;
   cv::Mat large = grey;
   if (scale != 1.0f) cv::resize(grey, large, {}, scale, scale, cv::INTER_CUBIC);
-  aruco::detectMarkers(large, DictionaryOf(name), found.corners, found.ids, parameters);
+  FoundMarkers found = DetectMarkers(large, DictionaryOf(name), refinement);
   // AprilTag's way counts pixels from their corners, and OpenCV does not convert.
   const float half = refinement == aruco::CORNER_REFINE_APRILTAG ? 0.0f : 0.5f;
   for (auto& marker : found.corners)
@@ -81,7 +71,7 @@ cv::Point2f CentreOf(const std::vector<cv::Point2f>& marker) {
 
 /// AprilTag's own way (Wang and Olson 2016) places corners to 0.03 px on an enlarged picture where the general one does
 /// to 0.12, but it overlooks some tags that the general one finds.
-FoundMarkers DetectMarkers(const cv::Mat& grey, const std::string& name) {
+FoundMarkers DetectByName(const cv::Mat& grey, const std::string& name) {
   if (!name.starts_with("APRILTAG")) return DetectEnlarged(grey, name, 1.0f, aruco::CORNER_REFINE_SUBPIX);
   const float largest = 4000.0f / static_cast<float>(std::max(grey.cols, grey.rows));
   FoundMarkers found = DetectEnlarged(grey, name, std::clamp(largest, 1.0f, 2.0f), aruco::CORNER_REFINE_APRILTAG);
@@ -116,21 +106,17 @@ BoardView FindChessboard(const cv::Mat& grey, const Board& board) {
 }
 
 BoardView FindCharuco(const cv::Mat& grey, const Board& board) {
-  const auto dictionary = DictionaryOf(DictionaryNameOf(board));
-  const auto layout =
-      aruco::CharucoBoard::create(board.columns + 1, board.rows + 1, static_cast<float>(board.square_mm),
-                                  static_cast<float>(CharucoMarker_mm(board)), dictionary);
-  const FoundMarkers found = DetectMarkers(grey, DictionaryNameOf(board));
+  const double marker_mm = CharucoMarker_mm(board);
+  const FoundMarkers found = DetectByName(grey, DictionaryNameOf(board));
   BoardView view;
   if (found.ids.empty()) return view;
-  std::vector<cv::Point2f> corners;
-  std::vector<int> ids;
-  aruco::interpolateCornersCharuco(found.corners, found.ids, grey, layout, corners, ids);
+  auto [corners, ids] =
+      CornersBetween(grey, found, {board.columns + 1, board.rows + 1}, static_cast<float>(board.square_mm),
+                     static_cast<float>(marker_mm), DictionaryOf(DictionaryNameOf(board)));
   if (ids.empty()) return view;
   // What OpenCV 4.6 refines comes back half a pixel too far right and down; begun from there and refined again.
   double marker_px = 1e9;
   for (const auto& marker : found.corners) marker_px = std::min(marker_px, cv::norm(marker[1] - marker[0]));
-  const double marker_mm = CharucoMarker_mm(board);
   Refine(grey, marker_px * 0.5 * (board.square_mm - marker_mm) / marker_mm, corners);
   for (size_t i = 0; i < ids.size(); ++i) {
     const int column = ids[i] % board.columns, row = ids[i] / board.columns;
@@ -141,7 +127,7 @@ BoardView FindCharuco(const cv::Mat& grey, const Board& board) {
 }
 
 BoardView FindTags(const cv::Mat& grey, const Board& board) {
-  const FoundMarkers found = DetectMarkers(grey, DictionaryNameOf(board));
+  const FoundMarkers found = DetectByName(grey, DictionaryNameOf(board));
   const double step = TagStep_mm(board);
   BoardView view;
   for (size_t m = 0; m < found.ids.size(); ++m) {
@@ -192,7 +178,7 @@ BoardView FindBoard(const ImageFile& photo, const Board& board) {
 }
 
 std::vector<Marker> FindMarkers(const ImageFile& photo, const std::string& dictionary) {
-  const FoundMarkers found = DetectMarkers(LinearGrey8(photo), dictionary);
+  const FoundMarkers found = DetectByName(LinearGrey8(photo), dictionary);
   std::vector<Marker> markers;
   for (size_t m = 0; m < found.ids.size(); ++m) {
     markers.push_back({found.ids[m], {}});
@@ -202,13 +188,12 @@ std::vector<Marker> FindMarkers(const ImageFile& photo, const std::string& dicti
 }
 
 std::vector<std::vector<bool>> MarkerSquares(const std::string& dictionary, int id) {
-  const auto codes = DictionaryOf(dictionary);
-  const int side = codes->markerSize + 2;
-  if (id < 0 || id >= codes->bytesList.rows)
-    throw InputError("", "--dictionary", dictionary + " has only " + std::to_string(codes->bytesList.rows) + " markers",
+  const aruco::Dictionary codes = DictionaryOf(dictionary);
+  const int side = codes.markerSize + 2;
+  if (id < 0 || id >= codes.bytesList.rows)
+    throw InputError("", "--dictionary", dictionary + " has only " + std::to_string(codes.bytesList.rows) + " markers",
                      "Use a larger dictionary or a smaller board.");
-  cv::Mat drawn;
-  aruco::drawMarker(codes, id, side, drawn);
+  const cv::Mat drawn = DrawMarker(codes, id, side);
   std::vector<std::vector<bool>> squares(side, std::vector<bool>(side));
   for (int y = 0; y < side; ++y)
     for (int x = 0; x < side; ++x) squares[y][x] = drawn.at<uchar>(y, x) < 128;

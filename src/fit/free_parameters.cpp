@@ -136,7 +136,7 @@ void ApplyOverrides(Capture& capture, const FitOverrides& overrides) {
     for (double& v : spec.value) v = std::clamp(v, spec.low, spec.high);
   }
   for (const auto& [name, sharing] : overrides.share) {
-    const auto& [spec, row] = SpecNamed(capture, name, "--share");
+    const auto [spec, row] = SpecNamed(capture, name, "--share");
     if (!row.per_channel && sharing != Sharing::kOneValue)
       throw InputError("", "--share", name + " has one value for all channels");
     if (spec.fixed)

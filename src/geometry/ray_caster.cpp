@@ -1,11 +1,10 @@
 #include "geometry/ray_caster.h"
 
-#include <embree3/rtcore.h>
-
 #include <algorithm>
 #include <cmath>
 
 #include "base/error.h"
+#include "geometry/embree.h"
 
 namespace crownfit {
 namespace {
@@ -92,9 +91,8 @@ RayCaster::RayCaster(const std::vector<const TriangleMesh*>& meshes) : impl_(std
   impl_->device = rtcNewDevice("threads=1");  // the same tree whatever the machine's processors
   Check(impl_->device != nullptr, "Embree starts");
   impl_->scene = rtcNewScene(impl_->device);
-  // Robust: no leaks between neighbouring triangles. Context filter: NearestAccepted.
-  rtcSetSceneFlags(impl_->scene,
-                   static_cast<RTCSceneFlags>(RTC_SCENE_FLAG_ROBUST | RTC_SCENE_FLAG_CONTEXT_FILTER_FUNCTION));
+  // Robust: no leaks between neighbouring triangles. Filters: NearestAccepted.
+  rtcSetSceneFlags(impl_->scene, static_cast<RTCSceneFlags>(RTC_SCENE_FLAG_ROBUST | kSceneFilters));
   for (size_t m = 0; m < meshes.size(); ++m) {
     const RTCGeometry geometry = rtcNewGeometry(impl_->device, RTC_GEOMETRY_TYPE_TRIANGLE);
     auto* v = static_cast<float*>(rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3,
@@ -119,24 +117,22 @@ RayCaster& RayCaster::operator=(RayCaster&&) noexcept = default;
 
 std::optional<Hit> RayCaster::Nearest(const glm::dvec3& origin, const glm::dvec3& direction, double min_mm,
                                       double max_mm) const {
-  RTCIntersectContext context;
-  rtcInitIntersectContext(&context);
+  RayContext context;
   RTCRayHit query{};
   query.ray = MakeRay(origin, direction, min_mm, max_mm);
   query.hit.geomID = RTC_INVALID_GEOMETRY_ID;
-  rtcIntersect1(impl_->scene, &context, &query);
+  Intersect(impl_->scene, context, nullptr, query);
   return HitOf(query);
 }
 
 std::optional<Hit> RayCaster::NearestAccepted(const glm::dvec3& origin, const glm::dvec3& direction, double max_mm,
                                               Predicate predicate, const void* state) const {
   struct FilterContext {
-    RTCIntersectContext embree;  // first, so that the callback can cast back
+    RayContext embree;  // first, so that the filter can cast back
     Predicate predicate;
     const void* state;
   } context{{}, predicate, state};
-  rtcInitIntersectContext(&context.embree);
-  context.embree.filter = [](const RTCFilterFunctionNArguments* args) {
+  const RTCFilterFunctionN filter = [](const RTCFilterFunctionNArguments* args) {
     const auto* c = reinterpret_cast<const FilterContext*>(args->context);
     const int mesh = static_cast<int>(RTCHitN_geomID(args->hit, args->N, 0));
     const int triangle = static_cast<int>(RTCHitN_primID(args->hit, args->N, 0));
@@ -145,15 +141,13 @@ std::optional<Hit> RayCaster::NearestAccepted(const glm::dvec3& origin, const gl
   RTCRayHit query{};
   query.ray = MakeRay(origin, direction, 0.0, max_mm);
   query.hit.geomID = RTC_INVALID_GEOMETRY_ID;
-  rtcIntersect1(impl_->scene, &context.embree, &query);
+  Intersect(impl_->scene, context.embree, filter, query);
   return HitOf(query);
 }
 
 bool RayCaster::Occluded(const glm::dvec3& origin, const glm::dvec3& direction, double min_mm, double max_mm) const {
-  RTCIntersectContext context;
-  rtcInitIntersectContext(&context);
   RTCRay ray = MakeRay(origin, direction, min_mm, max_mm);
-  rtcOccluded1(impl_->scene, &context, &ray);
+  Occlude(impl_->scene, ray);
   return ray.tfar < 0;
 }
 

@@ -15,6 +15,8 @@
 #include <string>
 #include <thread>
 
+#include "photo/font.h"
+
 namespace crownfit {
 namespace {
 
@@ -177,8 +179,11 @@ class OpenImageIo : public ImageLibrary {
     if (x < 0 || y < size_px || x >= image.width || y >= image.height) return;
     OIIO::ImageBuf buffer = Wrapped(image.width, image.height, image.channels, image.values.data());
     const std::vector<float> colour(image.channels, grey);
-    OIIO::ImageBufAlgo::render_text(buffer, x, y, text, size_px, "DejaVuSans", colour);
-    (void)OIIO::geterror();
+    // By its name elsewhere; OpenImageIO 2.5 finds only the names of fonts that lie in /usr/share/fonts itself.
+    std::error_code ignored;
+    const std::string font = std::filesystem::exists(kFontFile, ignored) ? kFontFile : "DejaVuSans";
+    OIIO::ImageBufAlgo::render_text(buffer, x, y, text, size_px, font, colour);
+    (void)buffer.geterror();
   }
 };
 

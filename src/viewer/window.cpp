@@ -8,6 +8,7 @@
 #include <filesystem>
 
 #include "base/error.h"
+#include "photo/font.h"
 // after epoxy
 #include <GLFW/glfw3.h>
 
@@ -15,7 +16,6 @@ namespace crownfit {
 namespace {
 
 constexpr float kFont_px = 16.0f;
-const char* const kFontFile = "/usr/share/fonts/truetype/dejavu/DejaVuSans.ttf";
 
 /// What GLFW's callbacks, which know no caller, leave behind. There is one window.
 struct Happened {

@@ -12,7 +12,7 @@ rm "$folder"/crownfit-*.tar.gz
 mv "$folder"/crownfit-* "$folder/moved here"
 cmake --install "$build" --strip --prefix "$folder/installed" >"$folder/log"
 cpack --config "$build/CPackConfig.cmake" -G DEB -B "$folder" >"$folder/log"
-dpkg-deb -f "$folder"/crownfit_*.deb Depends | grep -q libembree3
+dpkg-deb -f "$folder"/crownfit_*.deb Depends | grep -q 'libembree[34]'
 dpkg-deb -x "$folder"/crownfit_*.deb "$folder/debian"
 for tree in "installed" "debian/usr"; do
   (cd "$folder/$tree" && find . -type f ! -name NEEDS | sort) >"$folder/files"

@@ -258,5 +258,18 @@ TEST(Photographs, AveragesKeepTheLightAndOnlyIndependentNoiseFalls) {
   EXPECT_EQ(measured.usable, (std::vector<uint8_t>{1, 1, 1, 1, 1, 0})) << "one pixel of the last square is not";
 }
 
+TEST(Photographs, TextStandsOnItsBaseline) {
+  Image image(60, 40, 3);
+  DrawText(image, 10, 30, 20, "H", 1.0f);
+  int ink = 0;
+  for (int y = 0; y < 40; ++y)
+    for (int x = 0; x < 60; ++x) {
+      if (image.at(x, y, 1) < 0.5f) continue;
+      ++ink;
+      EXPECT_TRUE(x >= 10 && x <= 30 && y >= 12 && y <= 30) << x << ", " << y;
+    }
+  EXPECT_GT(ink, 40) << "two strokes as high as a capital";
+}
+
 }  // namespace
 }  // namespace crownfit
