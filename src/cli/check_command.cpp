@@ -10,6 +10,7 @@
 #include "photo/image_io.h"
 #include "plan/check_capture.h"
 #include "report/finding_words.h"
+#include "report/plain_words.h"
 #include "report/sections.h"
 
 namespace crownfit {
@@ -61,7 +62,7 @@ std::string AsJson(const Capture& capture, const CaptureCheck& check) {
                         {"free", free_names},
                         {"caveats", InWords(check.caveats)},
                         {"foreseen", foreseen},
-                        {"weak_directions", check.weak_directions},
+                        {"weak_directions", AsVectors(check.weak_directions)},
                         {"requirements", requirements},
                         {"exact", exact},
                         {"shared", shared},
@@ -129,7 +130,7 @@ void PrintForeseen(const CaptureCheck& check) {
         "  continues with path if needed.\n",
         check.shader_s, check.path_s);
   for (const auto& direction : check.weak_directions)
-    std::printf("  weakly determined combination: %s\n", direction.c_str());
+    std::printf("  Hardly determined: %s\n", InWords(direction).c_str());
   if (check.crown)
     std::printf("  %s\n", check.advice.empty()
                               ? "One more photograph with this rig would not narrow the intervals much."

@@ -2,6 +2,7 @@
 
 #include <CLI/CLI.hpp>
 #include <cmath>
+#include <cstdio>
 #include <cstdlib>
 #include <iostream>
 
@@ -55,8 +56,13 @@ Command ParseCommandLine(int argc, char** argv) {
   app.name("crownfit");
   app.require_subcommand(1);
   app.set_version_flag("--version", "crownfit " CROWNFIT_VERSION);
-  app.failure_message(CLI::FailureMessage::help);
+  app.failure_message(CLI::FailureMessage::simple);
   for (const auto add : kCommands) add(app, command);
+  for (CLI::App* listed : app.get_subcommands({})) listed->group("");  // the text above lists them
+  if (argc == 1) {
+    command.run = [help = app.help()] { return std::fputs(help.c_str(), stdout) < 0 ? 1 : 0; };
+    return command;
+  }
   try {
     app.parse(argc, argv);
     if (const CLI::Option* option = NotFinite(app))

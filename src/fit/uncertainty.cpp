@@ -51,19 +51,18 @@ double BlockChi2(const CastState& state, const Evaluation& e, const std::vector<
   return patches ? total / static_cast<double>(patches) : 0.0;
 }
 
-std::string Describe(const FreeParameters& free, const Eigen::VectorXd& direction, double stddev) {
+WeakDirection WeakDirectionOf(const FreeParameters& free, const Eigen::VectorXd& direction, double stddev) {
+  constexpr size_t kMost = 4;
+  constexpr double kLeast = 0.2;
   std::vector<int> order(free.count());
   for (int k = 0; k < free.count(); ++k) order[k] = k;
   std::sort(order.begin(), order.end(), [&](int a, int b) { return std::abs(direction[a]) > std::abs(direction[b]); });
-  std::string text;
   const double sign = direction[order[0]] < 0 ? -1.0 : 1.0;
-  for (int i = 0; i < std::min(4, free.count()); ++i) {
-    const double part = sign * direction[order[i]];
-    if (std::abs(part) < 0.2) break;
-    text += std::string(i ? " " : "") + Printed("%+.2f ", part) +
-            (free.entries[order[i]].scale == Scale::kLog ? "ln " : "") + free.entries[order[i]].name;
-  }
-  return text + (std::isfinite(stddev) ? Printed(" (standard deviation %.2g)", stddev) : " (not determined at all)");
+  WeakDirection weak{{}, stddev};
+  for (const int k : order)
+    if (weak.parts.size() < kMost && std::abs(direction[k]) >= kLeast)
+      weak.parts.push_back({free.entries[k].name, free.entries[k].scale, sign * direction[k]});
+  return weak;
 }
 
 }  // namespace
@@ -196,10 +195,10 @@ Uncertainty Quantify(const Capture& capture, const FreeParameters& free, const E
     const auto [variances, directions] = EigenOfSymmetric(data.covariance);
     const auto unseen = data.unseen.cols();
     for (Eigen::Index i = 0; i < unseen; ++i)
-      result.weak_directions.push_back(Describe(free, data.unseen.col(i), HUGE_VAL));
+      result.weak_directions.push_back(WeakDirectionOf(free, data.unseen.col(i), HUGE_VAL));
     for (Eigen::Index i = n - 1; i >= unseen; --i) {
       const double stddev = std::sqrt(std::max(0.0, variances[i]));
-      if (stddev > kWeak) result.weak_directions.push_back(Describe(free, directions.col(i), stddev));
+      if (stddev > kWeak) result.weak_directions.push_back(WeakDirectionOf(free, directions.col(i), stddev));
     }
     for (int k = 0; k < n; ++k) {
       const double range = (free.entries[k].high - free.entries[k].low) / std::sqrt(12.0);

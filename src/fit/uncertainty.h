@@ -28,6 +28,17 @@ struct FittedParameter {
   std::vector<size_t> ChannelsThatAre(Status s) const;
 };
 
+/// A combination of free entries that the data hardly determine.
+struct WeakDirection {
+  struct Part {
+    std::string entry;
+    Scale scale;
+    double weight;  ///< in the unit direction, in the entry's own scale
+  };
+  std::vector<Part> parts;  ///< the largest first, and that one positive; at most four, none below 0.2
+  double stddev;            ///< along the direction; infinite where nothing is known of it
+};
+
 struct Uncertainty {
   std::vector<FittedParameter> parameters;
   double reduced_chi2 = 0;  ///< of the pixels, residuals squared over degrees of freedom
@@ -36,7 +47,7 @@ struct Uncertainty {
   double freedom = 0;       ///< of reduced_chi2, where readings alone were fitted; 0: of so many that it needs none
   double condition = 0;     ///< of the data-only problem in the fit's own scales
   std::vector<double> of_walks;  ///< per free entry: the share of its variance that the fit's own walks make
-  std::vector<std::string> weak_directions;  ///< combinations that the photographs do not tell apart
+  std::vector<WeakDirection> weak_directions;
   Eigen::MatrixXd covariance;  ///< of the free entries in their own scales, with the priors or else ranges
 };
 

@@ -22,7 +22,7 @@ struct CaptureCheck {
   std::shared_ptr<const Crown> crown;  ///< nothing where measurements alone are given
   std::vector<Finding> caveats;
   std::vector<ForeseenEntry> foreseen;
-  std::vector<std::string> weak_directions;  ///< in a fit by model path
+  std::vector<WeakDirection> weak_directions;  ///< in a fit by model path
   std::vector<SceneRequirement> requirements;
   std::vector<ExactStatement> exact;
   std::vector<SharedScattering> shared;

@@ -185,6 +185,25 @@ std::vector<std::string> ExchangesInWords(const CrownFit& fit) {
   return sentences;
 }
 
+std::string InWords(const WeakDirection& direction) {
+  std::vector<std::string> raised, lowered;
+  for (const WeakDirection::Part& p : direction.parts) (p.weight > 0 ? raised : lowered).push_back(PlainName(p.entry));
+  return "Raising " + Listed(raised) + (lowered.empty() ? "" : " while lowering " + Listed(lowered)) +
+         (std::isfinite(direction.stddev) ? " fits almost as well." : " changes nothing that was measured.");
+}
+
+std::vector<std::string> AsVectors(const std::vector<WeakDirection>& directions) {
+  std::vector<std::string> vectors;
+  for (const WeakDirection& d : directions) {
+    std::string text;
+    for (const WeakDirection::Part& p : d.parts)
+      text += Printed("%+.2f ", p.weight) + (p.scale == Scale::kLog ? "ln " : "") + p.entry + " ";
+    vectors.push_back(
+        text + (std::isfinite(d.stddev) ? Printed("(standard deviation %.2g)", d.stddev) : "(not determined at all)"));
+  }
+  return vectors;
+}
+
 PlainVerdict PlainVerdictOf(const CrownFit& fit) {
   PlainVerdict verdict;
   verdict.headline = fit.usable ? "Usable." : "Do not use this result.";

@@ -17,6 +17,11 @@ struct PlainVerdict {
 /// Pairs of parameters that the photographs hardly tell apart, the closest first: a sentence each.
 std::vector<std::string> ExchangesInWords(const CrownFit& fit);
 
+/// "Raising enamel absorption while lowering dentine absorption fits almost as well."
+std::string InWords(const WeakDirection& direction);
+/// Each as a vector: "+0.83 ln enamel.absorption_per_mm -0.51 ... (standard deviation 0.4)".
+std::vector<std::string> AsVectors(const std::vector<WeakDirection>& directions);
+
 PlainVerdict PlainVerdictOf(const CrownFit& fit);
 
 }  // namespace crownfit

@@ -12,6 +12,7 @@
 #include "photo/image_io.h"
 #include "report/finding_words.h"
 #include "report/joint_json.h"
+#include "report/plain_words.h"
 #include "report/report_files.h"
 
 namespace crownfit {
@@ -253,7 +254,7 @@ std::string MaterialJson(const CrownFit& fit) {
       {"measurements", ReadingsJson(fit)},
       {"identifiability", JsonValue::Object{{"verdict", VerdictInWords(fit)},
                                             {"advice", fit.advice},
-                                            {"weak_directions", u.weak_directions},
+                                            {"weak_directions", AsVectors(u.weak_directions)},
                                             {"off_shared_laws", off_laws},
                                             {"condition", u.condition},
                                             {"reduced_chi2", u.reduced_chi2},
