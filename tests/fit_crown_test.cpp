@@ -11,6 +11,7 @@
 #include "base/files.h"
 #include "base/random.h"
 #include "capture/calibration_error.h"
+#include "capture/capture.h"
 #include "capture/poses.h"
 #include "fit/choose_pixels.h"
 #include "fit/compare_photographs.h"

@@ -6,6 +6,7 @@
 #include <numbers>
 
 #include "base/linear_algebra.h"
+#include "capture/capture.h"
 
 namespace crownfit {
 namespace {

@@ -4,9 +4,9 @@
 #include <string>
 #include <vector>
 
-#include "capture/capture.h"
-
 namespace crownfit {
+
+struct Capture;
 
 /// One way in which a place may be wrong, one standard deviation long; independent of the others.
 struct CalibrationError {

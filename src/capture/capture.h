@@ -2,7 +2,6 @@
 // A capture: what was photographed, from where, under which light. Read strictly from capture.json.
 
 #include <array>
-#include <cmath>
 #include <filesystem>
 #include <map>
 #include <optional>
@@ -11,45 +10,16 @@
 
 #include "capture/blur.h"
 #include "capture/camera.h"
+#include "capture/layer_spec.h"
 #include "capture/light_rig.h"
 #include "capture/measurement.h"
 #include "capture/parameters.h"
+#include "capture/polarisation.h"
 #include "capture/rigid_transform.h"
 #include "photo/colour.h"
 #include "photo/photograph.h"
 
 namespace crownfit {
-
-/// A layer's thickness where it varies over the crown; times the layer's thickness_scale.
-struct ThicknessField {
-  std::array<double, 3> zones_mm{};  ///< in the middle of the cervical, middle and incisal third, smooth between
-  std::string vertex_property;       ///< or a number at every vertex of the layer's mesh, by name
-};
-
-/// Unevenness of the junction to the next layer: added to the thickness; the same for the same seed.
-struct JunctionNoise {
-  double amplitude_mm = 0;  ///< root mean square
-  double wavelength_mm = 1;
-  uint64_t seed = 1;
-};
-
-/// A factor on a layer's absorption that varies over its surface and holds at every depth below it.
-struct AbsorptionTextureSpec {
-  std::optional<std::filesystem::path> file;   ///< a picture, by the mesh's texture coordinates; values as stored
-  std::vector<std::string> vertex_properties;  ///< or numbers at the vertices: one name, or one per channel
-  double low = 0, high = 1;                    ///< the factors that values of 0 and 1 stand for
-};
-
-struct LayerSpec {
-  std::string name;
-  std::optional<std::filesystem::path> surface;  ///< mesh; absent: inward offset of the layer above
-  std::optional<ThicknessField> thickness_field;
-  JunctionNoise junction_noise;
-  std::optional<AbsorptionTextureSpec> absorption_texture;
-  std::array<ParameterSpec, kParameters.size()> parameters;
-  const ParameterSpec& operator[](Quantity q) const { return parameters[static_cast<size_t>(q)]; }
-  ParameterSpec& operator[](Quantity q) { return parameters[static_cast<size_t>(q)]; }
-};
 
 struct ScenerySpec {
   std::string name;
@@ -66,33 +36,11 @@ struct BackingSpec {
   bool has_place = true;    ///< false: point and normal are not stated, as under an instrument
 };
 
-enum class Polarisation { kNone, kCross, kParallel };
-
 /// What light meets inside at the cut where an open scan ends.
 enum class Neck {
   kAir,        ///< the dielectric boundary of the rest
   kAbsorbing,  ///< nothing comes back
   kRoot        ///< the innermost layer's material goes on: a Lambertian return of its half space
-};
-
-/// What becomes of light S that kept its polarisation: none = S + D, cross = D, parallel = 2 S + D, as photographs are
-/// normalised to a white card seen through the filters.
-struct Polarisers {
-  double of_kept;        ///< factor on S
-  double memory_events;  ///< a share exp(-n / this) of light that was scattered n times is S; 0: none is
-
-  static Polarisers Of(Polarisation polarisation, double memory_events = 0) {
-    return {polarisation == Polarisation::kNone    ? 1.0
-            : polarisation == Polarisation::kCross ? 0.0
-                                                   : 2.0,
-            memory_events};
-  }
-  /// Factor on light that layers scattered `events` times and nothing else has depolarised.
-  template <class T>
-  T OfScattered(const T& events) const {
-    using std::exp;
-    return memory_events > 0 ? 1.0 + (of_kept - 1.0) * exp(-events / memory_events) : T(1.0);
-  }
 };
 
 struct PhotographSpec {

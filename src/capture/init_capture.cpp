@@ -5,6 +5,7 @@
 #include "base/error.h"
 #include "base/files.h"
 #include "base/json_file.h"
+#include "capture/capture.h"
 #include "capture/light_rig.h"
 #include "capture/poses.h"
 

@@ -4,6 +4,7 @@
 
 #include "base/error.h"
 #include "base/files.h"
+#include "capture/capture.h"
 #include "capture/colour_file.h"
 #include "cli/lay_up_options.h"
 #include "dental/prediction_file.h"

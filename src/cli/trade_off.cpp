@@ -9,6 +9,7 @@
 #include "base/error.h"
 #include "batch/crown_record.h"
 #include "batch/process_pool.h"
+#include "capture/capture.h"
 #include "fit/compare_photographs.h"
 #include "optics/material_file.h"
 #include "photo/image_io.h"

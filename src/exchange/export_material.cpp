@@ -6,6 +6,7 @@
 #include "base/error.h"
 #include "base/files.h"
 #include "base/text.h"
+#include "capture/capture.h"
 #include "exchange/exporters.h"
 #include "geometry/signed_distance.h"
 #include "path/path_derivatives.h"

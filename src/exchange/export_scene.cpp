@@ -6,6 +6,7 @@
 #include <numbers>
 
 #include "base/text.h"
+#include "capture/capture.h"
 #include "optics/media.h"
 #include "scene/light_samples.h"
 

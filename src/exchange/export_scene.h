@@ -7,11 +7,15 @@
 #include <variant>
 #include <vector>
 
-#include "capture/capture.h"
+#include "capture/camera.h"
+#include "capture/rigid_transform.h"
 #include "geometry/triangle_mesh.h"
 #include "optics/material_file.h"
+#include "photo/image.h"
 
 namespace crownfit {
+
+struct Capture;
 
 /// A layer: Henyey-Greenstein scattering with the true coefficient, not the reduced one.
 struct ExportedLayer {

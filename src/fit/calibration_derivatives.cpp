@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "base/error.h"
+#include "capture/capture.h"
 #include "fit/choose_pixels.h"
 #include "scene/cast_photograph.h"
 #include "shader/predict.h"

@@ -5,6 +5,7 @@
 #include <map>
 
 #include "base/error.h"
+#include "capture/capture.h"
 #include "fit/fit_result.h"
 
 namespace crownfit {

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <map>
 
+#include "capture/capture.h"
 #include "fit/choose_pixels.h"
 #include "scene/long_axis.h"
 #include "shader/predict.h"

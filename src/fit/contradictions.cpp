@@ -5,6 +5,8 @@
 #include <map>
 #include <set>
 
+#include "capture/capture.h"
+
 namespace crownfit {
 namespace {
 

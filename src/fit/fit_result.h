@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "capture/capture.h"
 #include "fit/finding.h"
 #include "fit/fit_options.h"
 #include "fit/free_parameters.h"

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "base/text.h"
+#include "capture/capture.h"
 #include "fit/calibration_derivatives.h"
 #include "fit/choose_pixels.h"
 #include "fit/image_residuals.h"

@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "base/parallel.h"
+#include "capture/capture.h"
 #include "optics/aperture.h"
 #include "optics/flat_reading.h"
 

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "base/error.h"
+#include "capture/capture.h"
 
 namespace crownfit {
 namespace {

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "base/linear_algebra.h"
+#include "capture/capture.h"
 
 namespace crownfit {
 namespace {

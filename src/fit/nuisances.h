@@ -9,9 +9,9 @@
 #include <span>
 #include <vector>
 
-#include "capture/capture.h"
-
 namespace crownfit {
+
+struct Capture;
 
 /// One photograph's pixels that the fit uses. What a pixel shows is a sum over sharp ones: itself alone, or those that
 /// the lens spreads into it.

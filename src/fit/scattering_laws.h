@@ -8,10 +8,11 @@
 #include <string>
 #include <vector>
 
-#include "capture/capture.h"
 #include "fit/uncertainty.h"
 
 namespace crownfit {
+
+struct Capture;
 
 /// Of one law beside the next. Departures are shares of the value, in the channel that departs most. Every fitted value
 /// has the smaller mean square error under the law where the material departs from it by less than `told`

@@ -7,6 +7,7 @@
 
 #include "base/linear_algebra.h"
 #include "base/text.h"
+#include "capture/capture.h"
 
 namespace crownfit {
 namespace {

@@ -6,6 +6,7 @@
 #include <optional>
 
 #include "base/linear_algebra.h"
+#include "capture/capture.h"
 #include "fit_path/gather_walks.h"
 #include "fit_path/long_runs.h"
 #include "fit_path/walk_schedule.h"

@@ -8,6 +8,7 @@
 
 #include "base/linear_algebra.h"
 #include "base/parallel.h"
+#include "capture/capture.h"
 #include "fit/calibration_derivatives.h"
 #include "fit/choose_pixels.h"
 #include "fit/flat_residuals.h"

@@ -8,6 +8,7 @@
 
 #include "base/linear_algebra.h"
 #include "base/parallel.h"
+#include "capture/capture.h"
 #include "fit/choose_pixels.h"
 #include "shader/predict.h"
 

@@ -7,6 +7,7 @@
 #include <optional>
 
 #include "base/parallel.h"
+#include "capture/capture.h"
 #include "fit/walk_comparison.h"
 #include "fit_path/gather_walks.h"
 #include "fit_path/walk_schedule.h"

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <map>
 
+#include "capture/capture.h"
 #include "fit/choose_pixels.h"
 #include "fit_path/gather_walks.h"
 #include "fit_path/walk_schedule.h"

@@ -6,6 +6,7 @@
 #include <optional>
 #include <string>
 
+#include "capture/capture.h"
 #include "fit_path/gather_walks.h"
 #include "fit_path/walk_schedule.h"
 

@@ -5,6 +5,7 @@
 #include <optional>
 
 #include "base/linear_algebra.h"
+#include "capture/capture.h"
 #include "fit/gaussian_information.h"
 #include "path/path_derivatives.h"
 

@@ -2,6 +2,7 @@
 
 #include <optional>
 
+#include "capture/capture.h"
 #include "optics/adding_doubling.h"
 #include "optics/aperture.h"
 

@@ -1,5 +1,6 @@
 #include "optics/material.h"
 
+#include "capture/capture.h"
 #include "optics/media.h"
 
 namespace crownfit {

@@ -1,14 +1,17 @@
 #pragma once
 // A material: values of every parameter of every layer, in the capture's channels.
 
+#include <array>
+#include <glm/glm.hpp>
 #include <string>
 #include <vector>
 
-#include "capture/capture.h"
 #include "capture/parameters.h"
 #include "optics/slab.h"
 
 namespace crownfit {
+
+struct Capture;
 
 using ChannelValues = std::array<double, kChannels>;
 

@@ -7,6 +7,7 @@
 #include "base/files.h"
 #include "base/json_file.h"
 #include "base/text.h"
+#include "capture/capture.h"
 #include "photo/colour.h"
 
 namespace crownfit {

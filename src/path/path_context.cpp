@@ -4,6 +4,7 @@
 #include <map>
 #include <numbers>
 
+#include "capture/capture.h"
 #include "optics/fresnel_moments.h"
 #include "optics/media.h"
 
@@ -52,6 +53,11 @@ Surroundings::Surroundings(const Capture& capture, const std::vector<TriangleMes
         true, *photo.backing, k, [&] { return SquareTile(tile.point_mm, tile.normal, tile.size_mm); },
         tile.reflectance);
   }
+}
+
+ContactTile::ContactTile(const BackingSpec& tile)
+    : centre(tile.point_mm), normal(tile.normal), half_size_mm(0.5 * tile.size_mm), reflectance(tile.reflectance) {
+  std::tie(side_u, side_v) = Tangents(normal);
 }
 
 Media MediaOf(const Capture& capture, const Material& material, const LayeredBody& body) {

@@ -8,13 +8,17 @@
 #include <tuple>
 #include <vector>
 
-#include "capture/capture.h"
+#include "capture/light_rig.h"
+#include "capture/polarisation.h"
 #include "optics/material.h"
 #include "path/boundary.h"
 #include "path/path_options.h"
 #include "path/score_derivatives.h"
 
 namespace crownfit {
+
+struct BackingSpec;
+struct Capture;
 
 inline constexpr size_t kMaxLamps = 32;  // sampled at one place; more are found by chance alone
 
@@ -46,10 +50,7 @@ struct ContactTile {
   double half_size_mm;
   glm::dvec3 reflectance;
 
-  ContactTile(const BackingSpec& b)
-      : centre(b.point_mm), normal(b.normal), half_size_mm(0.5 * b.size_mm), reflectance(b.reflectance) {
-    std::tie(side_u, side_v) = Tangents(normal);
-  }
+  explicit ContactTile(const BackingSpec& tile);
   bool Holds(const glm::dvec3& p) const {
     const glm::dvec3 d = p - centre;
     return std::abs(glm::dot(d, normal)) <= kContactMm && std::abs(glm::dot(d, side_u)) <= half_size_mm &&

@@ -4,6 +4,8 @@
 #include <cmath>
 #include <utility>
 
+#include "capture/capture.h"
+
 namespace crownfit {
 namespace {
 

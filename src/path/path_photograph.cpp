@@ -7,6 +7,7 @@
 
 #include "base/error.h"
 #include "base/parallel.h"
+#include "capture/capture.h"
 #include "path/light_field.h"
 #include "path/path_context.h"
 #include "path/walk_pool.h"

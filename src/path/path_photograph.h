@@ -6,13 +6,14 @@
 #include <memory>
 #include <vector>
 
-#include "capture/capture.h"
 #include "diffusion/volume_lattice.h"
 #include "optics/material.h"
 #include "path/path_options.h"
 #include "path/random_walk.h"
 
 namespace crownfit {
+
+struct Capture;
 
 /// Mean of a pixel and the covariance of that mean, per channel pair RR RG RB GG GB BB.
 struct PixelEstimate {

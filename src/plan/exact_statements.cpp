@@ -5,6 +5,7 @@
 #include <map>
 
 #include "base/linear_algebra.h"
+#include "capture/capture.h"
 #include "fit/image_residuals.h"
 
 namespace crownfit {

@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "capture/calibration_error.h"
+#include "capture/capture.h"
 #include "capture/light_rig.h"
 #include "fit/calibration_derivatives.h"
 #include "fit/choose_pixels.h"

@@ -1,6 +1,7 @@
 #include "plan/start_state.h"
 
 #include "base/error.h"
+#include "capture/capture.h"
 #include "fit/choose_pixels.h"
 #include "scene/cast_capture.h"
 

@@ -6,6 +6,7 @@
 #include <set>
 
 #include "base/text.h"
+#include "capture/capture.h"
 #include "report/finding_words.h"
 
 namespace crownfit {

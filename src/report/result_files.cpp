@@ -7,6 +7,7 @@
 
 #include "base/files.h"
 #include "base/json_file.h"
+#include "capture/capture.h"
 #include "fit/fit_result.h"
 #include "photo/figures.h"
 #include "photo/image_io.h"

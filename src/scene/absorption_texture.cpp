@@ -6,6 +6,7 @@
 
 #include "base/error.h"
 #include "base/parallel.h"
+#include "capture/capture.h"
 #include "geometry/mesh_file.h"
 #include "geometry/ray_caster.h"
 #include "photo/image_io.h"

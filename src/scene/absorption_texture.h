@@ -2,12 +2,15 @@
 // A layer's absorption where it varies over the crown, as stains and characterisations do: a factor per channel, read
 // from a picture or from numbers at the vertices.
 
+#include <filesystem>
+#include <glm/glm.hpp>
 #include <vector>
 
-#include "capture/capture.h"
 #include "geometry/triangle_mesh.h"
 
 namespace crownfit {
+
+struct Capture;
 
 /// Inside the layer every point takes the factor of the nearest point of the surface. Held on a grid of 0.1 mm or 1/96
 /// of the longest side, whichever is larger, and linear in between: finer detail is lost.

@@ -6,6 +6,7 @@
 
 #include "base/error.h"
 #include "base/parallel.h"
+#include "capture/capture.h"
 #include "scene/taps.h"
 
 namespace crownfit {

@@ -3,10 +3,11 @@
 
 #include <vector>
 
-#include "capture/capture.h"
 #include "scene/cast_samples.h"
 
 namespace crownfit {
+
+struct Capture;
 
 /// Meshes of the capture's scenery, in the order of Capture::scenery.
 std::vector<TriangleMesh> ReadScenery(const Capture& capture);

@@ -5,6 +5,7 @@
 
 #include "base/error.h"
 #include "base/limits.h"
+#include "capture/capture.h"
 #include "geometry/signed_distance.h"
 #include "scene/cast_photograph.h"
 

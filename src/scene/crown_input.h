@@ -4,6 +4,7 @@
 #include <optional>
 #include <vector>
 
+#include "capture/capture.h"
 #include "photo/photograph.h"
 #include "scene/crown_source.h"
 

@@ -5,6 +5,7 @@
 
 #include "base/error.h"
 #include "base/text.h"
+#include "capture/capture.h"
 #include "geometry/mesh_file.h"
 
 namespace crownfit {

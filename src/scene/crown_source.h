@@ -7,13 +7,14 @@
 #include <string>
 #include <vector>
 
-#include "capture/capture.h"
 #include "geometry/signed_distance.h"
 #include "geometry/triangle_mesh.h"
 #include "scene/absorption_texture.h"
 #include "scene/thickness_map.h"
 
 namespace crownfit {
+
+struct Capture;
 
 /// The parts of a crown that do not depend on a thickness: read once, reused when a fitted thickness moved.
 struct CrownSource {

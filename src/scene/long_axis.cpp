@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <limits>
 
+#include "capture/capture.h"
+
 namespace crownfit {
 namespace {
 

@@ -3,10 +3,11 @@
 
 #include <optional>
 
-#include "capture/capture.h"
 #include "geometry/triangle_mesh.h"
 
 namespace crownfit {
+
+struct Capture;
 
 /// From the neck to the incisal edge.
 struct LongAxis {

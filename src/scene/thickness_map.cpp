@@ -6,6 +6,7 @@
 
 #include "base/error.h"
 #include "base/random.h"
+#include "capture/capture.h"
 
 namespace crownfit {
 namespace {

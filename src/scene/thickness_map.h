@@ -4,12 +4,14 @@
 
 #include <memory>
 
-#include "capture/capture.h"
+#include "capture/layer_spec.h"
 #include "geometry/ray_caster.h"
 #include "geometry/triangle_mesh.h"
 #include "scene/long_axis.h"
 
 namespace crownfit {
+
+struct Capture;
 
 class ThicknessMap {
  public:

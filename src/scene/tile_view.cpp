@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "base/parallel.h"
+#include "capture/capture.h"
 #include "scene/light_samples.h"
 
 namespace crownfit {

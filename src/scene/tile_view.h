@@ -4,10 +4,11 @@
 #include <array>
 #include <vector>
 
-#include "capture/capture.h"
 #include "scene/crown.h"
 
 namespace crownfit {
+
+struct BackingSpec;
 
 /// Places on a square tile, between which tables of numbers are interpolated.
 class TileGrid {

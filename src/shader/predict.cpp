@@ -4,6 +4,7 @@
 #include <numeric>
 
 #include "base/error.h"
+#include "capture/capture.h"
 
 namespace crownfit {
 

@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "base/parallel.h"
-#include "capture/capture.h"
+#include "capture/polarisation.h"
 #include "optics/shading_terms.h"
 #include "scene/cast_samples.h"
 #include "shader/diffuser_table.h"

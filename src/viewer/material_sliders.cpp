@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "capture/capture.h"
 #include "shader/predict.h"
 
 namespace crownfit {

@@ -1,5 +1,6 @@
 #include "viewer/scene_difference.h"
 
+#include "capture/capture.h"
 #include "photo/figures.h"
 #include "scene/cast_photograph.h"
 #include "scene/cast_samples.h"

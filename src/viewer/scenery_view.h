@@ -4,11 +4,12 @@
 #include <span>
 #include <utility>
 
-#include "capture/capture.h"
 #include "scene/cast_samples.h"
 #include "viewer/gl.h"
 
 namespace crownfit {
+
+struct PhotographSpec;
 
 class SceneryView {
  public:

@@ -6,6 +6,7 @@
 #include <fstream>
 
 #include "base/error.h"
+#include "capture/capture.h"
 #include "dental/flat_prediction.h"
 #include "dental/shades_file.h"
 #include "dental/translucency.h"

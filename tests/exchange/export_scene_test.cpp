@@ -6,6 +6,7 @@
 
 #include <numbers>
 
+#include "capture/capture.h"
 #include "exchange/equivalents.h"
 #include "optics/adding_doubling.h"
 #include "scene/light_samples.h"

@@ -7,6 +7,7 @@
 #include <cmath>
 
 #include "base/error.h"
+#include "capture/capture.h"
 #include "support/synthetic_capture.h"
 #include "support/temporary_folder.h"
 

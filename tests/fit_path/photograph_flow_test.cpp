@@ -10,6 +10,7 @@
 #include <utility>
 
 #include "base/random.h"
+#include "capture/capture.h"
 #include "fit/calibration_derivatives.h"
 #include "fit/choose_pixels.h"
 #include "fit/compare_photographs.h"

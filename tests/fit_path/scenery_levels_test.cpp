@@ -4,6 +4,7 @@
 
 #include <gtest/gtest.h>
 
+#include "capture/capture.h"
 #include "path/path_derivatives.h"
 #include "path/path_photograph.h"
 #include "scene/cast_capture.h"

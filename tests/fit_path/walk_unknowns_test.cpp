@@ -9,6 +9,7 @@
 #include <cmath>
 
 #include "base/random.h"
+#include "capture/capture.h"
 #include "support/synthetic_capture.h"
 #include "support/temporary_folder.h"
 

@@ -9,6 +9,7 @@
 #include "base/error.h"
 #include "base/files.h"
 #include "base/json_file.h"
+#include "capture/capture.h"
 #include "support/temporary_folder.h"
 
 namespace crownfit {

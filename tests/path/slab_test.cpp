@@ -8,6 +8,7 @@
 #include <cmath>
 #include <glm/glm.hpp>
 
+#include "capture/capture.h"
 #include "optics/adding_doubling.h"
 #include "optics/quadrature.h"
 #include "path/slab_lanes.h"

@@ -13,6 +13,7 @@
 #include "base/files.h"
 #include "base/json_file.h"
 #include "capture/camera.h"
+#include "capture/capture.h"
 #include "capture/rigid_transform.h"
 #include "geometry/mesh_file.h"
 #include "photo/image_io.h"

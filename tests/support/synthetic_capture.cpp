@@ -1,6 +1,7 @@
 #include "support/synthetic_capture.h"
 
 #include "base/files.h"
+#include "capture/capture.h"
 #include "geometry/mesh_file.h"
 #include "support/shapes.h"
 

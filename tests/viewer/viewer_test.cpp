@@ -9,6 +9,7 @@
 #include <numeric>
 
 #include "base/error.h"
+#include "capture/capture.h"
 #include "fit/compare_photographs.h"
 #include "photo/colour_difference.h"
 #include "scene/build_crown.h"
