@@ -1,14 +1,19 @@
 #include "geometry/mesh_bytes.h"
 
 #include <charconv>
+#include <cmath>
 
 #include "base/error.h"
+#include "base/text.h"
+#include "geometry/polygon.h"
 
 namespace crownfit {
 
 void BadMesh(const std::filesystem::path& file, const std::string& message, const std::string& remedy) {
   throw InputError(file, "", message, remedy.empty() ? "Export the mesh again as binary PLY or STL." : remedy);
 }
+
+std::string PlaceInWords(const glm::dvec3& p) { return Printed("(%.4g, %.4g, %.4g) mm", p.x, p.y, p.z); }
 
 double NumberFrom(const std::filesystem::path& file, const std::string& word) {
   double v = 0;
@@ -19,21 +24,58 @@ double NumberFrom(const std::filesystem::path& file, const std::string& word) {
   return v;
 }
 
-void AddPolygon(const std::filesystem::path& file, TriangleMesh& mesh, const std::vector<long>& corners,
-                double most_triangles) {
-  if (corners.size() < 3) BadMesh(file, "a face has fewer than 3 corners");
-  if (static_cast<double>(mesh.triangles.size() + corners.size() - 2) > most_triangles)
-    BadMesh(file, "the mesh has more than " + std::to_string(static_cast<long>(most_triangles)) + " triangles",
-            kManyTriangles);
-  for (long c : corners)
-    if (c < 0 || c >= static_cast<long>(mesh.vertices.size()))
-      BadMesh(file,
-              "a face names vertex " + std::to_string(c) + ", but there are " + std::to_string(mesh.vertices.size()));
-  for (size_t k = 2; k < corners.size(); ++k) mesh.triangles.emplace_back(corners[0], corners[k - 1], corners[k]);
+void CheckPlaces(const std::filesystem::path& file, const std::vector<glm::dvec3>& vertices) {
+  constexpr double kFarthest_mm = 1e5;  // rays are single precision: a step of 0.008 mm there
+  for (size_t i = 0; i < vertices.size(); ++i) {
+    const glm::dvec3& v = vertices[i];
+    if (!std::isfinite(v.x) || !std::isfinite(v.y) || !std::isfinite(v.z))
+      BadMesh(file, "vertex " + std::to_string(i) + " is not finite (NaN or infinity)");
+    if (glm::length(v) > kFarthest_mm)
+      BadMesh(file, "vertex " + std::to_string(i) + " lies more than 100 m from the origin", "Meshes are in mm.");
+  }
 }
 
-void AddPolygonUv(TriangleMesh& mesh, const std::vector<glm::dvec2>& corners) {
-  for (size_t k = 2; k < corners.size(); ++k) mesh.corner_uv.push_back({corners[0], corners[k - 1], corners[k]});
+void PolygonList::Add(const std::vector<long>& face, const std::vector<glm::dvec2>& face_uv) {
+  corners.insert(corners.end(), face.begin(), face.end());
+  counts.push_back(face.size());
+  has_all_uv = has_all_uv && face_uv.size() == face.size();
+  if (has_all_uv) uv.insert(uv.end(), face_uv.begin(), face_uv.end());
+}
+
+void AddPolygons(const std::filesystem::path& file, const PolygonList& polygons, double most_triangles,
+                 TriangleMesh& mesh) {
+  constexpr size_t kMostCorners = 1000;  // ear clipping takes time by their square and more
+  CheckPlaces(file, mesh.vertices);
+  size_t begin = 0;
+  for (size_t face = 0; face < polygons.counts.size(); begin += polygons.counts[face++]) {
+    const size_t count = polygons.counts[face];
+    const std::string name = "face " + std::to_string(face + 1);
+    if (count < 3) BadMesh(file, name + " has fewer than 3 corners");
+    if (count > kMostCorners)
+      BadMesh(file, name + " has " + std::to_string(count) + " corners", "Triangulate the mesh before export.");
+    if (static_cast<double>(mesh.triangles.size() + count - 2) > most_triangles)
+      BadMesh(file, "the mesh has more than " + std::to_string(static_cast<long>(most_triangles)) + " triangles",
+              kManyTriangles);
+    std::vector<glm::dvec3> places;
+    for (size_t k = 0; k < count; ++k) {
+      const long c = polygons.corners[begin + k];
+      if (c < 0 || c >= static_cast<long>(mesh.vertices.size()))
+        BadMesh(file, name + " names vertex " + std::to_string(c) + ", but there are " +
+                          std::to_string(mesh.vertices.size()));
+      places.push_back(mesh.vertices[c]);
+    }
+    const auto triangles = Triangulated(places);
+    if (!triangles)
+      BadMesh(file,
+              name + " is a polygon that crosses itself or has no area; its first corner is " + PlaceInWords(places[0]),
+              "Triangulate the mesh before export, or mend the face in a mesh editor.");
+    for (const std::array<int, 3>& t : *triangles) {
+      const auto corner = [&](int k) { return static_cast<int>(polygons.corners[begin + t[k]]); };
+      mesh.triangles.emplace_back(corner(0), corner(1), corner(2));
+      if (polygons.has_all_uv)
+        mesh.corner_uv.push_back({polygons.uv[begin + t[0]], polygons.uv[begin + t[1]], polygons.uv[begin + t[2]]});
+    }
+  }
 }
 
 }  // namespace crownfit

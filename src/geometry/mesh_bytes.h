@@ -32,13 +32,16 @@ struct MeshBytes {
     if (big_endian) std::reverse(raw, raw + sizeof(T));
     return std::bit_cast<T>(raw);
   }
+  /// Next line; it ends with LF, CR LF or CR.
   std::string Line() {
     if (at >= data.size()) BadMesh(file, "the file is truncated");
-    const size_t end = std::min(data.find('\n', at), data.size());
+    const size_t end = std::min(data.find_first_of("\r\n", at), data.size());
     std::string line = data.substr(at, end - at);
-    at = end + 1;
-    if (!line.empty() && line.back() == '\r') line.pop_back();
+    at = end + (data.compare(end, 2, "\r\n") == 0 ? 2 : 1);
     return line;
+  }
+  void SkipByteOrderMark() {
+    if (data.starts_with("\xef\xbb\xbf")) at = 3;
   }
   /// Next word, across lines.
   std::string Word() {
@@ -58,16 +61,28 @@ struct MeshLimits {
 inline constexpr const char* kManyTriangles =
     "Reduce the mesh in the scanner's software, or raise CROWNFIT_MAX_MESH_MILLION_TRIANGLES.";
 
+/// "(1.2, -0.5, 3) mm"
+std::string PlaceInWords(const glm::dvec3& p);
+
 /// The number that is written in the whole word. Throws InputError.
 double NumberFrom(const std::filesystem::path& file, const std::string& word);
 
-/// Adds the fan of a face's corners. Throws InputError: too few corners, a vertex that does not exist, too many
-/// triangles.
-void AddPolygon(const std::filesystem::path& file, TriangleMesh& mesh, const std::vector<long>& corners,
-                double most_triangles);
+/// Throws InputError where a vertex is not finite or far from where meshes are.
+void CheckPlaces(const std::filesystem::path& file, const std::vector<glm::dvec3>& vertices);
 
-/// The same fan of texture coordinates, one per corner; without them the mesh as a whole gets none.
-void AddPolygonUv(TriangleMesh& mesh, const std::vector<glm::dvec2>& corners);
+/// Faces as a file names them, until all its vertices are known.
+struct PolygonList {
+  std::vector<long> corners;   ///< of all faces in a row
+  std::vector<size_t> counts;  ///< corners of each face
+  std::vector<glm::dvec2> uv;  ///< one a corner; the mesh gets none where some are missing
+  bool has_all_uv = true;
+  void Add(const std::vector<long>& face, const std::vector<glm::dvec2>& face_uv);
+};
+
+/// Adds the triangles of all faces to a mesh that has its vertices. Throws InputError: too few corners, a vertex that
+/// does not exist, a polygon that crosses itself, too many corners or triangles.
+void AddPolygons(const std::filesystem::path& file, const PolygonList& polygons, double most_triangles,
+                 TriangleMesh& mesh);
 
 /// The mesh of a PLY file, text or binary, with its vertices' properties.
 TriangleMesh ReadPly(MeshBytes& in, const MeshLimits& limits);

@@ -11,8 +11,6 @@
 namespace crownfit {
 namespace {
 
-constexpr double kFarthest_mm = 1e5;  // rays are single precision: a step of 0.008 mm there
-
 long IntegerFrom(const std::filesystem::path& file, const std::string& word) {
   long v = 0;
   const auto [end, error] = std::from_chars(word.data(), word.data() + word.size(), v);
@@ -21,51 +19,101 @@ long IntegerFrom(const std::filesystem::path& file, const std::string& word) {
   return v;
 }
 
-TriangleMesh ReadStl(MeshBytes& in) {
+std::string InLowerCase(std::string text) {
+  std::transform(text.begin(), text.end(), text.begin(), [](unsigned char c) { return std::tolower(c); });
+  return text;
+}
+
+/// Words of text, lower-case, and numbers as they are; binary data has a byte of 0 among its first: the header's end,
+/// or the last of the triangles' count.
+bool IsTextStl(const std::string& data) {
+  constexpr size_t kHead = 84;
+  const std::string head = InLowerCase(data.substr(0, kHead));
+  const size_t first = head.starts_with("\xef\xbb\xbf") ? 3 : head.find_first_not_of(" \t\r\n");
+  return first != head.npos && head.compare(first, 5, "solid") == 0 && head.find('\0') == head.npos;
+}
+
+TriangleMesh ReadTextStl(MeshBytes& in) {
   TriangleMesh mesh;
-  const auto corner = [&](const glm::dvec3& p) { mesh.vertices.push_back(p); };
-  uint32_t count = 0;
-  if (in.data.size() >= 84) std::memcpy(&count, in.data.data() + 80, 4);
-  const bool binary = in.data.size() >= 84 && in.data.size() == 84 + 50ull * count;
-  if (binary) {
-    in.at = 84;
-    for (uint32_t i = 0; i < count; ++i) {
-      in.at += 12;
-      for (int k = 0; k < 3; ++k) {
-        const float x = in.Take<float>(), y = in.Take<float>(), z = in.Take<float>();
-        corner({x, y, z});
-      }
-      in.at += 2;
+  in.SkipByteOrderMark();
+  bool is_open = false;
+  size_t facet = 0;
+  while (in.at < in.data.size()) {
+    std::istringstream words(in.Line());
+    std::string word, x, y, z;
+    words >> word;
+    word = InLowerCase(word);
+    if (word == "vertex") {
+      words >> x >> y >> z;
+      mesh.vertices.emplace_back(NumberFrom(in.file, x), NumberFrom(in.file, y), NumberFrom(in.file, z));
+    } else if (word == "solid" || word == "endsolid") {
+      if ((word == "solid") == is_open) BadMesh(in.file, "a solid begins before the one before it ends");
+      is_open = !is_open;
+    } else if (word == "facet") {
+      facet = mesh.vertices.size();
+    } else if (word == "endfacet") {
+      if (mesh.vertices.size() != facet + 3)
+        BadMesh(in.file, "facet " + std::to_string(facet / 3 + 1) + " does not have three corners");
     }
-  } else {
-    if (!in.data.starts_with("solid"))
-      BadMesh(
-          in.file,
-          "neither an ASCII STL nor a binary STL of the length that its triangle count requires; it may be truncated");
-    bool ended = false;
-    while (in.at < in.data.size() && !ended) {
-      std::istringstream words(in.Line());
-      std::string word, x, y, z;
-      words >> word;
-      if (word == "vertex") {
-        words >> x >> y >> z;
-        corner({NumberFrom(in.file, x), NumberFrom(in.file, y), NumberFrom(in.file, z)});
-      }
-      ended = word == "endsolid";
-    }
-    if (!ended || mesh.vertices.size() % 3) BadMesh(in.file, "the file is truncated");
   }
+  if (is_open || mesh.vertices.size() % 3) BadMesh(in.file, "the file is truncated");
+  return mesh;
+}
+
+TriangleMesh ReadBinaryStl(MeshBytes& in) {
+  constexpr size_t kHeader = 84, kFacet = 50;
+  uint32_t count = 0;
+  if (in.data.size() >= kHeader) std::memcpy(&count, in.data.data() + kHeader - 4, 4);
+  const size_t end = kHeader + kFacet * count;
+  if (in.data.size() < end || in.data.size() < kHeader)
+    BadMesh(
+        in.file,
+        "neither an ASCII STL nor a binary STL of the length that its triangle count requires; it may be truncated");
+  const bool is_padded = in.data.find_first_not_of(std::string(" \r\n\0", 4), end) == std::string::npos;
+  if (!is_padded && in.data.size() >= end + kFacet)
+    BadMesh(in.file, "the header counts " + std::to_string(count) + " triangles, but " +
+                         std::to_string(in.data.size() - end) + " bytes follow them");
+  TriangleMesh mesh;
+  in.at = kHeader;
+  for (uint32_t i = 0; i < count; ++i) {
+    in.at += 12;
+    for (int k = 0; k < 3; ++k) {
+      const float x = in.Take<float>(), y = in.Take<float>(), z = in.Take<float>();
+      mesh.vertices.emplace_back(x, y, z);
+    }
+    in.at += 2;
+  }
+  return mesh;
+}
+
+TriangleMesh ReadStl(MeshBytes& in) {
+  TriangleMesh mesh = IsTextStl(in.data) ? ReadTextStl(in) : ReadBinaryStl(in);
   for (size_t i = 0; i + 2 < mesh.vertices.size(); i += 3) mesh.triangles.emplace_back(i, i + 1, i + 2);
   return mesh;
+}
+
+/// The next statement: without a comment, and with what a backslash continues.
+std::string ObjStatement(MeshBytes& in) {
+  std::string statement;
+  for (bool goes_on = true; goes_on && in.at < in.data.size();) {
+    statement += in.Line();
+    statement.erase(std::min(statement.find('#'), statement.size()));
+    const size_t last = statement.find_last_not_of(" \t");
+    goes_on = last != statement.npos && statement[last] == '\\';
+    if (goes_on) statement.replace(last, statement.npos, " ");
+  }
+  return statement;
 }
 
 TriangleMesh ReadObj(MeshBytes& in, const MeshLimits& limits) {
   // The text form has no count, so a cut inside the last line is all that can be seen of a truncation.
   TriangleMesh mesh;
+  PolygonList faces;
   std::vector<glm::dvec2> texture_vertices;
+  in.SkipByteOrderMark();
   while (in.at < in.data.size()) {
-    const bool last_is_whole = in.data.find('\n', in.at) != std::string::npos;
-    std::istringstream words(in.Line());
+    const bool last_is_whole = in.data.find_first_of("\r\n", in.at) != std::string::npos;
+    std::istringstream words(ObjStatement(in));
     std::string word;
     words >> word;
     if (word == "v") {
@@ -93,11 +141,11 @@ TriangleMesh ReadObj(MeshBytes& in, const MeshLimits& limits) {
         const long t = index(texture, texture_vertices.size());
         if (t >= 0 && t < static_cast<long>(texture_vertices.size())) uv.push_back(texture_vertices[t]);
       }
-      if (uv.size() == corners.size()) AddPolygonUv(mesh, uv);
       if (!last_is_whole && corners.size() < 3) BadMesh(in.file, "the file is truncated");
-      AddPolygon(in.file, mesh, corners, limits.triangles);
+      faces.Add(corners, uv);
     }
   }
+  AddPolygons(in.file, faces, limits.triangles, mesh);
   return mesh;
 }
 
@@ -110,9 +158,7 @@ TriangleMesh ReadMeshFile(const std::filesystem::path& file) {
   const MeshLimits limits;
   MeshBytes in{file, ReadWholeFile(file, limits.bytes, kManyTriangles)};
   if (in.data.empty()) BadMesh(file, "the mesh file is empty");
-  std::string extension = file.extension().string();
-  std::transform(extension.begin(), extension.end(), extension.begin(),
-                 [](unsigned char c) { return std::tolower(c); });
+  const std::string extension = InLowerCase(file.extension().string());
   TriangleMesh mesh;
   if (extension == ".ply")
     mesh = ReadPly(in, limits);
@@ -122,13 +168,7 @@ TriangleMesh ReadMeshFile(const std::filesystem::path& file) {
     mesh = ReadObj(in, limits);
   else
     BadMesh(file, "unknown mesh format '" + extension + "'", "PLY, STL and OBJ are read.");
-  for (size_t i = 0; i < mesh.vertices.size(); ++i) {
-    const glm::dvec3& v = mesh.vertices[i];
-    if (!std::isfinite(v.x) || !std::isfinite(v.y) || !std::isfinite(v.z))
-      BadMesh(file, "vertex " + std::to_string(i) + " is not finite (NaN or infinity)");
-    if (glm::length(v) > kFarthest_mm)
-      BadMesh(file, "vertex " + std::to_string(i) + " lies more than 100 m from the origin", "Meshes are in mm.");
-  }
+  CheckPlaces(file, mesh.vertices);
   if (mesh.triangles.empty()) BadMesh(file, "the mesh has no triangles");
   if (static_cast<double>(mesh.triangles.size()) > limits.triangles)
     BadMesh(file, "the mesh has " + std::to_string(mesh.triangles.size()) + " triangles", kManyTriangles);

@@ -9,7 +9,7 @@
 
 namespace crownfit {
 
-/// Reads the triangles as they stand (polygons become fans, STL corners at equal positions are merged).
+/// Reads the triangles as they stand (polygons become triangles).
 /// Throws InputError: missing, truncated, not finite, index out of range, no triangles.
 TriangleMesh ReadMeshFile(const std::filesystem::path& file);
 

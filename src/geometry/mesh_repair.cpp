@@ -1,68 +1,52 @@
 // Making a mesh a closed, outward-looking surface, or saying why it is none.
 
 #include <algorithm>
-#include <array>
 #include <cmath>
-#include <cstdint>
-#include <map>
-#include <numeric>
 #include <set>
-#include <unordered_map>
 
 #include "base/error.h"
 #include "base/text.h"
+#include "geometry/mesh_bytes.h"
+#include "geometry/mesh_edges.h"
 #include "geometry/mesh_file.h"
 
 namespace crownfit {
 namespace {
 
-struct DirectedEdges {
-  std::vector<int> forward, backward;  ///< triangles that run through the edge from low to high index, and back
-};
-
-uint64_t EdgeKey(int a, int b) {
-  return (static_cast<uint64_t>(std::min(a, b)) << 32) | static_cast<uint32_t>(std::max(a, b));
-}
-
-std::unordered_map<uint64_t, DirectedEdges> EdgesOf(const TriangleMesh& mesh) {
-  std::unordered_map<uint64_t, DirectedEdges> edges;
-  for (size_t t = 0; t < mesh.triangles.size(); ++t) {
-    for (int k = 0; k < 3; ++k) {
-      const int a = mesh.triangles[t][k], b = mesh.triangles[t][(k + 1) % 3];
-      auto& edge = edges[EdgeKey(a, b)];
-      (a < b ? edge.forward : edge.backward).push_back(static_cast<int>(t));
-    }
-  }
-  return edges;
-}
-
 double AreaOf(const TriangleMesh& mesh, size_t first_triangle) {
   double sum = 0;
-  for (size_t t = first_triangle; t < mesh.triangles.size(); ++t) {
-    const glm::ivec3& f = mesh.triangles[t];
-    sum +=
-        0.5 * glm::length(glm::cross(mesh.vertices[f.y] - mesh.vertices[f.x], mesh.vertices[f.z] - mesh.vertices[f.x]));
-  }
+  for (size_t t = first_triangle; t < mesh.triangles.size(); ++t) sum += AreaOf(mesh, mesh.triangles[t]);
   return sum;
 }
 
 /// The loops in which the surface ends, each running the way that the triangles which close it must run.
 std::vector<std::vector<int>> Openings(const TriangleMesh& mesh) {
-  std::multimap<int, int> onward;  // ordered, so that the same file gives the same loops
+  const std::vector<int> ranks = RanksByPosition(mesh);
+  std::vector<int> vertex(ranks.size());
+  for (size_t v = 0; v < ranks.size(); ++v) vertex[ranks[v]] = static_cast<int>(v);
+  std::multiset<std::pair<int, int>> onward;  // ranks
   for (const auto& [key, edge] : EdgesOf(mesh)) {
-    const int low = static_cast<int>(key >> 32), high = static_cast<int>(key & 0xffffffffu);
+    const int low = ranks[key >> 32], high = ranks[key & 0xffffffffu];
     for (size_t k = edge.backward.size(); k < edge.forward.size(); ++k) onward.emplace(high, low);
     for (size_t k = edge.forward.size(); k < edge.backward.size(); ++k) onward.emplace(low, high);
   }
   std::vector<std::vector<int>> loops;
   while (!onward.empty()) {
-    loops.emplace_back();
-    for (auto next = onward.begin(); next != onward.end(); next = onward.find(loops.back().back())) {
-      if (loops.back().empty()) loops.back().push_back(next->first);
+    // Where a way meets itself, a loop is complete: openings that touch in a vertex are two.
+    std::vector<int> way{onward.begin()->first};
+    for (auto next = onward.lower_bound({way.back(), 0}); next != onward.end() && next->first == way.back();
+         next = onward.lower_bound({way.back(), 0})) {
       const int to = next->second;
       onward.erase(next);
-      if (to == loops.back().front()) break;
-      loops.back().push_back(to);
+      const auto met = std::find(way.begin(), way.end(), to);
+      if (met == way.end()) {
+        way.push_back(to);
+        continue;
+      }
+      loops.emplace_back();
+      for (auto at = met; at != way.end(); ++at) loops.back().push_back(vertex[*at]);
+      way.erase(met + 1, way.end());
+      if (way.size() == 1) break;
     }
   }
   return loops;
@@ -130,108 +114,6 @@ void CloseOpenings(const std::filesystem::path& file, TriangleMesh& mesh, std::v
                                closed_mm2 - (has_neck ? neck_mm2 : 0.0)));
 }
 
-size_t OpenEdges(const std::unordered_map<uint64_t, DirectedEdges>& edges) {
-  return static_cast<size_t>(std::count_if(edges.begin(), edges.end(), [](const auto& e) {
-    return (e.second.forward.size() + e.second.backward.size()) % 2 != 0;
-  }));
-}
-
-/// Takes out the vertices of no triangle; returns how many there were. They would count where vertices stand for the
-/// surface.
-size_t DropLooseVertices(TriangleMesh& mesh) {
-  std::vector<int> target(mesh.vertices.size(), -1);
-  for (const auto& t : mesh.triangles) target[t.x] = target[t.y] = target[t.z] = 0;
-  const auto keep_used = [&](auto& values) {
-    size_t kept = 0;
-    for (size_t i = 0; i < target.size(); ++i)
-      if (target[i] >= 0) values[kept++] = values[i];
-    values.resize(kept);
-  };
-  const size_t before = mesh.vertices.size();
-  keep_used(mesh.vertices);
-  for (auto& [name, values] : mesh.vertex_properties) keep_used(values);
-  int next = 0;
-  for (int& t : target)
-    if (t >= 0) t = next++;
-  for (auto& t : mesh.triangles) t = {target[t.x], target[t.y], target[t.z]};
-  return before - mesh.vertices.size();
-}
-
-/// Of every vertex the first one at exactly its position.
-std::vector<int> FirstThere(const TriangleMesh& mesh) {
-  std::vector<int> order(mesh.vertices.size());
-  std::iota(order.begin(), order.end(), 0);
-  const auto place = [&](int i) {
-    const glm::dvec3& v = mesh.vertices[i];
-    return std::array{v.x, v.y, v.z};
-  };
-  std::sort(order.begin(), order.end(), [&](int a, int b) {
-    const auto pa = place(a), pb = place(b);
-    return pa != pb ? pa < pb : a < b;
-  });
-  std::vector<int> first(order.size());
-  for (size_t i = 0; i < order.size(); ++i)
-    first[order[i]] = i > 0 && place(order[i]) == place(order[i - 1]) ? first[order[i - 1]] : order[i];
-  return first;
-}
-
-/// Merges vertices at exactly equal positions (STL has none shared; texture seams double them).
-void Weld(TriangleMesh& mesh) {
-  const std::vector<int> first = FirstThere(mesh);
-  for (auto& t : mesh.triangles) t = {first[t.x], first[t.y], first[t.z]};
-}
-
-/// Takes out faces between corners that another has already, whichever way round (exports with both sides); returns how
-/// many there were. Their surface would be crossed twice.
-size_t DropRepeatedFaces(TriangleMesh& mesh) {
-  const std::vector<int> first = FirstThere(mesh);
-  std::set<std::array<int, 3>> seen;
-  return std::erase_if(mesh.triangles, [&](const glm::ivec3& t) {
-    std::array<int, 3> corners{first[t.x], first[t.y], first[t.z]};
-    std::sort(corners.begin(), corners.end());
-    if (corners[0] == corners[1] || corners[1] == corners[2]) return false;  // collapsed
-    return !seen.insert(corners).second;
-  });
-}
-
-/// Turns faces until neighbours agree; returns how many were turned.
-size_t AgreeOnOrientation(TriangleMesh& mesh) {
-  const auto edges = EdgesOf(mesh);
-  const auto runs_forward = [&](int t, int a, int b) {
-    const glm::ivec3& f = mesh.triangles[t];
-    for (int k = 0; k < 3; ++k)
-      if (f[k] == a && f[(k + 1) % 3] == b) return true;
-    return false;
-  };
-  std::vector<char> seen(mesh.triangles.size(), 0);
-  size_t turned = 0;
-  for (size_t first = 0; first < mesh.triangles.size(); ++first) {
-    if (seen[first]) continue;
-    std::vector<int> component{static_cast<int>(first)};
-    seen[first] = 1;
-    for (size_t next = 0; next < component.size(); ++next) {
-      const int t = component[next];
-      for (int k = 0; k < 3; ++k) {
-        const int a = mesh.triangles[t][k], b = mesh.triangles[t][(k + 1) % 3];
-        const auto& edge = edges.at(EdgeKey(a, b));
-        if (edge.forward.size() + edge.backward.size() != 2) continue;  // only a plain edge says who agrees with whom
-        for (const auto* side : {&edge.forward, &edge.backward}) {
-          for (int other : *side) {
-            if (seen[other]) continue;
-            seen[other] = 1;
-            if (runs_forward(other, a, b)) {
-              std::swap(mesh.triangles[other].y, mesh.triangles[other].z);
-              ++turned;
-            }
-            component.push_back(other);
-          }
-        }
-      }
-    }
-  }
-  return turned;
-}
-
 }  // namespace
 
 TriangleMesh ReadClosedSurface(const std::filesystem::path& file, std::vector<std::string>& messages) {
@@ -250,33 +132,25 @@ TriangleMesh ReadClosedSurface(const std::filesystem::path& file, std::vector<st
                      "Move the mesh near the origin, and the poses with it: ray casting is too coarse so far away.");
   if (const size_t loose = DropLooseVertices(mesh); loose > 0)
     messages.push_back(name + ": " + std::to_string(loose) + " vertices that belong to no triangle were removed");
-  if (const size_t repeated = DropRepeatedFaces(mesh); repeated > 0)
-    messages.push_back(name + ": " + std::to_string(repeated) + " duplicate faces were removed");
-  if (OpenEdges(EdgesOf(mesh)) > 0) Weld(mesh);
-  const size_t before = mesh.triangles.size();
-  std::erase_if(mesh.triangles, [&](const glm::ivec3& t) {
-    return t.x == t.y || t.y == t.z || t.z == t.x;  // what welding or a scanner's decimation collapsed
-  });
-  if (mesh.triangles.size() < before)
-    messages.push_back(name + ": " + std::to_string(before - mesh.triangles.size()) +
-                       " collapsed triangles were removed");
+  DropRepeatedFaces(mesh, name, messages);
+  WeldSeams(mesh, size_mm, name, messages);
+  if (const size_t collapsed = DropCollapsed(mesh); collapsed > 0)
+    messages.push_back(name + ": " + std::to_string(collapsed) + " collapsed triangles were removed");
   for (const glm::ivec3& t : mesh.triangles) {
     // A sliver without area has no normal; nudging is not needed as its neighbours cover the place.
-    const glm::dvec3 n = glm::cross(mesh.vertices[t.y] - mesh.vertices[t.x], mesh.vertices[t.z] - mesh.vertices[t.x]);
-    if (!(glm::length(n) > 0.0))
-      throw InputError(file, "", "a triangle with three different corners has no area",
+    if (!(AreaOf(mesh, t) > 0.0))
+      throw InputError(file, "",
+                       "a triangle with three different corners has no area, at " + PlaceInWords(mesh.vertices[t.x]),
                        "Remove degenerate faces in a mesh editor: they have no normal.");
   }
   if (mesh.triangles.empty())
     throw InputError(file, "", "every triangle of the mesh has collapsed to a line or a point");
   DropLooseVertices(mesh);  // those that repairs have left
-  if (const size_t turned = AgreeOnOrientation(mesh); turned > 0)
-    messages.push_back(name + ": " + std::to_string(turned) + " faces were turned to agree with their neighbours");
+  const std::vector<glm::ivec3> before = mesh.triangles;
+  AgreeOnOrientation(file, mesh);
   CloseOpenings(file, mesh, messages);
-  if (Volume(mesh) < 0) {
-    for (auto& t : mesh.triangles) std::swap(t.y, t.z);
-    messages.push_back(name + ": the surface was inside out and has been turned");
-  }
+  TurnShells(mesh);
+  SayWhatTurned(mesh, before, name, messages);
   return mesh;
 }
 

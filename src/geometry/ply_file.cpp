@@ -101,6 +101,7 @@ size_t LeastBytes(const PlyElement& element, int format) {
 TriangleMesh ReadPly(MeshBytes& in, const MeshLimits& limits) {
   const auto [format, elements] = ReadPlyHeader(in);
   TriangleMesh mesh;
+  PolygonList faces;
   for (const PlyElement& element : elements) {
     const bool is_vertex = element.name == "vertex", is_face = element.name == "face";
     const auto has = [&](const char* name) {
@@ -114,6 +115,8 @@ TriangleMesh ReadPly(MeshBytes& in, const MeshLimits& limits) {
                            element.name.substr(0, 40));
     for (size_t i = 0; i < element.count; ++i) {
       glm::dvec3 position(0.0);
+      std::vector<long> corners;
+      std::vector<glm::dvec2> uv;
       for (const PlyProperty& p : element.properties) {
         if (p.count_type.empty()) {
           const double v = TakePly(in, p.type, format);
@@ -135,23 +138,20 @@ TriangleMesh ReadPly(MeshBytes& in, const MeshLimits& limits) {
         for (int k = 0; k < static_cast<int>(count); ++k) list.push_back(TakePly(in, p.type, format));
         if (!is_face) continue;
         if (p.name == "vertex_indices" || p.name == "vertex_index") {
-          std::vector<long> corners;
           for (double v : list) {
             if (!(std::abs(v) < 1e15 && v == std::floor(v)))
               BadMesh(in.file, "a face names a vertex by a value that is not a whole number");
             corners.push_back(static_cast<long>(v));
           }
-          AddPolygon(in.file, mesh, corners, limits.triangles);
         }
-        if (p.name == "texcoord") {
-          std::vector<glm::dvec2> uv;
+        if (p.name == "texcoord")
           for (size_t k = 0; k + 1 < list.size(); k += 2) uv.emplace_back(list[k], list[k + 1]);
-          AddPolygonUv(mesh, uv);
-        }
       }
       if (is_vertex) mesh.vertices.push_back(position);
+      if (is_face) faces.Add(corners, uv);
     }
   }
+  AddPolygons(in.file, faces, limits.triangles, mesh);
   if (!mesh.corner_uv.empty()) return mesh;
   for (const auto& [u, v] : {std::pair{"s", "t"}, {"u", "v"}, {"texture_u", "texture_v"}}) {
     const auto us = mesh.vertex_properties.find(u), vs = mesh.vertex_properties.find(v);

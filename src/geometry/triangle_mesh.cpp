@@ -6,6 +6,8 @@
 #include <numbers>
 #include <unordered_map>
 
+#include "geometry/mesh_edges.h"
+
 namespace crownfit {
 
 glm::dvec3 Position(const TriangleMesh& mesh, const SurfacePoint& p) {
@@ -18,10 +20,6 @@ namespace {
 glm::dvec3 AreaVector(const TriangleMesh& mesh, const glm::ivec3& t) {
   const glm::dvec3& a = mesh.vertices[t.x];
   return 0.5 * glm::cross(mesh.vertices[t.y] - a, mesh.vertices[t.z] - a);
-}
-
-uint64_t EdgeKey(int a, int b) {
-  return (static_cast<uint64_t>(std::min(a, b)) << 32) | static_cast<uint32_t>(std::max(a, b));
 }
 
 }  // namespace

@@ -1,0 +1,162 @@
+// What repairs do to a surface: closed forms, and the same surface in whatever order the file has it.
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <numeric>
+#include <random>
+
+#include "base/error.h"
+#include "geometry/mesh_file.h"
+#include "support/shapes.h"
+#include "support/temporary_folder.h"
+
+namespace crownfit {
+namespace {
+
+TriangleMesh Reread(const TriangleMesh& mesh, std::vector<std::string>* said = nullptr) {
+  const TemporaryFolder folder;
+  WritePly(folder.path / "m.ply", mesh);
+  std::vector<std::string> messages;
+  const TriangleMesh read = ReadClosedSurface(folder.path / "m.ply", messages);
+  if (said) *said = messages;
+  return read;
+}
+
+TriangleMesh Together(TriangleMesh a, const TriangleMesh& b) {
+  const int count = static_cast<int>(a.vertices.size());
+  a.vertices.insert(a.vertices.end(), b.vertices.begin(), b.vertices.end());
+  for (const auto& t : b.triangles) a.triangles.push_back(t + count);
+  return a;
+}
+
+TriangleMesh InsideOut(TriangleMesh mesh) {
+  for (auto& t : mesh.triangles) std::swap(t.y, t.z);
+  return mesh;
+}
+
+TriangleMesh Moved(TriangleMesh mesh, const glm::dvec3& by) {
+  for (auto& v : mesh.vertices) v += by;
+  return mesh;
+}
+
+TEST(Shells, EveryBodyLooksOutwards) {
+  const TriangleMesh big = Sphere(4.0, 16), small = Moved(Sphere(1.5, 12), {8, 0, 0});
+  const double volume = Volume(big) + Volume(small);
+  for (const auto& mesh :
+       {Together(big, InsideOut(small)), Together(InsideOut(big), small), Together(InsideOut(big), InsideOut(small))}) {
+    std::vector<std::string> said;
+    EXPECT_NEAR(Volume(Reread(mesh, &said)), volume, 1e-4);
+    ASSERT_EQ(said.size(), 1u);
+    EXPECT_NE(said[0].find("inside out"), std::string::npos) << said[0];
+  }
+}
+
+TEST(Shells, ABodyInsideAnotherIsACavityAndOneInsideThatABody) {
+  const TriangleMesh outer = Sphere(5.0, 16), hollow = Sphere(3.0, 16), core = Sphere(1.5, 12);
+  for (const auto& inner : {hollow, InsideOut(hollow)})
+    for (const auto& innermost : {core, InsideOut(core)})
+      EXPECT_NEAR(Volume(Reread(Together(Together(outer, inner), innermost))),
+                  Volume(outer) - Volume(hollow) + Volume(core), 1e-4);
+}
+
+TEST(Shells, BodiesThatTouchInAWholeFaceAreOne) {
+  const TriangleMesh left = Box({0, 0, 0}, {2, 3, 4});
+  TriangleMesh right = InsideOut(left);  // a mirror image, so that both divide the wall alike
+  for (auto& v : right.vertices) v.x = 2.0 + 1.5 * (2.0 - v.x);
+  std::vector<std::string> said;
+  const TriangleMesh both = Reread(Together(left, right), &said);
+  EXPECT_NEAR(Volume(both), 5.0 * 3 * 4, 1e-9);
+  EXPECT_NEAR(Area(both), 2 * (5.0 * 3 + 3 * 4 + 4 * 5), 1e-9) << "without the wall between them";
+}
+
+TEST(Shells, ASurfaceOfOneSideIsRefused) {
+  TriangleMesh band;
+  constexpr int kSteps = 40;
+  for (int i = 0; i < kSteps; ++i)
+    for (const double s : {-1.0, 1.0}) {
+      const double a = 2 * std::numbers::pi * i / kSteps, half = 0.5 * a;
+      const double r = 5.0 + s * std::cos(half);
+      band.vertices.emplace_back(r * std::cos(a), r * std::sin(a), s * std::sin(half));
+    }
+  for (int i = 0; i < kSteps; ++i) {
+    const int a = 2 * i, b = 2 * i + 1, last = i + 1 == kSteps;
+    const int c = last ? 1 : 2 * i + 2, d = last ? 0 : 2 * i + 3;  // a half turn
+    band.triangles.emplace_back(a, b, c);
+    band.triangles.emplace_back(b, d, c);
+  }
+  try {
+    Reread(band);
+    FAIL() << "a Moebius band was read";
+  } catch (const InputError& e) {
+    EXPECT_NE(std::string(e.what()).find("only one side"), std::string::npos) << e.what();
+  }
+}
+
+/// A surface as the sorted list of its triangles' corners, each from its lowest corner on.
+std::vector<std::array<float, 9>> Canonical(const TriangleMesh& mesh) {
+  std::vector<std::array<float, 9>> faces;
+  for (const auto& t : mesh.triangles) {
+    std::array<std::array<float, 3>, 3> corners;
+    for (int k = 0; k < 3; ++k)
+      for (int axis = 0; axis < 3; ++axis) corners[k][axis] = static_cast<float>(mesh.vertices[t[k]][axis]);
+    std::rotate(corners.begin(), std::min_element(corners.begin(), corners.end()), corners.end());
+    std::array<float, 9> face;
+    for (int k = 0; k < 9; ++k) face[k] = corners[k / 3][k % 3];
+    faces.push_back(face);
+  }
+  std::sort(faces.begin(), faces.end());
+  return faces;
+}
+
+TriangleMesh Shuffled(const TriangleMesh& mesh, unsigned seed) {
+  std::mt19937 random(seed);
+  std::vector<int> place(mesh.vertices.size());
+  std::iota(place.begin(), place.end(), 0);
+  std::shuffle(place.begin(), place.end(), random);
+  TriangleMesh shuffled = mesh;
+  for (size_t v = 0; v < place.size(); ++v) shuffled.vertices[place[v]] = mesh.vertices[v];
+  std::shuffle(shuffled.triangles.begin(), shuffled.triangles.end(), random);
+  for (auto& t : shuffled.triangles) {
+    t = {place[t.x], place[t.y], place[t.z]};
+    for (auto turns = random() % 3; turns > 0; --turns) t = {t.y, t.z, t.x};
+  }
+  return shuffled;
+}
+
+TEST(Repairs, OrderInTheFileDoesNotMatter) {
+  // An open scan with two holes that meet in a vertex, a double face, turned faces, and an island inside out.
+  TriangleMesh worn = OpenBelow(Sphere(4.0, 24), -2.0);
+  const int hub = worn.triangles[700].x;
+  std::vector<size_t> around;
+  for (size_t t = 0; t < worn.triangles.size(); ++t)
+    if (worn.triangles[t].x == hub || worn.triangles[t].y == hub || worn.triangles[t].z == hub) around.push_back(t);
+  ASSERT_EQ(around.size(), 6u);
+  std::vector<size_t> gone{around[0], around[3]};
+  for (const size_t t : around) {  // not a neighbour of the first: they share the hub alone
+    int shared = 0;
+    for (int i = 0; i < 3; ++i)
+      for (int k = 0; k < 3; ++k) shared += worn.triangles[t][i] == worn.triangles[around[0]][k];
+    if (shared == 1) gone[1] = t;
+  }
+  worn.triangles.push_back(worn.triangles[100]);
+  for (size_t t = 0; t < worn.triangles.size(); t += 7) std::swap(worn.triangles[t].y, worn.triangles[t].z);
+  std::sort(gone.begin(), gone.end());
+  worn.triangles.erase(worn.triangles.begin() + static_cast<long>(gone[1]));
+  worn.triangles.erase(worn.triangles.begin() + static_cast<long>(gone[0]));
+  worn = Together(worn, InsideOut(Moved(Sphere(1.0, 8), {7, 0, 0})));
+
+  std::vector<std::string> said;
+  const auto expected = Canonical(Reread(worn, &said));
+  EXPECT_EQ(said.size(), 6u);  // loose vertices, a double face, turned faces, a body, the neck, holes
+  for (const unsigned seed : {1u, 2u, 3u}) {
+    std::vector<std::string> said_again;
+    EXPECT_TRUE(Canonical(Reread(Shuffled(worn, seed), &said_again)) == expected) << seed;
+    EXPECT_EQ(said_again, said);
+  }
+}
+
+}  // namespace
+}  // namespace crownfit
