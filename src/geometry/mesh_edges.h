@@ -8,13 +8,10 @@
 #include <unordered_map>
 #include <vector>
 
+#include "geometry/edge_key.h"
 #include "geometry/triangle_mesh.h"
 
 namespace crownfit {
-
-inline uint64_t EdgeKey(int a, int b) {
-  return (static_cast<uint64_t>(std::min(a, b)) << 32) | static_cast<uint32_t>(std::max(a, b));
-}
 
 struct DirectedEdges {
   std::vector<int> forward, backward;  ///< triangles that run through the edge from low to high index, and back

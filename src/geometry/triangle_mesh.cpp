@@ -6,7 +6,7 @@
 #include <numbers>
 #include <unordered_map>
 
-#include "geometry/mesh_edges.h"
+#include "geometry/edge_key.h"
 
 namespace crownfit {
 
