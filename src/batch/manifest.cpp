@@ -6,8 +6,8 @@
 #include <set>
 #include <sstream>
 
+#include "base/csv_file.h"
 #include "base/error.h"
-#include "base/files.h"
 #include "base/json_file.h"
 #include "base/limits.h"
 
@@ -20,68 +20,6 @@ struct RawRow {
   std::vector<std::pair<std::string, std::vector<std::string>>> cells;
 };
 
-/// RFC 4180: cells in double quotes may hold separators, line ends and doubled quotes.
-class CsvReader {
- public:
-  explicit CsvReader(const std::filesystem::path& file) : file_(file) {
-    text_ = ReadWholeFile(file, std::ldexp(InputLimits().json_MiB, 20),
-                          "Split the manifest, or raise CROWNFIT_MAX_JSON_MIB.");
-    if (text_.find('\0') != std::string::npos)
-      throw InputError(file, "", "is not a UTF-8 text; it may be UTF-16", "Save it as CSV in UTF-8.");
-    if (text_.starts_with("\xEF\xBB\xBF")) at_ = 3;
-    const std::string header = text_.substr(at_, text_.find('\n', at_) - at_);
-    if (header.find(',') == std::string::npos && header.find(';') != std::string::npos) separator_ = ';';
-  }
-  /// False at the end. `line`: where the record begins.
-  bool Next(std::vector<std::string>& cells, size_t& line) {
-    do {
-      cells.assign(1, "");
-      line = line_;
-      if (at_ >= text_.size()) return false;
-      ReadRecord(cells);
-    } while (cells.size() == 1 && cells[0].empty());
-    return true;
-  }
-
- private:
-  void ReadRecord(std::vector<std::string>& cells) {
-    bool quoted = false;
-    for (; at_ < text_.size(); ++at_) {
-      const char c = text_[at_];
-      if (c == '\n') ++line_;
-      if (quoted) {
-        if (c != '"') {
-          cells.back() += c;
-        } else if (at_ + 1 < text_.size() && text_[at_ + 1] == '"') {
-          cells.back() += text_[++at_];
-        } else {
-          quoted = false;
-        }
-      } else if (c == '"' && cells.back().empty()) {
-        quoted = true;
-      } else if (c == separator_) {
-        cells.emplace_back();
-      } else if (c == '\n') {
-        ++at_;
-        return;
-      } else if (c != '\r') {
-        cells.back() += c;
-      }
-    }
-    if (quoted)
-      throw InputError(file_, "", "a cell in quotation marks is never closed", "Look for an unpaired \" in the file.");
-  }
-  std::filesystem::path file_;
-  std::string text_;
-  size_t at_ = 0, line_ = 1;
-  char separator_ = ',';
-};
-
-std::string Trimmed(const std::string& text) {
-  const auto first = text.find_first_not_of(" \t"), last = text.find_last_not_of(" \t");
-  return first == std::string::npos ? "" : text.substr(first, last - first + 1);
-}
-
 std::vector<std::string> Words(std::string text) {
   std::replace(text.begin(), text.end(), ';', ' ');
   std::istringstream stream(text);
@@ -91,24 +29,21 @@ std::vector<std::string> Words(std::string text) {
 }
 
 std::vector<RawRow> ReadCsv(const std::filesystem::path& file, const FitCommand& fit) {
-  CsvReader reader(file);
-  std::vector<std::string> header, cells;
-  size_t line = 0;
-  if (!reader.Next(header, line))
-    throw InputError(file, "", "the manifest is empty", "Begin it with the line: id,capture");
-  std::vector<RawRow> rows;
-  for (std::string& name : header) {
-    name = Trimmed(name);
-    std::replace(name.begin(), name.end(), '_', '-');
-  }
+  CsvTable table =
+      ReadCsvTable(file, std::ldexp(InputLimits().json_MiB, 20), "Split the manifest, or raise CROWNFIT_MAX_JSON_MIB.");
+  if (table.records.empty()) throw InputError(file, "", "the manifest is empty", "Begin it with the line: id,capture");
+  std::vector<std::string>& header = table.records[0].cells;
+  for (std::string& name : header) std::replace(name.begin(), name.end(), '_', '-');
   const auto is_list = [&](const std::string& name) {
     return std::any_of(fit.columns.begin(), fit.columns.end(),
                        [&](const FitColumn& c) { return c.name == name && c.is_list; });
   };
-  while (reader.Next(cells, line)) {
-    RawRow row{"line " + std::to_string(line), {}};
+  std::vector<RawRow> rows;
+  for (size_t r = 1; r < table.records.size(); ++r) {
+    const auto& cells = table.records[r].cells;
+    RawRow row{table.records[r].place(), {}};
     for (size_t i = 0; i < header.size(); ++i) {
-      const std::string cell = i < cells.size() ? Trimmed(cells[i]) : "";
+      const std::string cell = i < cells.size() ? cells[i] : "";
       row.cells.emplace_back(header[i], is_list(header[i]) ? Words(cell)
                                         : cell.empty()     ? std::vector<std::string>()
                                                            : std::vector<std::string>{cell});
@@ -199,7 +134,7 @@ Manifest ReadManifest(const std::filesystem::path& file, const FitCommand& fit, 
   }
   const auto folder = std::filesystem::absolute(file).parent_path();
   std::map<std::string, std::string> place_of_id;
-  std::map<std::vector<std::string>, std::string> fault_of_arguments;  // few differ, and parsing costs
+  std::map<std::pair<std::vector<std::string>, std::filesystem::path>, std::string> fault_of;  // parsing costs
   Manifest manifest;
   std::set<std::string> unknown;
   for (RawRow& raw : raw_rows) {
@@ -228,11 +163,14 @@ Manifest ReadManifest(const std::filesystem::path& file, const FitCommand& fit, 
       fault = "capture: " + row.capture.string() + " is neither a capture.json nor a folder that holds one";
     }
     row.arguments = Arguments(raw, fit, fault);
-    const auto checked = fault_of_arguments.find(row.arguments);
-    std::string of_arguments = checked != fault_of_arguments.end()
-                                   ? checked->second
-                                   : fault_of_arguments[row.arguments] = fit.fault(row.arguments);
-    if (fault.empty()) fault = of_arguments;
+    // Only what names a layer's parameter depends on the capture.
+    const bool names_parameters = std::any_of(row.arguments.begin(), row.arguments.end(), [](const std::string& a) {
+      return a == "--fix" || a == "--free" || a == "--share";
+    });
+    const std::filesystem::path capture = fault.empty() && is_mine && names_parameters ? row.capture : "";
+    const auto [checked, is_new] = fault_of.try_emplace({row.arguments, capture});
+    if (is_new) checked->second = fit.fault(row.arguments, capture);
+    if (fault.empty()) fault = checked->second;
     if (!fault.empty()) row.fault = file.string() + ": " + raw.place + ": " + fault;
     manifest.rows.push_back(row);
   }

@@ -20,7 +20,8 @@ struct FitColumn {
 struct FitCommand {
   std::vector<FitColumn> columns;
   std::vector<std::string> defaults;  ///< arguments of every row that does not set that option itself
-  std::function<std::string(const std::vector<std::string>&)> fault;  ///< of arguments; empty when there is none
+  /// What is wrong with arguments, empty when nothing is; where a capture is named, for that capture.
+  std::function<std::string(const std::vector<std::string>& arguments, const std::filesystem::path& capture)> fault;
 };
 
 struct ManifestRow {
@@ -43,7 +44,7 @@ struct Manifest {
   std::string AllFaults() const;    ///< a line each; empty when there is none
 };
 
-/// Reads *.csv (header `id,capture`, then any of `group` and the options; comma or semicolon) or *.json
+/// Reads *.csv (csv_file.h; header `id,capture`, then any of `group` and the options) or *.json
 /// ("crownfit-manifest/1"). Captures are relative to the manifest, and
 /// looked for where they are of the shard `only`: a shared folder must not be asked for all by every task. What is
 /// wrong with a row stands in its fault; what is wrong with the file is thrown as InputError.

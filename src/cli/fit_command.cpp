@@ -84,7 +84,21 @@ void AddFit(CLI::App& app, Command& command) {
   RunWith(AddFitCommand(app, *asked), command, asked, RunFit);
 }
 
-std::string FaultOfFit(const std::vector<std::string>& fit_arguments) {
+namespace {
+
+/// Nothing where there is none, or one with a fault, which its own fit will name.
+std::optional<Capture> ReadableCapture(const std::filesystem::path& file) {
+  if (file.empty()) return std::nullopt;
+  try {
+    return ReadCapture(file);
+  } catch (const InputError&) {
+    return std::nullopt;
+  }
+}
+
+}  // namespace
+
+std::string FaultOfFit(const std::vector<std::string>& fit_arguments, const std::filesystem::path& capture_file) {
   CLI::App app;
   FitCommand asked;
   AddFitCommand(app, asked);
@@ -92,7 +106,8 @@ std::string FaultOfFit(const std::vector<std::string>& fit_arguments) {
   backwards.insert(backwards.end(), {"RESULT", "-o", "CAPTURE", "fit"});
   try {
     app.parse(backwards);
-    FitOptionsOf(asked.text);
+    const FitOptions options = FitOptionsOf(asked.text);
+    if (std::optional<Capture> capture = ReadableCapture(capture_file)) ApplyOverrides(*capture, options.overrides);
   } catch (const CLI::ParseError& e) {
     return e.what();
   } catch (const InputError& e) {

@@ -1,12 +1,14 @@
 #pragma once
 // `crownfit fit`, as far as `batch` needs it.
 
+#include <filesystem>
 #include <string>
 #include <vector>
 
 namespace crownfit {
 
-/// What `crownfit fit CAPTURE -o RESULT` would complain of with these arguments, or nothing.
-std::string FaultOfFit(const std::vector<std::string>& fit_arguments);
+/// What `crownfit fit CAPTURE -o RESULT` would complain of with these arguments, or nothing. `capture`: what they say
+/// of its parameters is checked too; empty: not.
+std::string FaultOfFit(const std::vector<std::string>& fit_arguments, const std::filesystem::path& capture);
 
 }  // namespace crownfit

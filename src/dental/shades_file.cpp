@@ -2,9 +2,9 @@
 
 #include <algorithm>
 #include <cctype>
-#include <charconv>
-#include <fstream>
+#include <sstream>
 
+#include "base/csv_file.h"
 #include "base/error.h"
 #include "base/files.h"
 #include "base/json_file.h"
@@ -25,29 +25,6 @@ void RequireNewName(const std::vector<ShadeTab>& tabs, const std::string& name, 
     throw InputError(file, key, "two tabs are called '" + name + "'", "Give each a name of its own.");
 }
 
-std::vector<std::string> Cells(const std::string& line, char separator) {
-  std::vector<std::string> cells(1);
-  for (const char c : line) {
-    if (c == separator) {
-      cells.emplace_back();
-    } else if (c != '\r' && c != '"') {
-      cells.back() += c;
-    }
-  }
-  for (std::string& cell : cells) {
-    cell.erase(0, std::min(cell.size(), cell.find_first_not_of(" \t")));
-    cell.erase(cell.find_last_not_of(" \t") + 1);
-  }
-  return cells;
-}
-
-std::optional<double> NumberOf(const std::string& text) {
-  double value = 0;
-  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
-  if (error != std::errc() || end != text.data() + text.size() || !(std::abs(value) < 1e6)) return std::nullopt;
-  return value;
-}
-
 /// Whether a column's name is that letter, as in "L*", "a" or "CIE b*".
 bool IsColumn(const std::string& name, char letter) {
   std::string letters;
@@ -64,15 +41,18 @@ bool IsSurfaceColour(const glm::dvec3& lab) {
 }
 
 std::optional<glm::dvec3> ThreeNumbers(const std::string& text) {
-  const auto cells = Cells(text, ',');
-  if (cells.size() != 3) return std::nullopt;
+  std::istringstream parts(text);
+  const CsvTable with_commas{',', {}};
   glm::dvec3 values;
-  for (int i = 0; i < 3; ++i) {
-    const auto number = NumberOf(cells[i]);
-    if (!number) return std::nullopt;
-    values[i] = *number;
+  int count = 0;
+  for (std::string part; std::getline(parts, part, ','); ++count) {
+    part.erase(0, std::min(part.size(), part.find_first_not_of(' ')));
+    part.erase(part.find_last_not_of(' ') + 1);
+    const auto number = with_commas.Number(part);
+    if (!number || count == 3) return std::nullopt;
+    values[count] = *number;
   }
-  return values;
+  return count == 3 ? std::optional(values) : std::nullopt;
 }
 
 ShadeSet ReadShades(const std::filesystem::path& path) {
@@ -118,23 +98,20 @@ void WriteShades(const std::filesystem::path& file, const ShadeSet& set) {
 }
 
 std::vector<ShadeTab> ReadShadeTable(const std::filesystem::path& file) {
-  std::ifstream stream(file);
-  if (!stream) throw InputError(file, "", "the table can't be read", "Give a file with rows of name, L*, a*, b*.");
+  constexpr double kMostBytes = 16e6;
+  const CsvTable table = ReadCsvTable(file, kMostBytes, "A table of shade tabs has a line per tab.");
   std::vector<ShadeTab> tabs;
-  std::string line;
-  for (int number = 1; std::getline(stream, line); ++number) {
-    if (number == 1 && line.starts_with("\xEF\xBB\xBF")) line.erase(0, 3);
-    const auto cells = Cells(line, line.find(';') != std::string::npos ? ';' : ',');
-    if (cells.size() == 1 && cells[0].empty()) continue;
-    const std::string key = "line " + std::to_string(number);
+  for (const CsvTable::Record& record : table.records) {
+    const auto& cells = record.cells;
+    const std::string key = record.place();
     std::vector<double> values;
     bool all = true;
     for (size_t i = 1; i < cells.size(); ++i) {
-      const auto value = NumberOf(cells[i]);
-      all = all && value;
+      const auto value = table.Number(cells[i]);
+      all = all && value && std::abs(*value) < 1e6;
       values.push_back(value.value_or(0.0));
     }
-    const bool is_header = number == 1 && cells.size() > 3 && !cells[1].empty() &&
+    const bool is_header = &record == &table.records[0] && cells.size() > 3 && !cells[1].empty() &&
                            cells[1].find_first_of("0123456789") == std::string::npos;
     if (is_header && !(IsColumn(cells[1], 'l') && IsColumn(cells[2], 'a') && IsColumn(cells[3], 'b')))
       throw InputError(file, key, "the columns are called " + cells[1] + ", " + cells[2] + ", " + cells[3],
@@ -143,7 +120,8 @@ std::vector<ShadeTab> ReadShadeTable(const std::filesystem::path& file) {
     if (!all || (values.size() != 3 && values.size() != 4 && values.size() != 6) || cells[0].empty())
       throw InputError(
           file, key, "expected a name and three, four or six numbers",
-          "Write name, L*, a*, b*, then no standard deviation, one for all, or three. Write 1.5, not 1,5.");
+          "Write name, L*, a*, b*, then no standard deviation, one for all, or three. Decimal commas need semicolons "
+          "between the cells.");
     ShadeTab tab{cells[0], {values[0], values[1], values[2]}, {}};
     if (values.size() == 4) tab.stddev = glm::dvec3(values[3]);
     if (values.size() == 6) tab.stddev = {values[3], values[4], values[5]};

@@ -20,10 +20,12 @@ struct Line {
   size_t number;
   std::vector<std::string> words;
 };
-std::vector<Line> LinesOf(std::string text) {
-  std::replace(text.begin(), text.end(), '\r', '\n');
+std::vector<Line> LinesOf(const std::string& text) {
+  std::string with_lf;  // of CR LF, CR or LF
+  for (size_t i = 0; i < text.size(); ++i)
+    if (text.compare(i, 2, "\r\n") != 0) with_lf += text[i] == '\r' ? '\n' : text[i];
   std::vector<Line> lines;
-  std::istringstream stream(text);
+  std::istringstream stream(with_lf);
   size_t number = 0;
   for (std::string line; std::getline(stream, line);) {
     ++number;
@@ -39,7 +41,8 @@ std::string Where(size_t line) { return "line " + std::to_string(line); }
 
 double NumberIn(const Path& file, size_t line, const std::string& word, double low, double high, const char* what) {
   double value = 0;
-  const auto [end, error] = std::from_chars(word.data(), word.data() + word.size(), value);
+  const char* begin = word.data() + (word.starts_with('+') && !word.starts_with("+-") ? 1 : 0);
+  const auto [end, error] = std::from_chars(begin, word.data() + word.size(), value);
   if (error != std::errc() || end != word.data() + word.size() || !(value >= low && value <= high))
     throw InputError(file, Where(line), std::string("expected ") + what + ", found '" + word + "'",
                      "Write numbers with a decimal point and without a unit; comments begin with #.");

@@ -17,7 +17,7 @@ std::string PlaceInWords(const glm::dvec3& p) { return Printed("(%.4g, %.4g, %.4
 
 double NumberFrom(const std::filesystem::path& file, const std::string& word) {
   double v = 0;
-  const char* begin = word.data() + (word.starts_with('+') ? 1 : 0);
+  const char* begin = word.data() + (word.starts_with("+") && !word.starts_with("+-") ? 1 : 0);
   const auto [end, error] = std::from_chars(begin, word.data() + word.size(), v);
   if (error != std::errc() || end != word.data() + word.size())
     BadMesh(file, "'" + word.substr(0, 20) + "' is not a number");

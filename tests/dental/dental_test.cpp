@@ -348,8 +348,13 @@ TEST(Shades, AreReadAsWritten) {
   const auto table = folder.path / "tabs.csv";
   std::ofstream(table) << "name,L,a,b\nA1,79.6,-1.6,13.1\nA1,76.7,-1.6,16.6\n";
   EXPECT_THROW(ReadShadeTable(table), InputError) << "two of one name";
-  std::ofstream(table) << "A1;79,6;-1,6;13,1\n";
-  EXPECT_THROW(ReadShadeTable(table), InputError) << "decimal commas";
+  std::ofstream(table) << "A1,\"79,6\",\"-1,6\",\"13,1\"\n";
+  EXPECT_THROW(ReadShadeTable(table), InputError) << "decimal commas between commas";
+  std::ofstream(table) << "name;L*;a*;b*\n\"A3,5\";79,6;-1,6;13,1\n";
+  const std::vector<ShadeTab> german = ReadShadeTable(table);
+  ASSERT_EQ(german.size(), 1u);
+  EXPECT_EQ(german[0].name, "A3,5");
+  EXPECT_EQ(german[0].lab, glm::dvec3(79.6, -1.6, 13.1));
   std::ofstream(table) << "name,L,a,b,stddev\nA1,79.6,-1.6,13.1,0.3\nB2,76.7,-1.6,16.6,0.4\n";
   ShadeSet set{"measured", "a note", {table}, {}};
   set.tabs = ReadShadeTable(table);
