@@ -112,7 +112,10 @@ Command ParseCommandLine(int argc, char** argv) {
   for (const auto add : kCommands) add(app, command);
   for (CLI::App* listed : app.get_subcommands({})) listed->group("");  // the text above lists them
   if (argc == 1) {
-    command.run = [help = app.help()] { return std::fputs(help.c_str(), stdout) < 0 ? 1 : 0; };
+    command.run = [help = app.help()] {
+      std::fputs(help.c_str(), stdout);
+      return 2;
+    };
     return command;
   }
   try {
