@@ -28,7 +28,7 @@ TERM Float FresnelReflectance(Float cosine, Float relative_ior) {
   return 0.5 * rs * rs * (1.0 + q * q);
 }
 
-// What it lets through, 1 - FresnelReflectance, with all its digits at grazing incidence too.
+// Fresnel transmittance, 1 - FresnelReflectance, without cancellation at grazing incidence.
 TERM Float FresnelTransmittance(Float cosine, Float relative_ior) {
   Float c = clamp(cosine, Float(0.0), Float(1.0));
   Float u2 = (relative_ior - 1.0) * (relative_ior + 1.0) + c * c;
@@ -47,28 +47,28 @@ TERM Float RefractedCosine(Float cosine, Float relative_ior) {
   return sqrt(max(u2, Float(1e-12))) / relative_ior;
 }
 
-// Two boundaries of reflectances first and second with clear, thin matter between them, all reflections summed without
-// interference: the film of saliva on a tooth.
+// Reflectance of two boundaries, of reflectances `first` and `second`, with a thin, clear film between them: the saliva
+// on a tooth. Sums all reflections without interference.
 TERM Float FilmReflectance(Float first, Float second) {
   return (first + second - 2.0 * first * second) / max(1.0 - first * second, Float(1e-12));
 }
 
-// Reflectance of a surface of which the share `wetness` lies under such a film, smooth and of index film_ior, both indices
-// relative to the outside.
+// Reflectance of a surface with the fraction `wetness` of its area under such a film, smooth and of index film_ior.
+// Both indices are relative to the outside.
 TERM Float WetReflectance(Float cosine, Float relative_ior, Float film_ior, Float wetness) {
   Float dry = FresnelReflectance(cosine, relative_ior);
   Float below = FresnelReflectance(RefractedCosine(cosine, film_ior), relative_ior / film_ior);
   return dry + wetness * (FilmReflectance(FresnelReflectance(cosine, film_ior), below) - dry);
 }
 
-// Light that a clear or absorbing layer lets through unscattered, with all reflections between its two boundaries (zeroth
-// order, thesis 3.26, which leaves them out); attenuation: of one way through.
+// Unscattered transmittance of a clear or absorbing layer, with all reflections between its two boundaries (zeroth
+// order; thesis 3.26 leaves the reflections out). attenuation: of one pass.
 TERM Float ZerothOrderTransmittance(Float first, Float second, Float attenuation) {
   return (1.0 - first) * (1.0 - second) * attenuation / max(1.0 - first * second * attenuation * attenuation, Float(1e-12));
 }
 
-// Integral of F(w) w^order dw over cosines 0..1 on the rare side, order 1 or 2; relative_ior = n_dense / n_rare > 1.
-// Midpoints of w = t^3 (10 - 15 t + 6 t^2): smooth at both ends, so 48 of them reach 1e-6.
+// Integral of F(w) w^order dw over the cosines 0..1 on the rare side, order 1 or 2; relative_ior = n_dense /
+// n_rare > 1. Midpoint rule in t with w = t^3 (10 - 15 t + 6 t^2): smooth at both ends, so 48 points reach 1e-6.
 TERM Float FresnelMomentOutside(Float relative_ior, int order) {
   Float sum = Float(0.0);
   for (int i = 0; i < 48; ++i) {
@@ -123,15 +123,15 @@ TERM Float HenyeyGreenstein(Float g, Float cosine) {
   return (1.0 - g * g) / (4.0 * TERM_PI * b * sqrt(b));
 }
 
-// GGX distribution of normals, per steradian (Walter et al. 2007, eq. 33), in the form that keeps digits at the peak: of the
-// squares of the half angle's sine and cosine ...
+// GGX distribution of normals, per steradian (Walter et al. 2007, eq. 33). From the squared sine and cosine of the half
+// angle, which avoids cancellation at the peak ...
 TERM Float GgxOfSquares(Float sine2, Float cosine2, Float roughness) {
   Float a2 = roughness * roughness;
   Float b = sine2 + a2 * cosine2;
   return a2 / (TERM_PI * b * b);
 }
 
-// ... and of its cosine.
+// ... and from its cosine.
 TERM Float GgxDistribution(Float cos_half, Float roughness) {
   return GgxOfSquares((1.0 - cos_half) * (1.0 + cos_half), cos_half * cos_half, roughness);
 }
@@ -144,7 +144,7 @@ TERM Float GgxVisibility(Float cos_light, Float cos_view, Float roughness) {
   return 0.5 / max(v + l, Float(1e-9));
 }
 
-// Surface reflection, per steradian: single scattering on GGX facets. What facets pass on to each other is lost: at normal
+// Surface reflection, per steradian: single scattering on GGX facets. Light scattered between facets is lost: at normal
 // incidence 1 % of the reflection at roughness 0.1, 10 % at 0.3, 31 % at 0.5.
 TERM Float SurfaceReflection(Float cos_light, Float cos_view, Float cos_half, Float cos_light_half, Float roughness,
                              Float relative_ior) {
@@ -152,8 +152,8 @@ TERM Float SurfaceReflection(Float cos_light, Float cos_view, Float cos_half, Fl
          FresnelReflectance(cos_light_half, relative_ior);
 }
 
-// The same of a rough surface under the film, seen through it: directions are refracted into the film, whose upper side
-// mirrors by itself and is not counted here. Reflections between film and surface are left out (below 1 % of these).
+// The same for a rough surface seen through the film: directions are refracted into the film. The specular reflection
+// of the film's upper side is not included. Reflections between film and surface are neglected (below 1 % of these).
 TERM Float SurfaceReflectionUnderFilm(Float cos_light, Float cos_view, Float cos_half, Float cos_light_half,
                                       Float roughness, Float relative_ior, Float film_ior) {
   Float light = RefractedCosine(cos_light, film_ior);
@@ -174,15 +174,15 @@ TERM Float BeckmannDistribution(Float cos_half, Float roughness) {
   return exp(-(1.0 - c2) / (c2 * m2)) / (TERM_PI * m2 * c2 * c2);
 }
 
-// The thesis's surface reflection, per steradian: Kelemen and Szirmay-Kalos 2001, Beckmann facets with the geometry factor
-// folded into 1 / |light + view|^2 = 1 / (4 cos_light_half^2). Nothing where light and view face each other.
+// The thesis's surface reflection, per steradian: Kelemen and Szirmay-Kalos 2001, Beckmann facets with the geometry
+// factor folded into 1 / |light + view|^2 = 1 / (4 cos_light_half^2). 0 where light and view face each other.
 TERM Float KelemenReflection(Float cos_half, Float cos_light_half, Float roughness, Float relative_ior) {
   Float square = 4.0 * cos_light_half * cos_light_half;
   if (square < 1e-8) return Float(0.0);
   return BeckmannDistribution(cos_half, roughness) * FresnelReflectance(cos_light_half, relative_ior) / square;
 }
 
-// Light that is left of a beam after `path_mm` in a medium of extinction `extinction_per_mm` (zeroth order, thesis 3.24).
+// Fraction of a beam left after `path_mm` in a medium of extinction `extinction_per_mm` (zeroth order, thesis 3.24).
 TERM Float Attenuation(Float extinction_per_mm, Float path_mm) { return exp(-extinction_per_mm * path_mm); }
 
 // Hanrahan and Krueger 1993 first-order scattering of a layer, geometry factor of reflection: (1 - e^-..) / (mu0 + mu),
@@ -192,7 +192,7 @@ TERM Float SingleScatterBackward(Float tau, Float mu0, Float mu) {
 }
 
 // The same for transmission: (e^-tau/mu0 - e^-tau/mu) / (mu0 - mu); mu -> mu0 is no special case (thesis 3.28, 3.29).
-// Two branches, as min and abs would lose the derivative where a = b.
+// Two branches, because min and abs would lose the derivative where a = b.
 TERM Float SingleScatterForward(Float tau, Float mu0, Float mu) {
   Float a = tau / mu0;
   Float b = tau / mu;
@@ -202,7 +202,7 @@ TERM Float SingleScatterForward(Float tau, Float mu0, Float mu) {
 }
 
 // First-order BRDF of a layer below a boundary of relative_ior, per steradian. `transmitted` is the product of both
-// Fresnel transmittances; phase per steradian; the 1/n^2 of radiance leaving the layer is the factor the thesis lacks.
+// Fresnel transmittances; phase per steradian. The 1/n^2 of radiance leaving the layer is missing in the thesis.
 TERM Float SingleScatterReflection(Float albedo, Float phase, Float transmitted, Float relative_ior, Float tau, Float mu0,
                                    Float mu) {
   return transmitted * albedo * phase * SingleScatterBackward(tau, mu0, mu) / (relative_ior * relative_ior);
@@ -223,7 +223,7 @@ TERM Float DiffusionCoefficientGrosjean(Float reduced_scattering, Float absorpti
   return (2.0 * absorption + reduced_scattering) / (3.0 * extinction * extinction);
 }
 
-// Squared effective transport coefficient, 1/mm^2; kept above 1e-8 so that square roots keep their derivatives.
+// Squared effective transport coefficient, 1/mm^2; at least 1e-8, so that its square root stays differentiable.
 TERM Float TransportSquared(Float absorption, Float diffusion_mm) {
   return max(absorption / diffusion_mm, Float(1e-8));
 }
@@ -255,9 +255,9 @@ TERM Float SmallExpDifference(Float a, Float k) {
   return 0.5 + a / 6.0 + h2 / 24.0 + a * h2 / 120.0 + h4 / 720.0 + a * h4 / 5040.0 + h6 / 40320.0 + a * h6 / 362880.0;
 }
 
-// Total diffuse reflectance of a slab for a collimated source ss' e^-st'z (d'Eon and Irving 2011 for the source,
-// Donner and Jensen 2005 for the boundaries; summed in closed form, near and far lights subtracted before digits are lost).
-// zb: extrapolation distances 2 A D of both sides.
+// Total diffuse reflectance of a slab for a collimated source ss' e^-st'z (d'Eon and Irving 2011 for the source, Donner
+// and Jensen 2005 for the boundaries). Summed in closed form; near and far images are subtracted analytically, without
+// cancellation. zb: extrapolation distances 2 A D of both sides.
 TERM Float SlabReflectance(Float reduced_scattering, Float extinction, Float transport, Float thickness_mm, Float zb_front,
                            Float zb_back) {
   Float d = thickness_mm;
@@ -270,7 +270,7 @@ TERM Float SlabReflectance(Float reduced_scattering, Float extinction, Float tra
          (d * within + zb_back * decay * ExpRatio(2.0 * k * zb_back)) / (length * ExpRatio(2.0 * k * length));
 }
 
-// Total transmittance of the same slab, light that was never scattered included.
+// Total transmittance of the same slab, including unscattered light.
 TERM Float SlabTransmittance(Float reduced_scattering, Float extinction, Float transport, Float thickness_mm,
                              Float zb_front, Float zb_back) {
   Float d = thickness_mm;
@@ -285,11 +285,12 @@ TERM Float SlabTransmittance(Float reduced_scattering, Float extinction, Float t
   return diffuse + exp(-extinction * d);
 }
 
-// Tables over thickness have nodes at equal steps of ln(thickness + 0.1 mm): the place of a thickness among them, and back.
+// Tables over thickness have nodes at equal steps of ln(thickness + 0.1 mm): the table coordinate of a thickness, and
+// its inverse.
 TERM Float TablePlace(Float thickness_mm) { return 4.0 * log(1.0 + 10.0 * thickness_mm); }
 TERM Float TableThickness(Float place) { return 0.025 * place * exp(0.25 * place) * ExpRatio(0.25 * place); }
 
-// Weight of node -1, 0, 1 or 2 for a place that lies the share f beyond node 0 (Catmull and Rom 1974).
+// Weight of node -1, 0, 1 or 2 for interpolation at the fraction f from node 0 to node 1 (Catmull and Rom 1974).
 TERM Float CubicWeight(int node, Float f) {
   if (node < 0) return 0.5 * f * (f * (2.0 - f) - 1.0);
   if (node == 0) return 0.5 * (f * f * (3.0 * f - 5.0) + 2.0);
@@ -297,9 +298,9 @@ TERM Float CubicWeight(int node, Float f) {
   return 0.5 * f * f * (f - 1.0);
 }
 
-// Radiance leaving per radiant exitance of the diffusing layer, per steradian: (1 - F) / (pi (1 - Fdr)), F the reflectance
-// towards the viewer; without the
-// normalisation by the diffuse Fresnel reflectance Fdr (from outside) 11 % of the light of a tooth is lost.
+// Exit radiance per radiant exitance of the diffusing layer, per steradian: (1 - F) / (pi (1 - Fdr)), F the reflectance
+// towards the viewer. Without the normalisation by the diffuse Fresnel reflectance Fdr (from outside), 11 % of the
+// light of a tooth is lost.
 TERM Float ExitLobe(Float reflectance, Float diffuse_fresnel_outside) {
   return (1.0 - reflectance) / (TERM_PI * (1.0 - diffuse_fresnel_outside));
 }
@@ -321,8 +322,9 @@ TERM Float DipoleReflectance(Float reduced_albedo, Float depth_mm, Float transpo
 }
 
 // Multipole (Donner and Jensen 2005) with the infinite sum of images in closed form. `transport` may be
-// sqrt(transport^2 + q^2): then this is the profile's two-dimensional Fourier transform at spatial frequency q (rad/mm), 0 the
-// total. The point source must lie in the slab, depth < thickness: no model of clear or thin layers.
+// sqrt(transport^2 + q^2): then this is the profile's two-dimensional Fourier transform at spatial frequency q
+// (rad/mm), and q = 0 gives the total. The point source must lie in the slab, depth < thickness, which excludes clear
+// or thin layers.
 TERM Float MultipoleReflectance(Float reduced_albedo, Float depth_mm, Float transport, Float thickness_mm, Float zb_front,
                                 Float zb_back) {
   Float k = transport;
@@ -341,8 +343,8 @@ TERM Float MultipoleTransmittance(Float reduced_albedo, Float depth_mm, Float tr
          ExpRatio(2.0 * k * before) / ExpRatio(2.0 * k * length);
 }
 
-// Normalised diffusion (Christensen and Burley 2015): reflectance per mm^2 that integrates to `albedo`, free path in mm;
-// here to compare with: it knows nothing of the boundary or of layers. Shape for light at normal incidence, length 1/st.
+// Normalised diffusion (Christensen and Burley 2015): reflectance per mm^2 that integrates to `albedo`, free path in
+// mm. For comparison only: it models neither the boundary nor layers. Shape for light at normal incidence, length 1/st.
 TERM Float NormalisedDiffusionShape(Float albedo) {
   Float x = abs(albedo - 0.8);
   return 1.85 - albedo + 7.0 * x * x * x;
@@ -351,14 +353,14 @@ TERM Float NormalisedDiffusionProfile(Float albedo, Float free_path_mm, Float r_
   Float s = NormalisedDiffusionShape(albedo) / free_path_mm;
   return albedo * s / (8.0 * TERM_PI * max(r_mm, Float(1e-9))) * (exp(-s * r_mm) + exp(-s * r_mm / 3.0));
 }
-// Share of it within r.
+// Fraction of it within r.
 TERM Float NormalisedDiffusionWithin(Float albedo, Float free_path_mm, Float r_mm) {
   Float x = NormalisedDiffusionShape(albedo) / free_path_mm * r_mm;
   return 0.25 * x * (ExpRatio(x) + ExpRatio(x / 3.0));  // 1 - e^-x / 4 - 3 e^-x/3 / 4 without cancellation
 }
 
-// Offsets of the 1 + 12 taps of Hable's blur ("Fast Skin Shading", ShaderX7 2009), in units of the kernel's scale, inner ones
-// first: the centre, 3 near it, 3 around 1.5, 6 around 5.5. Its weights are skin's and not used.
+// Offsets of the 1 + 12 taps of Hable's blur ("Fast Skin Shading", ShaderX7 2009), in units of the kernel's scale,
+// inner ones first: the centre, 3 near it, 3 around 1.5, 6 around 5.5. Its weights fit skin and are not used.
 TERM Float HableTapX(int tap) {
   if (tap == 1) return Float(-0.194906);
   if (tap == 2) return Float(-0.239737);

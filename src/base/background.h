@@ -1,5 +1,5 @@
 #pragma once
-// Work beside the main thread, for programs that must go on answering.
+// Background work for programs that must stay responsive.
 
 #include <functional>
 #include <future>
@@ -8,17 +8,17 @@
 
 namespace crownfit {
 
-/// One piece of work at a time. The work ends in a function that the main thread runs, so that only the main thread
+/// Runs one task at a time. A task returns a function that the main thread runs at its end, so only the main thread
 /// touches what it shows.
 class Background {
  public:
   using Finish = std::function<void()>;
 
-  /// Starts `work` on a thread of its own. What still runs is not waited for, and its end is never run.
+  /// Starts `work` on its own thread. A task that still runs is abandoned: its end function is never run.
   void Start(const std::string& what, std::function<Finish()> work);
   bool IsBusy() const { return current_.valid(); }
   const std::string& what() const { return what_; }
-  /// Runs the end of finished work. True when there was one. What the work has thrown comes out here.
+  /// Runs the end function of finished work; true when there was one. Rethrows the exceptions of the work.
   bool Poll();
 
  private:

@@ -61,18 +61,18 @@ void Confine(const Confinement& limits) {
     code = kSaidWhatIsWrong;
   } catch (const std::bad_alloc&) {
     code = kNoMemory;
-  } catch (...) {  // a library's own: the parent must be told by an exit code, as nothing else leaves the child
+  } catch (...) {  // a library's exception: only the exit code can report it
     code = kOtherException;
   }
-  _exit(code);  // neither destructors nor the parent's unwritten output
+  _exit(code);  // runs no destructors and writes no output that the parent has buffered
 }
 
-/// Ticks of the processor that a process took; -1 where it is gone.
+/// Processor ticks that a process has used; -1 when it no longer exists.
 long TicksOf(pid_t process) {
   std::ifstream file("/proc/" + std::to_string(process) + "/stat");
   std::string text;
   std::getline(file, text);
-  std::istringstream fields(text.substr(std::min(text.size(), text.rfind(')') + 2)));  // the name may hold blanks
+  std::istringstream fields(text.substr(std::min(text.size(), text.rfind(')') + 2)));  // the name may contain spaces
   std::string skipped;
   for (int i = 0; i < 11; ++i) fields >> skipped;
   long user = -1, system = 0;
@@ -80,11 +80,11 @@ long TicksOf(pid_t process) {
   return user < 0 ? -1 : user + system;
 }
 
-/// False when the process does nothing for a while.
+/// Waits for the process to end. False when it uses no processor time for a while.
 bool WaitWhileItWorks(pid_t process) {
   constexpr int kWhile_ms = 3000;
   const int file = static_cast<int>(syscall(SYS_pidfd_open, process, 0));
-  if (file < 0) return true;  // an old kernel: whoever waits for it waits longer
+  if (file < 0) return true;  // an old kernel: wait for the time limit instead
   pollfd watched{file, POLLIN, 0};
   int ended = 0;
   for (long before = -1, now = 0; ended == 0 && now != before;) {
@@ -133,8 +133,8 @@ Ending RunConfined(const Confinement& limits, const std::function<void()>& work)
   SharedMemory said;
   said.Resize(4096);
   const std::span<std::byte> text = said.Bytes();
-  // A child that was forked while another thread held some library's lock waits for it for ever: it is given up for
-  // another one, but for the last, which may be waiting for a slow disk.
+  // A child forked while another thread held a library's lock waits for that lock for ever. Such a child is killed and
+  // replaced, except the last one, which may be waiting for a slow disk.
   constexpr int kMostChildren = 3;
   int status = 0;
   for (int number = 1; number <= kMostChildren; ++number) {

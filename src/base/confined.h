@@ -1,9 +1,8 @@
 #pragma once
-// Work by libraries that may crash or hang on a broken file: done in a forked child, so that they take nothing with
-// them.
+// Runs library calls that may crash or hang on a broken file in a forked child, which protects this process.
 //
-// A child shares everything that was in memory when it was forked: some milliseconds for the tables, and no copies;
-// what it makes reaches its parent through SharedMemory alone. It sees none of its parent's other threads: `work` must
+// A fork copies only the page tables, which takes some milliseconds, and the child sees everything in memory. Its
+// results reach the parent through SharedMemory alone. The child has none of its parent's other threads: `work` must
 // neither wait for one nor take a lock that one may hold.
 
 #include <cstddef>
@@ -12,7 +11,8 @@
 
 namespace crownfit {
 
-/// Bytes that parent and child both see. Made before the child; the child resizes and fills it, the parent looks after.
+/// Memory shared by parent and child. Created before the fork; the child resizes and fills it, the parent reads it
+/// afterwards.
 class SharedMemory {
  public:
   SharedMemory();
@@ -20,9 +20,9 @@ class SharedMemory {
   SharedMemory(const SharedMemory&) = delete;
   SharedMemory& operator=(const SharedMemory&) = delete;
 
-  /// So many bytes, zeros where nothing was written. Throws std::bad_alloc.
+  /// Sets the size; unwritten bytes are zero. Throws std::bad_alloc.
   void Resize(size_t size);
-  /// All of it, as it stands now. Throws std::bad_alloc.
+  /// The whole memory at its current size. Throws std::bad_alloc.
   std::span<std::byte> Bytes();
 
  private:
@@ -32,14 +32,14 @@ class SharedMemory {
 };
 
 struct Confinement {
-  double seconds = 60;             ///< by the clock, rounded up
-  size_t memory_bytes = 1u << 30;  ///< over what the parent has
+  double seconds = 60;             ///< wall-clock time, rounded up
+  size_t memory_bytes = 1u << 30;  ///< beyond what the parent uses
 };
 
 enum class Ending { kDone, kTookTooLong, kNeededTooMuchMemory, kCrashed };
 
-/// Runs `work` in a child and waits for its end; anew where the child does nothing for seconds, as it may wait for a
-/// lock that a library's own thread held at the fork. An InputError that it throws is thrown again here.
+/// Runs `work` in a child and waits for its end. Restarts a child that uses no processor time for seconds, because it
+/// may wait for a lock that a library's thread held at the fork. Rethrows an InputError of `work`.
 Ending RunConfined(const Confinement& limits, const std::function<void()>& work);
 
 }  // namespace crownfit

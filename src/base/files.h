@@ -1,5 +1,5 @@
 #pragma once
-// Files written beside and renamed, and digests of inputs.
+// Atomic writing of files, and digests of inputs.
 
 #include <filesystem>
 #include <functional>
@@ -7,19 +7,19 @@
 
 namespace crownfit {
 
-/// Calls `write` with a temporary name in the same folder, then renames it: nothing half-written stands under `file`.
-/// Makes the folder when it is missing. Throws InputError when the place can't be written.
+/// Calls `write` with a temporary name in the same folder, then renames it, so that `file` is never half-written.
+/// Creates a missing folder. Throws InputError when the place can't be written.
 void WriteBesideAndRename(const std::filesystem::path& file,
                           const std::function<void(const std::filesystem::path&)>& write);
 
-/// Makes the folder when it is missing; throws InputError when nothing can be written there. For what takes long.
+/// Creates a missing folder; throws InputError when it can't be written to. To be called before long work.
 void MakeFolder(const std::filesystem::path& folder);
 
-/// The text form of the first.
+/// WriteBesideAndRename for text.
 void WriteTextFile(const std::filesystem::path& file, const std::string& text);
 
-/// The bytes of a file. Throws InputError: no regular file (a folder, a pipe, a device), unreadable, or more than
-/// `most_bytes`, with `remedy`.
+/// The bytes of a file. Throws InputError when it is no regular file (a folder, a pipe, a device), unreadable, or
+/// larger than `most_bytes` (with `remedy`).
 std::string ReadWholeFile(const std::filesystem::path& file, double most_bytes, const std::string& remedy);
 
 /// SHA-256 of a file's bytes, hexadecimal.

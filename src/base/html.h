@@ -1,11 +1,11 @@
 #pragma once
-// Text in pages.
+// Escaping of text for HTML.
 
 #include <string>
 
 namespace crownfit {
 
-/// With what HTML reads as markup written as entities, in text and in quoted attributes alike.
+/// Writes markup characters as entities, for text and quoted attributes alike.
 std::string Html(const std::string& text);
 
 }  // namespace crownfit

@@ -13,7 +13,7 @@ namespace crownfit {
 namespace {
 
 constexpr size_t kMaxDepth = 64;
-constexpr size_t kMostKeys = 10000;  // of one object: each is compared with all before it
+constexpr size_t kMostKeys = 10000;  // of one object: each key is compared with all before it
 constexpr size_t kLongestKey = 200, kLongestText = 65536, kLongestName = 100;
 
 bool HasControlCharacter(const std::string& text) {
@@ -57,7 +57,7 @@ class Builder {
     message = e.what();
     const size_t bracket = message.find("] ");
     if (bracket != std::string::npos) message = message.substr(bracket + 2);
-    if (message.size() > 300) message = message.substr(0, 200) + " ...";  // it quotes what was read
+    if (message.size() > 300) message = message.substr(0, 200) + " ...";  // the message quotes the input
     return false;
   }
 
@@ -115,7 +115,7 @@ std::string Joined(const std::vector<std::string>& words) {
 
 std::string NumberText(double v) {
   if (!std::isfinite(v)) return "null";
-  if (v == 0) return std::signbit(v) ? "-0.0" : "0";  // "-0" would be read as a whole number, which has no sign there
+  if (v == 0) return std::signbit(v) ? "-0.0" : "0";  // "-0" would be read as an integer, which has no signed zero
   char buffer[40];
   const auto [end, error] = std::to_chars(buffer, buffer + sizeof buffer, v);
   Check(error == std::errc(), "a double has a decimal form");

@@ -32,7 +32,7 @@ struct JsonValue {
   JsonValue(const std::vector<std::string>& v) : data(Array(v.begin(), v.end())) {}
 };
 
-/// A value together with the file and the key path it came from, so that every complaint can say where.
+/// A value with the file and the key path it came from, so that error messages can name them.
 class JsonNode {
  public:
   JsonNode(const JsonValue* value, const std::filesystem::path* file, std::string key)
@@ -47,7 +47,7 @@ class JsonNode {
   std::string String() const;                                           ///< text without control characters
   std::string Name() const;                                             ///< such a text of 1 to 100 bytes
   std::string OneOf(const std::vector<std::string>& choices) const;     ///< one of the listed words
-  std::vector<JsonNode> Items(size_t most = SIZE_MAX) const;            ///< a list of at most so many
+  std::vector<JsonNode> Items(size_t most = SIZE_MAX) const;            ///< a list of at most `most` items
   std::vector<double> Numbers(std::optional<size_t> count = {}) const;  ///< list of finite numbers, of given length
   std::vector<std::pair<std::string, JsonNode>> Members() const;        ///< an object whose keys are names
   bool IsNumber() const { return std::holds_alternative<double>(value_->data); }
@@ -78,14 +78,14 @@ class JsonObject {
   JsonNode node_;
 };
 
-/// A JSON file held in memory. Throws InputError when it can't be read or is not JSON; also depths over 64, objects of
-/// over 10000 keys, keys over 200 and texts over 65536 characters, files over the limit of base/limits.h.
+/// A JSON file held in memory. Throws InputError when it can't be read, is not JSON or exceeds a limit: depth 64, 10000
+/// keys per object, keys of 200 and texts of 65536 characters, the file size of base/limits.h.
 struct JsonFile {
   explicit JsonFile(const std::filesystem::path& file);
-  /// The same from text in memory; `name` stands for the file in complaints.
+  /// The same from text in memory; error messages call the file `name`.
   JsonFile(const std::filesystem::path& name, const std::string& text);
   JsonNode root() const { return JsonNode(&value, &file, ""); }
-  /// The root object after its "format" tag was compared with `format`.
+  /// Compares the "format" tag with `format` and returns the root object.
   JsonObject RootOfFormat(const std::string& format, std::vector<std::string> allowed_keys) const;
   std::filesystem::path file;
   JsonValue value;

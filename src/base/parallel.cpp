@@ -12,7 +12,7 @@ namespace crownfit {
 void ParallelFor(size_t count, int threads, const std::function<void(size_t)>& body) {
   const size_t wanted = threads > 0 ? static_cast<size_t>(threads) : std::max(1u, std::thread::hardware_concurrency());
   const size_t workers = std::min(wanted, count);
-  // Of many small tasks some at a time, so that the counter is not contended; of few, one at a time.
+  // Many small tasks are taken in chunks, so that the counter is not contended; few tasks are taken one at a time.
   const size_t chunk = std::clamp<size_t>(count / (16 * std::max<size_t>(1, workers)), 1, 64);
   std::atomic<size_t> next{0};
   std::exception_ptr error;

@@ -15,7 +15,7 @@ class Progress {
   Progress(const Progress&) = delete;
   Progress& operator=(const Progress&) = delete;
 
-  /// Names what is worked on from here on, such as one of several captures; empty: no name.
+  /// Prefix of the following stages, such as one of several captures; empty: none.
   void NameWork(const std::string& work) { work_ = work.empty() ? "" : work + ": "; }
   /// `share` in [0, 1]; `detail` is a few words such as "chi2 1.03".
   void Show(const std::string& stage, double share, const std::string& detail = "");

@@ -35,8 +35,8 @@ inline double Gaussian(uint64_t key, uint64_t index) {
          std::cos(2.0 * std::numbers::pi * Uniform(key, 2 * index + 1));
 }
 
-/// Many numbers of one key, quickly: number i is the mix of start + i step, both drawn from the key (the split
-/// generator of Steele, Lea and Flood 2014, whose rule for weak steps is kept). Streams of different keys do not
+/// Fast generator of many numbers for one key: number i is the mix of start + i step, both drawn from the key (the
+/// split generator of Steele, Lea and Flood 2014, with its rule for weak steps). Streams of different keys do not
 /// overlap.
 class RandomStream {
  public:

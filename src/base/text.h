@@ -1,14 +1,14 @@
 #pragma once
-// Numbers in words.
+// Formatting of numbers.
 
 #include <string>
 
 namespace crownfit {
 
-/// As printf would print it.
+/// Formats as printf does.
 [[gnu::format(printf, 1, 2)]] std::string Printed(const char* format, ...);
 
-/// With so many significant digits at most.
+/// With at most `digits` significant digits.
 std::string Number(double value, int digits = 3);
 
 }  // namespace crownfit

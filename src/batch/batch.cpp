@@ -25,7 +25,7 @@ namespace fs = std::filesystem;
 volatile std::sig_atomic_t g_signal = 0;
 void TakeSignal(int signal) { g_signal = signal; }
 
-/// While it lives, SIGINT and SIGTERM only set g_signal, and interrupt what waits.
+/// While it exists, SIGINT and SIGTERM only set g_signal and interrupt waiting calls.
 class Signals {
  public:
   Signals() {
@@ -49,7 +49,7 @@ fs::path FolderOf(const ManifestRow& row) {
   return fs::is_directory(row.capture) ? row.capture : row.capture.parent_path();
 }
 
-/// What is already there. Failed ones wait to be tried again.
+/// Finds the crowns that are already finished. Failed ones count as waiting, to be tried again.
 std::vector<CrownOutcome> Survey(std::vector<ManifestRow> rows, const fs::path& root,
                                  const std::optional<Shard>& shard) {
   std::vector<CrownOutcome> crowns;
@@ -70,7 +70,7 @@ std::vector<CrownOutcome> Survey(std::vector<ManifestRow> rows, const fs::path& 
     if (freshness == Freshness::kRestamped)
       WriteIntoFolder(root, fs::path("crowns") / row.id / kRecordName, RecordText(*record));
     crown.state = CrownState::kFitted;
-    record->files = {};  // of thousands of crowns they are most of the memory, and no longer needed
+    record->files = {};  // most of the memory for thousands of crowns, and no longer needed
     crown.record = std::move(record);
   }
   return crowns;
@@ -86,7 +86,7 @@ std::string EndOf(const fs::path& file, std::streamoff most = 4000) {
   return text.str();
 }
 
-/// The pool's work: crowns that wait, one process each.
+/// Fits the waiting crowns, one process each.
 class Fitting {
  public:
   Fitting(const BatchOptions& options, const BatchFolder& folder, std::vector<CrownOutcome>& crowns, Progress& progress,

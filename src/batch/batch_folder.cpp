@@ -57,7 +57,7 @@ BatchFolder::BatchFolder(const fs::path& root, const std::optional<Shard>& shard
     shard_lock_.emplace(root_ / "locks" / shard->Name(), false, root_);
   }
   std::error_code ignored;
-  fs::remove_all(shard ? work_ : root_ / "work", ignored);  // of a batch that was killed
+  fs::remove_all(shard ? work_ : root_ / "work", ignored);  // left by a batch that was killed
   MakeFolder(work_ / "crowns");
   MakeFolder(work_ / "stderr");
   MakeFolder(root_ / "crowns");
@@ -66,7 +66,7 @@ BatchFolder::BatchFolder(const fs::path& root, const std::optional<Shard>& shard
 BatchFolder::~BatchFolder() {
   std::error_code ignored;
   fs::remove_all(work_, ignored);
-  fs::remove(root_ / "work", ignored);  // unless others work there
+  fs::remove(root_ / "work", ignored);  // fails while others use it
 }
 
 void BatchFolder::Write(const fs::path& name, const std::string& text) const {
@@ -79,7 +79,7 @@ void BatchFolder::Keep(const fs::path& made, const std::string& id) const {
   std::error_code error;
   if (renameat2(AT_FDCWD, made.c_str(), AT_FDCWD, crown(id).c_str(), RENAME_EXCHANGE) == 0) {
     fs::remove_all(made, error);
-  } else {  // there is no older one, or a file system that can't exchange
+  } else {  // no older result, or the file system can't exchange
     fs::remove_all(crown(id), error);
     Move(made, crown(id));
   }
@@ -109,7 +109,7 @@ void WriteIntoFolder(const fs::path& root, const fs::path& name, const std::stri
   if (name.has_parent_path()) MakeFolder((root / name).parent_path());
   Move(made, root / name);
   std::error_code ignored;
-  fs::remove(root / "work", ignored);  // unless others work there
+  fs::remove(root / "work", ignored);  // fails while others use it
 }
 
 }  // namespace crownfit

@@ -1,5 +1,5 @@
 #pragma once
-// The folder of a batch: who works in it, and how things get into it whole.
+// The folder of a batch: locks, and atomic writes.
 
 #include <filesystem>
 #include <optional>
@@ -9,10 +9,10 @@
 
 namespace crownfit {
 
-/// A file that one process holds, or several share; the hold goes with the process, however it ends.
+/// A file lock, held by one process or shared by several; it ends with the process, however that ends.
 class FileLock {
  public:
-  /// Throws InputError when another holds it; `folder` is what the complaint names.
+  /// Throws InputError, naming `folder`, when another process holds the lock.
   FileLock(const std::filesystem::path& file, bool is_shared, const std::filesystem::path& folder);
   ~FileLock();
   FileLock(const FileLock&) = delete;
@@ -22,24 +22,24 @@ class FileLock {
   int handle_;
 };
 
-/// Whatever is written is made in work/ and then moved to its place. Everything throws InputError when it can't.
+/// Everything is written in work/ and then moved to its place. All functions throw InputError on failure.
 class BatchFolder {
  public:
-  /// Alone in the folder, or beside other shards.
+  /// Takes the folder exclusively, or shares it with other shards.
   BatchFolder(const std::filesystem::path& root, const std::optional<Shard>& shard);
   ~BatchFolder();
   BatchFolder(const BatchFolder&) = delete;
   BatchFolder& operator=(const BatchFolder&) = delete;
 
-  const std::filesystem::path& work() const { return work_; }  ///< with the folders crowns and stderr
+  const std::filesystem::path& work() const { return work_; }  ///< contains the folders crowns and stderr
   std::filesystem::path crown(const std::string& id) const { return root_ / "crowns" / id; }
 
   void Write(const std::filesystem::path& name, const std::string& text) const;
-  /// A whole crown at once, in place of an older one.
+  /// Moves a whole crown into place at once, replacing an older one.
   void Keep(const std::filesystem::path& made, const std::string& id) const;
-  /// An older result is of other inputs, and goes.
+  /// Also removes an older result, which belongs to other inputs.
   void KeepFailure(const std::string& id, const std::string& reason, const std::string& standard_error) const;
-  /// Throws when a full disk may be why a crown failed: the next ones would too.
+  /// Throws when a full disk may be why a crown failed: the next ones would fail too.
   void CheckRoom(const std::string& failure) const;
 
  private:
@@ -47,7 +47,7 @@ class BatchFolder {
   std::optional<FileLock> lock_, shard_lock_;
 };
 
-/// Writes into a folder where others may be at work; `name` is relative to it.
+/// Writes into a folder that other processes may be using; `name` is relative to it.
 void WriteIntoFolder(const std::filesystem::path& root, const std::filesystem::path& name, const std::string& text);
 
 }  // namespace crownfit

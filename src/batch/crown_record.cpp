@@ -51,7 +51,7 @@ std::vector<std::string> Texts(const JsonValue& value) {
 }
 JsonValue Maybe(const std::optional<double>& number) { return number ? JsonValue(*number) : JsonValue(); }
 
-/// One value or one a channel, as material.json has them; fixed ones are no news.
+/// One value, or one per channel, as in material.json. Fixed parameters are left out.
 void AddParameters(const std::string& owner, const JsonValue& of, const std::vector<std::string>& channels,
                    std::vector<RecordedParameter>& parameters) {
   for (const auto& [key, parameter] : std::get<JsonValue::Object>(of.data)) {
@@ -109,7 +109,7 @@ CrownRecord RecordOf(const std::filesystem::path& result, const std::filesystem:
       double changed_s = 0;
       const std::string stamp = StampOf(capture_folder / name, &changed_s);
       const double now_s = std::chrono::duration<double>(std::chrono::system_clock::now().time_since_epoch()).count();
-      if (stamp.empty() || (changed_s > begun_s && changed_s < now_s))  // times to come are a clock's mistake
+      if (stamp.empty() || (changed_s > begun_s && changed_s < now_s))  // times in the future come from a wrong clock
         throw InputError(capture_folder / name, "", "changed while the crown was fitted",
                          "Run the same command again.");
       record.files.push_back({name, Text(digest), stamp});

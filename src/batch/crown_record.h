@@ -1,6 +1,6 @@
 #pragma once
-// What the batch keeps beside a crown's result: what it was made of, so that a second run knows whether it still holds,
-// and what the summary shows of it, so that the summary reads one small file a crown.
+// What the batch stores beside a crown's result. Its inputs show a later run whether the result is still valid. Its
+// values let the summary read one small file per crown.
 
 #include <filesystem>
 #include <optional>
@@ -14,22 +14,22 @@ namespace crownfit {
 struct RecordedFile {
   std::string name;  ///< relative to the capture's folder
   std::string sha256;
-  std::string stamp;  ///< size and time of change; while these stay, the content is taken as the same
+  std::string stamp;  ///< size and time of change; while these stay, the content counts as unchanged
 };
 
 struct RecordedParameter {
   std::string name, status;  ///< "dentine.absorption_per_mm[R]"
   double value = 0;
-  std::optional<double> stddev, low, high;  ///< where it was fitted
+  std::optional<double> stddev, low, high;  ///< if it was fitted
 };
 
 struct CrownRecord {
   std::string program;                 ///< version
   std::vector<std::string> arguments;  ///< of `crownfit fit`
   std::vector<RecordedFile> files;
-  std::string status;  ///< of material.json
+  std::string status;  ///< from material.json
   std::vector<std::string> reasons;
-  std::optional<double> de00_median, de00_p95, holdout_de00_median;  ///< none without photographs
+  std::optional<double> de00_median, de00_p95, holdout_de00_median;  ///< absent without photographs
   double wall_s = 0, peak_MiB = 0;
   std::string picture;  ///< relative to the crown's folder; empty when there is none
   std::vector<RecordedParameter> parameters;
@@ -37,17 +37,18 @@ struct CrownRecord {
 
 inline constexpr const char* kRecordName = "crown.json";
 
-/// From a finished result. Throws InputError when an input changed after `begun_s` (Unix time), when its fit began.
+/// Record of a finished result. Throws InputError when an input changed after `begun_s` (Unix time), the start of its
+/// fit.
 CrownRecord RecordOf(const std::filesystem::path& result, const std::filesystem::path& capture_folder,
                      const std::vector<std::string>& arguments, double begun_s);
-std::string RecordText(const CrownRecord& record);  ///< of crown.json
-/// Nothing when there is none, or none that this program wrote whole.
+std::string RecordText(const CrownRecord& record);  ///< the text of crown.json
+/// Absent when there is no record, or none that this program wrote completely.
 std::optional<CrownRecord> ReadRecord(const std::filesystem::path& file);
 
 enum class Freshness {
-  kStale,     ///< inputs, options or program are others
-  kFresh,     ///< every file as it was
-  kRestamped  ///< the same content under a new stamp, now in the record
+  kStale,     ///< inputs, options or program differ
+  kFresh,     ///< every file is unchanged
+  kRestamped  ///< same content under a new stamp, which the record now has
 };
 Freshness Compare(CrownRecord& record, const std::filesystem::path& capture_folder,
                   const std::vector<std::string>& arguments);

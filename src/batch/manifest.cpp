@@ -14,7 +14,7 @@
 namespace crownfit {
 namespace {
 
-/// A row before it is understood: its place in the file, and its cells by column.
+/// An unparsed row: its place in the file, and its cells by column.
 struct RawRow {
   std::string place;
   std::vector<std::pair<std::string, std::vector<std::string>>> cells;
@@ -104,7 +104,7 @@ std::vector<std::string> Arguments(const RawRow& raw, const FitCommand& fit, std
     const auto cell = std::find_if(raw.cells.begin(), raw.cells.end(),
                                    [&](const auto& c) { return c.first == column.name && !c.second.empty(); });
     const std::string option = "--" + column.name;
-    if (cell == raw.cells.end()) {  // as the command line says for all
+    if (cell == raw.cells.end()) {  // the command line's value applies
       for (auto at = fit.defaults.begin(); at != fit.defaults.end();) {
         const auto next = std::find_if(at + 1, fit.defaults.end(), [](const auto& a) { return a.starts_with("--"); });
         if (*at == option) arguments.insert(arguments.end(), at, next);

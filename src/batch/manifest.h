@@ -1,5 +1,5 @@
 #pragma once
-// The list of crowns to fit: CSV or JSON, one row a crown.
+// The list of crowns to fit: CSV or JSON, one row per crown.
 
 #include <filesystem>
 #include <functional>
@@ -13,7 +13,7 @@ namespace crownfit {
 struct FitColumn {
   std::string name;
   bool is_flag = false;  ///< cells: true or false
-  bool is_list = false;  ///< cells: values with spaces or semicolons between them
+  bool is_list = false;  ///< cells: values separated by spaces or semicolons
 };
 
 /// What the batch needs to know of the fit's command line.
@@ -31,23 +31,23 @@ struct ManifestRow {
   std::string fault;                   ///< why it can't be fitted; names file, line and column
 };
 
-/// A part of a batch that works beside others, each on crowns of its own.
+/// A part of a batch that runs beside others, each on its own crowns.
 struct Shard {
-  size_t number = 1, count = 1;  ///< number from 1
+  size_t number = 1, count = 1;  ///< counted from 1
   std::string Name() const { return "shard-" + std::to_string(number) + "-of-" + std::to_string(count); }
   bool Has(size_t row, size_t rows) const { return row >= rows * (number - 1) / count && row < rows * number / count; }
 };
 
 struct Manifest {
   std::vector<ManifestRow> rows;
-  std::vector<std::string> faults;  ///< of no one row, such as a column that does not exist
-  std::string AllFaults() const;    ///< a line each; empty when there is none
+  std::vector<std::string> faults;  ///< of no single row, such as an unknown column
+  std::string AllFaults() const;    ///< one per line; empty when there is none
 };
 
 /// Reads *.csv (csv_file.h; header `id,capture`, then any of `group` and the options) or *.json
-/// ("crownfit-manifest/1"). Captures are relative to the manifest, and
-/// looked for where they are of the shard `only`: a shared folder must not be asked for all by every task. What is
-/// wrong with a row stands in its fault; what is wrong with the file is thrown as InputError.
+/// ("crownfit-manifest/1"). Captures are relative to the manifest. Only those of the shard `only` are looked up on
+/// disk, so that not every task searches a shared folder for all. Errors in a row become its fault; errors of the file
+/// are thrown as InputError.
 Manifest ReadManifest(const std::filesystem::path& file, const FitCommand& fit, const std::optional<Shard>& only = {});
 
 }  // namespace crownfit

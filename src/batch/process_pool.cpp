@@ -22,7 +22,7 @@
 namespace crownfit {
 namespace {
 
-constexpr double kLook_s = 0.05;  // between looks at time and memory
+constexpr double kLook_s = 0.05;  // between checks of time and memory
 
 double Now_s() { return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count(); }
 
@@ -55,7 +55,7 @@ void ProcessPool::Start(size_t job, const std::vector<std::string>& arguments,
   const int parent = getpid(), pid = fork();
   if (pid == 0) {
     prctl(PR_SET_PDEATHSIG, SIGKILL);
-    if (getppid() != parent) _exit(127);  // it died before the line above
+    if (getppid() != parent) _exit(127);  // the parent died before the line above
     dup2(nothing, STDIN_FILENO);
     dup2(nothing, STDOUT_FILENO);
     dup2(errors, STDERR_FILENO);

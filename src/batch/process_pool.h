@@ -1,5 +1,5 @@
 #pragma once
-// Processes that run beside this one and cannot harm it: watched for time and memory, and killed when this one dies.
+// Child processes that can't harm this one: their time and memory are limited, and they are killed when this one dies.
 
 #include <filesystem>
 #include <map>
@@ -28,10 +28,10 @@ class ProcessPool {
   ProcessPool(const ProcessPool&) = delete;
   ProcessPool& operator=(const ProcessPool&) = delete;
 
-  /// Starts `arguments[0]` with standard output thrown away and standard error in a file. Throws InputError when it
-  /// can't be started.
+  /// Starts `arguments[0]` with standard output discarded and standard error written to a file. Throws InputError when
+  /// it can't be started.
   void Start(size_t job, const std::vector<std::string>& arguments, const std::filesystem::path& standard_error);
-  /// The next that ends, or nothing when `seconds` pass or a signal comes first.
+  /// The next process that ends; absent when `seconds` pass or a signal arrives first.
   std::optional<std::pair<size_t, ProcessEnd>> Wait(double seconds);
   void KillAll();
   size_t count() const { return running_.size(); }
@@ -40,7 +40,7 @@ class ProcessPool {
   struct Running {
     int pid, handle;  ///< handle: becomes readable when the process ends
     double begin_s;
-    ProcessEnd end;  ///< as far as it is known
+    ProcessEnd end;  ///< as far as known
   };
   void WatchLimits(Running& process) const;
   ProcessLimits limits_;

@@ -46,7 +46,7 @@ Answer Ask(const std::vector<std::string>& command) {
   return answer;
 }
 
-/// The jobs submitted for a folder, newest last, and into how many shards.
+/// The jobs submitted for a folder, newest last, and their number of shards.
 struct Submitted {
   std::vector<std::string> jobs;
   size_t shards = 0;
@@ -93,7 +93,7 @@ std::string Ranges(const std::vector<size_t>& sorted) {
   return text;
 }
 
-/// The greatest index of an array, as the cluster is configured.
+/// The largest array index that the cluster allows.
 size_t MostTasks() {
   const Answer answer = Ask({"scontrol", "show", "config"});
   const size_t at = answer.text.find("MaxArraySize");
@@ -101,10 +101,10 @@ size_t MostTasks() {
   return std::max<size_t>(2, std::stoul(answer.text.substr(answer.text.find('=', at) + 1))) - 1;
 }
 
-/// Crowns a task, so that Slurm's own work stays below a twentieth of theirs.
+/// Crowns per task, so that Slurm's overhead stays below a twentieth of their time.
 size_t ChunkFor(std::span<const CrownOutcome> crowns) {
-  constexpr double kScheduling_s = 0.42;  // a task, measured with Slurm 22.05
-  constexpr double kUsual_s = 20;         // a crown, where none is finished to tell
+  constexpr double kScheduling_s = 0.42;  // per task, measured with Slurm 22.05
+  constexpr double kUsual_s = 20;         // per crown, while none is finished
   double seconds = 0, count = 0;
   for (const CrownOutcome& crown : crowns)
     if (crown.record) {
@@ -162,7 +162,7 @@ SlurmSubmission SubmitBatch(const BatchOptions& options, const SlurmOptions& slu
   Submitted submitted = ReadSubmitted(options.output);
   const std::vector<QueuedTask> queued = TasksInQueue(submitted);
   const size_t rows = state.crowns.size(), most = MostTasks();
-  if (queued.empty() || submitted.shards == 0) {  // else the old ones must not be cut anew
+  if (queued.empty() || submitted.shards == 0) {  // otherwise the shards of queued tasks must stay as they are
     const size_t chunk = slurm.chunk > 0 ? slurm.chunk : std::max((rows + most - 1) / most, ChunkFor(state.crowns));
     submitted.shards = (rows + chunk - 1) / chunk;
   }

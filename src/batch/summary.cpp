@@ -12,7 +12,7 @@ namespace {
 
 constexpr double kAcceptable = 1.8;     // CIEDE2000, Paravina et al. 2015
 constexpr double kOutlier = 3.5;        // robust standard deviations, Iglewicz and Hoaglin 1993
-constexpr size_t kFewestToCompare = 5;  // crowns of a group, below which none stands out
+constexpr size_t kFewestToCompare = 5;  // crowns of a group; in smaller groups none counts as an outlier
 
 std::string Text(const std::optional<double>& v) { return v ? Number(*v, 6) : ""; }
 
@@ -33,7 +33,7 @@ std::string Joined(const std::vector<std::string>& texts, const char* between) {
   return all;
 }
 
-/// Every parameter that a crown has, in the order in which they come.
+/// Every parameter of any crown, in order of first appearance.
 std::vector<std::string> ParameterNames(std::span<const CrownOutcome> crowns) {
   std::vector<std::string> names;
   for (const CrownOutcome& crown : crowns)
@@ -78,7 +78,7 @@ GroupStatistics Of(const std::string& group, const std::string& parameter,
   s.robust_spread = 1.4826 * Median(deviations);
   const double freedom = static_cast<double>(crowns.size()) - 1;
   if (freedom > 0) s.spread = std::sqrt(squares / freedom);
-  // Birge 1932: intervals that do not cover the differences between crowns are inflation until they do.
+  // Birge 1932: inflates the error where the crowns differ by more than their intervals.
   s.error_of_mean = std::sqrt(1 / weights) * (freedom > 0 ? std::sqrt(std::max(1.0, chi2 / freedom)) : 1.0);
   return s;
 }

@@ -1,5 +1,5 @@
 #pragma once
-// What a lab reads of a batch: one row a crown, and statistics over the crowns of a group.
+// The summary of a batch for a lab: one row per crown, and statistics over the crowns of a group.
 
 #include <optional>
 #include <span>
@@ -13,7 +13,7 @@ namespace crownfit {
 
 enum class CrownState { kWaiting, kFaulty, kFailed, kFitted };
 
-/// One row of the manifest and what became of it.
+/// One row of the manifest and its outcome.
 struct CrownOutcome {
   ManifestRow row;
   CrownState state = CrownState::kWaiting;
@@ -25,11 +25,11 @@ struct CrownOutcome {
 /// "usable", "not_usable", ... of fitted ones; "faulty", "failed", "waiting".
 std::string StatusOf(const CrownOutcome& crown);
 
-/// Over the usable crowns of a group in which a parameter was fitted.
+/// Statistics over the usable crowns of a group in which a parameter was fitted.
 struct GroupStatistics {
   std::string group, parameter;
   size_t number = 0;
-  double mean = 0, error_of_mean = 0;  ///< weighted by 1 / stddev^2; the error is inflation where crowns differ by more
+  double mean = 0, error_of_mean = 0;  ///< weighted by 1 / stddev^2; the error is inflated where crowns differ by more
   double spread = 0;                   ///< standard deviation over crowns
   double median = 0, robust_spread = 0;  ///< 1.4826 x median absolute deviation
 };
@@ -39,7 +39,7 @@ std::vector<GroupStatistics> StatisticsOf(std::span<const CrownOutcome> crowns);
 std::vector<std::vector<std::string>> FlagsOf(std::span<const CrownOutcome> crowns,
                                               std::span<const GroupStatistics> statistics);
 
-// No times in the first three: they are the same whenever and wherever the batch ran.
+// The first three contain no times: they are the same whenever and wherever the batch ran.
 std::string SummaryCsv(std::span<const CrownOutcome> crowns);
 std::string StatisticsCsv(std::span<const GroupStatistics> statistics);
 std::string SummaryHtml(std::span<const CrownOutcome> crowns);

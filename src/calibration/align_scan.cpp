@@ -14,7 +14,7 @@
 namespace crownfit {
 namespace {
 
-/// The search by regions, all photographs at once.
+/// The region search, over all photographs at once.
 struct RegionSearch {
   const RayCaster& caster;
   const std::vector<ScanPhotograph>& photographs;
@@ -41,7 +41,7 @@ struct RegionSearch {
       odds.push_back(OddsImage(levels[k], colours));
     }
   }
-  /// Sum of log odds under the object, less what lies outside it in its surroundings; more is better.
+  /// Sum of the log odds of the pixels that the object covers; higher is better.
   double Score(const Vector6& x) const {
     double score = 0;
     for (size_t k = 0; k < photographs.size(); ++k) {
@@ -64,11 +64,11 @@ AlignedScan AlignScan(const TriangleMesh& mesh, const std::vector<ScanPhotograph
     if (progress) progress(share);
   };
 
-  // Region: many starts, the best few followed by a pattern search; colours are learned again from the best.
+  // Region stage: many starts, then a pattern search from the best few. Colours are learned again from the best.
   RegionSearch search(caster, photographs, centre);
   Vector6 best = Vector6::Zero();
   const double turn = options.search_deg * std::numbers::pi / 180;
-  // In standard deviations of the search, whichever of the six is furthest: no place beyond three is taken.
+  // Largest of the six displacements in standard deviations of the search; poses beyond three are rejected.
   constexpr double kFurthest = 3.0;
   const auto distance = [&](const Vector6& x) {
     double furthest = 0;
@@ -113,8 +113,8 @@ AlignedScan AlignScan(const TriangleMesh& mesh, const std::vector<ScanPhotograph
     tell(0.3 + 0.3 * round);
   }
 
-  // Edges, from the best place by colour and from others that are nearly as good: colours alone mistake what the scan
-  // does not have (a further molar) for the object. The place whose contours lie on edges wins.
+  // Edge stage, from the best pose by colour and from others that are nearly as good. Colours alone mistake what the
+  // scan lacks (a further molar) for the object. The pose whose contours lie on edges wins.
   search.Learn(best);
   ContourFit edges{caster, parts, photographs, centre, options.threads, {}, {}};
   for (size_t k = 0; k < photographs.size(); ++k) {
@@ -127,7 +127,7 @@ AlignedScan AlignScan(const TriangleMesh& mesh, const std::vector<ScanPhotograph
     double support;
     Vector6 motion;
   };
-  std::vector<Place> places;  // the best ones found so far that are apart, the best first
+  std::vector<Place> places;  // the best distinct poses found so far, the best first
   const auto keep = [&](const Place& found) {
     constexpr double kApart = 0.3;
     constexpr size_t kKept = 3;
@@ -149,7 +149,7 @@ AlignedScan AlignScan(const TriangleMesh& mesh, const std::vector<ScanPhotograph
   for (size_t round = 0; round < std::size(kSpreads); ++round) {
     std::vector<Vector6> around;
     for (const Place& p : places) around.push_back(p.motion);
-    if (round == 0) around = {best, Vector6::Zero()};  // or where it was said to be
+    if (round == 0) around = {best, Vector6::Zero()};  // or the stated start
     if (round == 1) around.push_back(Vector6::Zero());
     const size_t count = round ? kPlaces : around.size();
     for (size_t i = 0; i < count; ++i) {
@@ -164,10 +164,10 @@ AlignedScan AlignScan(const TriangleMesh& mesh, const std::vector<ScanPhotograph
   }
   const Vector6 place = places.empty() ? best : places[0].motion;
   auto state = edges.Fit(place, {12, 10, 8, 8, 6, 6, 6}, 3, [&](double share) { tell(0.85 + 0.1 * share); });
-  // Where colours already place the outline within two pixels, profiles across it place it exactly.
+  // When the outline is already within two pixels, profiles across it locate it exactly.
   if (state.sigma < 2.0 && edges.MeasureBlur(state.motion)) {
     const auto exact = edges.Fit(state.motion, {4, 4, 3, 3, 3}, 3, {});
-    // Not where the outline misses by more than a profile reaches: a mesh of another size.
+    // Rejected where the outline misses by more than a profile's reach, as for a mesh of another size.
     const auto worst = [](const ContourFit::State& fit) {
       return *std::min_element(fit.matched.begin(), fit.matched.end());
     };
@@ -191,8 +191,8 @@ AlignedScan AlignScan(const TriangleMesh& mesh, const std::vector<ScanPhotograph
   for (const auto& photo : photographs) {
     const RigidTransform pose = photo.start * MotionOf(best, centre);
     result.camera_from_object.push_back(pose);
-    // From a turn about the object's centre and a shift in its frame to a turn about the camera and a shift in its
-    // frame.
+    // Converts a rotation about the object's centre and a shift in its frame to a rotation about the camera and a shift
+    // in its frame.
     Eigen::Matrix<double, 6, 6> change = Eigen::Matrix<double, 6, 6>::Zero();
     const glm::dvec3 c = pose.Point(centre);
     const glm::dmat3& r = photo.start.rotation;
@@ -201,14 +201,14 @@ AlignedScan AlignScan(const TriangleMesh& mesh, const std::vector<ScanPhotograph
         change(i, j) = r[j][i];
         change(3 + i, 3 + j) = r[j][i];
       }
-    // Turning about c instead of the origin shifts by -w x c.
+    // A rotation w about c instead of the origin shifts by -w x c.
     for (int j = 0; j < 3; ++j) {
       const glm::dvec3 w(r[j][0], r[j][1], r[j][2]);
       const glm::dvec3 shift = -glm::cross(w, c);
       for (int i = 0; i < 3; ++i) change(3 + i, j) += shift[i];
     }
     Eigen::Matrix<double, 6, 6> of_pose = change * covariance * change.transpose();
-    if (photographs.size() > 1 && photo.start_covariance)  // where the starts are relative to each other
+    if (photographs.size() > 1 && photo.start_covariance)  // the common motion keeps each start's own error
       of_pose += Eigen::Map<const Eigen::Matrix<double, 6, 6>>(photo.start_covariance->data());
     std::array<double, 36> rows;
     for (int i = 0; i < 6; ++i)

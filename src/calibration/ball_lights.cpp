@@ -65,7 +65,7 @@ std::vector<Light> LightsFromBalls(const std::vector<BallPhotograph>& photograph
     Light light;
     light.name = name;
     light.in_camera_frame = true;
-    light.scale_is_free = true;  // balls say nothing of it
+    light.scale_is_free = true;  // balls do not determine it
     const auto found = camera ? Triangulate(of_light) : std::nullopt;
     const double distance = found ? glm::length(found->position_mm - place) : 0.0;
     if (found) light.covariance_mm2 = found->covariance_mm2;

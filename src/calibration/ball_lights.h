@@ -1,5 +1,5 @@
 #pragma once
-// Places of lamps from photographs of mirror balls.
+// Positions of lamps from photographs of mirror balls.
 
 #include <string>
 #include <vector>
@@ -16,12 +16,12 @@ struct BallPhotograph {
   std::vector<BallOutline> balls;
 };
 
-/// Directions, or places where two balls show the lamp from different sides and its distance is known to 30 %; in the
-/// camera frame, irradiance 1 at the balls. Notes say what could not be found.
+/// Directions; or positions, where two balls show the lamp from different sides and its distance is known to 30 %. In
+/// the camera frame, irradiance 1 at the balls. Notes name what could not be found.
 std::vector<Light> LightsFromBalls(const std::vector<BallPhotograph>& photographs, const Camera* camera,
                                    double radius_mm, std::vector<std::string>& notes);
 
-/// The photographs with their balls outlined and the reflections that were taken for the lamp.
+/// The photographs with their balls outlined and the reflections taken for the lamp.
 Image BallsPicture(const std::vector<BallPhotograph>& photographs);
 
 }  // namespace crownfit

@@ -46,19 +46,18 @@ aruco::Dictionary DictionaryOf(const std::string& name) {
                    "Known: " + names + ".");
 }
 
-/// Corners between four squares, to sub-pixel accuracy, in a window of which nothing else may be nearer than
-/// `clear_px`.
+/// Refines corners between four squares to sub-pixel accuracy. Nothing else may lie nearer to a corner than `clear_px`.
 void Refine(const cv::Mat& grey, double clear_px, std::vector<cv::Point2f>& corners) {
   const int half = std::clamp(static_cast<int>(clear_px), 2, 11);
   cv::cornerSubPix(grey, corners, {half, half}, {-1, -1}, {cv::TermCriteria::EPS | cv::TermCriteria::COUNT, 100, 1e-4});
 }
 
-/// Markers found on the picture enlarged `scale` times, by one of OpenCV's ways to place corners.
+/// Markers found on the picture enlarged `scale` times, with one of OpenCV's corner refinements.
 FoundMarkers DetectEnlarged(const cv::Mat& grey, const std::string& name, float scale, int refinement) {
   cv::Mat large = grey;
   if (scale != 1.0f) cv::resize(grey, large, {}, scale, scale, cv::INTER_CUBIC);
   FoundMarkers found = DetectMarkers(large, DictionaryOf(name), refinement);
-  // AprilTag's way counts pixels from their corners, and OpenCV does not convert.
+  // AprilTag's refinement counts pixels from their corners, and OpenCV does not convert.
   const float half = refinement == aruco::CORNER_REFINE_APRILTAG ? 0.0f : 0.5f;
   for (auto& marker : found.corners)
     for (auto& p : marker) p = (p + cv::Point2f(half, half)) / scale - cv::Point2f(0.5f, 0.5f);
@@ -69,8 +68,8 @@ cv::Point2f CentreOf(const std::vector<cv::Point2f>& marker) {
   return 0.25f * (marker[0] + marker[1] + marker[2] + marker[3]);
 }
 
-/// AprilTag's own way (Wang and Olson 2016) places corners to 0.03 px on an enlarged picture where the general one does
-/// to 0.12, but it overlooks some tags that the general one finds.
+/// AprilTag's own detector (Wang and Olson 2016) places corners to 0.03 px on an enlarged picture, the general one to
+/// 0.12. But it misses some tags that the general one finds.
 FoundMarkers DetectByName(const cv::Mat& grey, const std::string& name) {
   if (!name.starts_with("APRILTAG")) return DetectEnlarged(grey, name, 1.0f, aruco::CORNER_REFINE_SUBPIX);
   const float largest = 4000.0f / static_cast<float>(std::max(grey.cols, grey.rows));
@@ -114,7 +113,7 @@ BoardView FindCharuco(const cv::Mat& grey, const Board& board) {
       CornersBetween(grey, found, {board.columns + 1, board.rows + 1}, static_cast<float>(board.square_mm),
                      static_cast<float>(marker_mm), DictionaryOf(DictionaryNameOf(board)));
   if (ids.empty()) return view;
-  // What OpenCV 4.6 refines comes back half a pixel too far right and down; begun from there and refined again.
+  // OpenCV 4.6 returns refined corners half a pixel too far right and down. They are refined again from there.
   double marker_px = 1e9;
   for (const auto& marker : found.corners) marker_px = std::min(marker_px, cv::norm(marker[1] - marker[0]));
   Refine(grey, marker_px * 0.5 * (board.square_mm - marker_mm) / marker_mm, corners);

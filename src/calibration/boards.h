@@ -35,7 +35,7 @@ struct Marker {
   glm::dvec2 corner[4];  ///< clockwise from its top left as printed
 };
 
-/// What is wrong with a description; empty when nothing is.
+/// What is wrong with a description; empty when it is valid.
 std::string FaultOf(const Board& board);
 
 std::string DictionaryNameOf(const Board& board);  ///< its own, or the kind's usual one

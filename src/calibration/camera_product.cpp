@@ -21,7 +21,7 @@ double Coverage(const std::vector<CameraView>& views, const CameraEstimate& esti
 
 namespace {
 
-/// Every corner and its residual, fifty times as long, over the picture's frame; under it the rms of every view.
+/// Every corner and its residual, enlarged fifty times, over the picture's frame; below it the rms of every view.
 Image CameraPicture(const std::vector<CameraView>& views, const CameraEstimate& estimate) {
   const double scale = std::min(1.0, 900.0 / estimate.camera.width);
   const int width = static_cast<int>(estimate.camera.width * scale),

@@ -59,7 +59,7 @@ Chart ReadChart(const std::string& name_or_file) {
 
 std::vector<PatchReading> ReadPatches(const Image& linear, const Chart& chart, const ChartCorners& corners, double gap,
                                       const glm::dvec3& saturation, double margin) {
-  // Of the chart from the outer edge of its first to that of its last patch.
+  // Size of the chart between the outer edges of its first and last patches, in patches.
   const double width = chart.columns + gap * (chart.columns - 1), height = chart.rows() + gap * (chart.rows() - 1);
   const Projective place(corners);
   std::vector<PatchReading> readings;
@@ -104,8 +104,8 @@ std::vector<PatchReading> ReadPatches(const Image& linear, const Chart& chart, c
     }
     readings.push_back(reading);
   }
-  // Noise, texture and fall-off spread all patches alike, dark ones more by the noise that does not depend on light;
-  // one that spreads far more is scratched, stained, half hidden.
+  // Noise, texture and fall-off spread all patches alike; noise that does not depend on light spreads dark ones more. A
+  // patch that spreads far more is scratched, stained or half hidden.
   double brightest = 0;
   for (const auto& r : readings) brightest = std::max(brightest, r.mean.y);
   const auto spread_of = [&](const PatchReading& r) {
@@ -134,7 +134,7 @@ ChartCorners RefineCorners(const Image& linear, const Chart& chart, const ChartC
   ChartCorners best = corners;
   double least = unevenness(best);
   const double patch_px = glm::length(corners[1] - corners[0]) / (chart.columns * (1 + gap));
-  // Shifts, stretches and each corner alone, in ever smaller steps.
+  // Shifts, stretches and moves of single corners, in ever smaller steps.
   double step = 0.4 * patch_px;
   for (int finer = 0; finer < 6; ++finer, step *= 0.6)
     for (bool moved = true; moved;) {

@@ -1,5 +1,5 @@
 #pragma once
-// Colour charts: what their patches are, and what a photograph shows of them.
+// Colour charts: reference values of their patches, and readings of them in photographs.
 
 #include <array>
 #include <filesystem>
@@ -27,27 +27,28 @@ struct Chart {
 /// Charts that come with the program: the text of files in calib/, by file name.
 const std::map<std::string, std::string>& ChartTexts();
 
-/// One of those, or a file ("crownfit-chart/1").
+/// A built-in chart, or a file ("crownfit-chart/1").
 Chart ReadChart(const std::string& name_or_file);
 
-/// What a photograph shows of one patch.
+/// Reading of one patch in a photograph.
 struct PatchReading {
-  glm::dvec3 mean{0.0};   ///< of its middle, in the photograph's linear values
-  double spread = 0;      ///< standard deviation over the patch over its mean, largest of the channels
-  double saturated = 0;   ///< share of pixels
-  std::string damage;     ///< why it is not to be used; empty: nothing wrong with it
+  glm::dvec3 mean{0.0};   ///< over its middle, in the photograph's linear values
+  double spread = 0;      ///< relative standard deviation over the patch, largest of the channels
+  double saturated = 0;   ///< fraction of pixels
+  std::string damage;     ///< why it must not be used; empty: nothing wrong with it
   glm::dvec2 corners[4];  ///< of the part that was read, in pixels
 };
 
-/// Of the outer patches' outer corners: top left, top right, bottom right, bottom left as the chart is meant to stand.
+/// Outer corners of the outer patches: top left, top right, bottom right, bottom left of the upright chart.
 using ChartCorners = std::array<glm::dvec2, 4>;
 
-/// Reads every patch's middle. `gap`: between patches, as a share of a patch; `margin`: share of a patch left out along
-/// each side. Patches that are saturated, or uneven beyond noise, are marked.
+/// Reads every patch's middle. `gap`: between patches, as a fraction of a patch; `margin`: fraction of a patch left out
+/// along each side. Marks patches that are saturated, or uneven beyond noise.
 std::vector<PatchReading> ReadPatches(const Image& linear, const Chart& chart, const ChartCorners& corners, double gap,
                                       const glm::dvec3& saturation, double margin = 0.25);
 
-/// Corners nearby for which the patches are most even. Detectors miss by a tenth of a patch, and more on small charts.
+/// Nearby corners for which the patches are most even. Detectors miss by a tenth of a patch, and by more on small
+/// charts.
 ChartCorners RefineCorners(const Image& linear, const Chart& chart, const ChartCorners& corners, double gap);
 
 }  // namespace crownfit

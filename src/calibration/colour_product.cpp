@@ -10,7 +10,7 @@
 namespace crownfit {
 namespace {
 
-/// The photograph with every patch outlined in the colour it should have had, its number and its difference.
+/// The photograph with every patch outlined in its reference colour, with its number and its difference.
 Image ColourPicture(const Chart& chart, const std::vector<PatchReading>& readings, const ColourEstimate* estimate,
                     const Image& photograph) {
   const double zoom = std::clamp(900.0 / photograph.width, 0.2, 3.0);
@@ -108,7 +108,7 @@ Product ColourProduct(const Chart& chart, const std::vector<PatchReading>& found
 
 Product GreyCardProduct(const Image& linear, const std::array<double, 4>& rectangle, double reflectance,
                         const glm::dvec3& saturation, const ColourSource& source) {
-  constexpr int kParts = 4;  // by which the rectangle is divided to see how even it is
+  constexpr int kParts = 4;  // divisions of the rectangle per side, to measure its unevenness
   constexpr double kLargestUnevenness = 0.1, kGoodUnevenness = 0.03, kLeastSignal = 0.05;
   Product product;
   product.format = "crownfit-colour/1";

@@ -16,8 +16,8 @@ struct ColourSource {
 /// colour.json with its figures, gates and picture.
 Product ColourProduct(const Chart& chart, const std::vector<PatchReading>& readings, const ColourSource& source);
 
-/// colour.json from a grey or white card, read in a rectangle (x, y, width, height in pixels): the white balance alone,
-/// a diagonal matrix. Colours stay the camera's own.
+/// colour.json from a grey or white card, read in a rectangle (x, y, width, height in pixels). White balance only, a
+/// diagonal matrix; colours stay the camera's own.
 Product GreyCardProduct(const Image& linear, const std::array<double, 4>& rectangle, double reflectance,
                         const glm::dvec3& saturation, const ColourSource& source);
 

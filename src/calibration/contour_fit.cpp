@@ -12,7 +12,7 @@
 namespace crownfit {
 namespace {
 
-/// Neighbouring points share their edge's error: contours stand three pixels apart, an error reaches over eight.
+/// Neighbouring points share edge errors: contour points lie three pixels apart, an error extends over eight.
 constexpr double kShared_px = 8.0 / 3.0;
 
 /// The edge that a contour point belongs to: the steepest change along its normal within reach, nearer ones preferred.
@@ -42,7 +42,7 @@ std::optional<glm::dvec2> EdgeNear(const Level& level, const Image& odds, const 
 
 }  // namespace
 
-/// A turn about `centre` and a shift, in the object's frame.
+/// A rotation about `centre` and a shift, in the object's frame.
 RigidTransform MotionOf(const Vector6& x, const glm::dvec3& centre) {
   const glm::dmat3 r = RotationFromVector({x(0), x(1), x(2)});
   return {r, centre + glm::dvec3(x(3), x(4), x(5)) - r * centre};
@@ -50,7 +50,7 @@ RigidTransform MotionOf(const Vector6& x, const glm::dvec3& centre) {
 
 std::optional<ContourFit::Match> ContourFit::EdgeOf(size_t k, const ContourPoint& point, double reach_px) const {
   if (!blur_px.empty()) {
-    constexpr double kSlip_px = 0.1;  // what a profile does not say of itself
+    constexpr double kSlip_px = 0.1;  // error of a profile beyond its own estimate
     if (!point.is_outer) return std::nullopt;
     const auto place = StepAcross(levels[k].image, point.pixel, point.outward, blur_px[k], reach_px);
     if (!place) return std::nullopt;
@@ -81,7 +81,7 @@ bool ContourFit::MeasureBlur(const Vector6& at) {
 }
 
 RigidTransform ContourFit::PoseOf(size_t k, const Vector6& x, double larger) const {
-  // R (c + s (p - c)) + t is s times R p + (t + (1 - s) R c) / s, and a camera does not see a factor.
+  // R (c + s (p - c)) + t is s times R p + (t + (1 - s) R c) / s, and a camera can't see the factor s.
   RigidTransform pose = photographs[k].start * MotionOf(x, centre);
   const double size = 1 + larger;
   pose.translation_mm = (pose.translation_mm + (1 - size) * (pose.rotation * centre)) / size;
@@ -155,11 +155,11 @@ void ContourFit::Step(const std::vector<Match>& matches, bool free_size, State& 
   }
   const Matrix7 normal = jacobian.transpose() * weights.asDiagonal() * jacobian;
   const Vector7 gradient = jacobian.transpose() * (weights.asDiagonal() * residual);
-  // An outline's rim is lit from one side and shines through: a side (an octant of normals) has an error in common,
-  // and so have all of a photograph, as rims are darker or lighter than what is within.
+  // An outline's rim is translucent and lit from one side: each side (an octant of normals) has a common error. So has
+  // each photograph as a whole, because rims are darker or lighter than the interior.
   constexpr int kSides = 8;
   const double side_px = blur_px.empty() ? 0.7 : 0.3;
-  std::vector<Vector7> pulls((kSides + 1) * photographs.size(), Vector7::Zero());  // of sides; of all
+  std::vector<Vector7> pulls((kSides + 1) * photographs.size(), Vector7::Zero());  // per side, and per photograph
   for (size_t i = 0; i < matches.size(); ++i) {
     const auto row = static_cast<Eigen::Index>(i);
     const double turn = std::atan2(matches[i].normal.y, matches[i].normal.x) / (2 * std::numbers::pi) + 1.0;

@@ -1,5 +1,5 @@
 #pragma once
-// The pose at which a mesh's contours lie on the edges of photographs.
+// The pose that puts a mesh's contours on the edges of photographs.
 
 #include <Eigen/Core>
 #include <cmath>
@@ -15,10 +15,10 @@ namespace crownfit {
 
 using Vector6 = Eigen::Matrix<double, 6, 1>;
 
-/// A turn about `centre` by a rotation vector and a shift in mm, in the object's frame.
+/// A rotation about `centre` by a rotation vector and a shift in mm, in the object's frame.
 RigidTransform MotionOf(const Vector6& x, const glm::dvec3& centre);
 
-/// All photographs at once, moved by one motion of the object.
+/// Fits all photographs at once by one motion of the object.
 struct ContourFit {
   const RayCaster& caster;
   const std::vector<int>& parts;
@@ -27,23 +27,24 @@ struct ContourFit {
   int threads;
   std::vector<Level> levels;
   std::vector<Image> odds;
-  std::vector<double> blur_px = {};  ///< of each photograph's edges, once they are known: edges are then placed exactly
+  std::vector<double> blur_px = {};  ///< of each photograph's edges, once measured; edges are then located by profiles
 
-  /// What is left after a fit.
+  /// Result of a fit.
   struct State {
     Vector6 motion;
-    double sigma = 1;  ///< of distances, over what is stated of each
-    /// Of the motion: independent errors of the size that is left, and errors that a whole side of an outline shares.
+    double sigma = 1;  ///< of distances, over their stated standard deviations
+    /// Of the motion: from independent errors of the residuals' size, and from errors common to a whole side of an
+    /// outline.
     Eigen::Matrix<double, 6, 6> covariance = Eigen::Matrix<double, 6, 6>::Zero();
-    double larger = 0, larger_stddev = HUGE_VAL;  ///< by which share the object looks larger than its mesh
+    double larger = 0, larger_stddev = HUGE_VAL;  ///< fraction by which the object appears larger than its mesh
     std::vector<double> rms_px, matched;
-    double support = 0;  ///< share of contour points on an edge, each less by the square of its distance over 6 px
+    double support = 0;  ///< fraction of contour points on an edge, each less by the square of its distance over 6 px
   };
 
-  /// `larger`: where the mesh as it is looks like one larger by this share about its centre.
+  /// `larger`: the mesh then looks like one larger by this fraction about its centre.
   RigidTransform PoseOf(size_t k, const Vector6& x, double larger = 0) const;
 
-  /// Contours are found again after every step, and edges are looked for in an ever smaller reach.
+  /// Contours are recomputed after every step, and edges are searched within an ever smaller reach.
   State Fit(const Vector6& start, const std::vector<double>& reaches, int step_px,
             const std::function<void(double)>& tell) const {
     State state;
@@ -51,10 +52,10 @@ struct ContourFit {
     return Continued(state, reaches, step_px, false, tell);
   }
 
-  /// From a fit, with the object's size free too. Photographs from one place tell it not at all.
+  /// Continues a fit with the object's size free. Photographs from one place do not determine the size.
   State FitSize(const State& from) const { return Continued(from, {12, 10, 8, 8, 6, 6, 6}, 3, true, {}); }
 
-  /// Finds `blur_px`. False where a photograph has too few clear edges.
+  /// Measures `blur_px`. False where a photograph has too few clear edges.
   bool MeasureBlur(const Vector6& at);
 
  private:

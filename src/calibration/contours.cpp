@@ -73,7 +73,7 @@ std::vector<ContourPoint> Contours(const RayCaster& caster, const std::vector<in
   });
   std::vector<ContourPoint> contours;
   for (const auto& points : of_row) contours.insert(contours.end(), points.begin(), points.end());
-  // Normals: across the line through the neighbours, on the side that the grid's step pointed to.
+  // Normals: perpendicular to the line through the neighbours, on the side that the grid's step pointed to.
   std::vector<glm::dvec2> normals(contours.size());
   ParallelFor(contours.size(), 0, [&](size_t i) {
     glm::dvec2 mean(0.0);

@@ -13,7 +13,7 @@ namespace crownfit {
 /// A place where the object's outline, or the line between two of its parts, is seen.
 struct ContourPoint {
   glm::dvec3 on_object_mm;
-  glm::dvec2 pixel, outward;  ///< unit, from the nearer part to what is behind it
+  glm::dvec2 pixel, outward;  ///< unit, from the nearer part to what lies behind it
   bool is_outer;              ///< nothing of the object behind it
 };
 

@@ -12,13 +12,13 @@ void DrawDot(Image& image, glm::dvec2 centre, double radius, const glm::dvec3& c
 void DrawRectangle(Image& image, glm::dvec2 low, glm::dvec2 high, const glm::dvec3& colour);
 void FillRectangle(Image& image, glm::dvec2 low, glm::dvec2 high, const glm::dvec3& colour);
 
-/// A linear picture for the eye, `zoom` times as large: its 99th percentile is white, shades as sRGB.
+/// A displayable copy of a linear picture, `zoom` times as large: its 99th percentile is white, encoded as sRGB.
 Image DisplayCopy(const Image& linear, double zoom);
 
-/// One below the other.
+/// Appends a picture below another.
 void AppendBelow(Image& all, const Image& next);
 
-/// Colours that are easy to tell apart on white, over and over.
+/// Colours that are easy to distinguish on white; they repeat.
 glm::dvec3 DistinctColour(size_t index);
 
 }  // namespace crownfit

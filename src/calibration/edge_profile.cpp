@@ -27,7 +27,7 @@ std::optional<Profile> ProfileAcross(const Image& image, const glm::dvec2& pixel
   return profile;
 }
 
-/// The share of a blurred half plane that is seen at distance d outside its edge.
+/// Coverage at distance d outside the edge of a blurred half plane.
 double Inside(double d, double blur) { return 0.5 * std::erfc(d / (blur * std::sqrt(2.0))); }
 
 struct StepFit {
@@ -64,7 +64,7 @@ StepFit FitStep(const Profile& profile, double blur, double reach) {
     };
     by_all(i, 3) = (model(d - kNudge) - model(d + kNudge)) / (2 * kNudge);
   }
-  // Samples at half pixels share pixels: an error of one reaches over about four.
+  // Samples at half pixels share pixels: an error of one extends over about four.
   const double noise = 4.0 * best.squares / (kSamples - 4);
   const Eigen::Matrix4d normal = by_all.transpose() * by_all;
   best.variance = noise * PseudoInverse(normal)(3, 3);

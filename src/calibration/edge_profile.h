@@ -1,5 +1,5 @@
 #pragma once
-// Where exactly a blurred edge stands.
+// Exact position of a blurred edge.
 
 #include <glm/glm.hpp>
 #include <optional>
@@ -9,18 +9,18 @@
 namespace crownfit {
 
 struct EdgePlace {
-  double offset_px;  ///< along `outward` from the given place
+  double offset_px;  ///< along `outward` from the given position
   double stddev_px;
 };
 
-/// A profile across an edge: averaged over five pixels along it, all channels together. The side that is the object may
-/// grow darker towards its rim, so a model with a level and a slope inside, a level outside and a Gaussian blur is
-/// fitted to it, not a threshold: nothing pulls it towards the brighter side. Absent where the profile leaves the
-/// picture, or has no edge within `reach_px`.
+/// Fits an edge to a profile across it, averaged over five pixels along it and over all channels. The object's side may
+/// darken towards its rim, so the model has a level and a slope inside, a level outside and a Gaussian blur. Unlike a
+/// threshold, it has no bias towards the brighter side. Absent where the profile leaves the picture, or has no edge
+/// within `reach_px`.
 std::optional<EdgePlace> StepAcross(const Image& image, const glm::dvec2& pixel, const glm::dvec2& outward,
                                     double blur_px, double reach_px);
 
-/// The blur, of several, that explains the profile best; absent where there is none.
+/// The blur, of several, that fits the profile best; absent where there is none.
 std::optional<double> BlurAcross(const Image& image, const glm::dvec2& pixel, const glm::dvec2& outward,
                                  double reach_px);
 

@@ -15,11 +15,11 @@ namespace crownfit {
 namespace {
 
 constexpr double kReach_px = 12.0;
-// Gauss and Legendre's three points over a pixel's square.
+// Three-point Gauss-Legendre rule over a pixel's square.
 constexpr double kNode = 0.3872983346207417, kNodes[] = {-kNode, 0.0, kNode},
                  kWeights[] = {5.0 / 18, 8.0 / 18, 5.0 / 18};
 
-/// Share of a Gaussian's light that a step at distance x lets through.
+/// Fraction of a Gaussian's light that passes a step at distance x.
 template <class T>
 T Step(const T& x, const T& sigma) {
   using std::erf;
@@ -129,7 +129,8 @@ std::vector<Edge> FindSlantedSquare(const ImageFile& photo) {
       candidate.push_back({a, b});
     }
     if (!slanted) continue;
-    // Dark to the left of every edge: clockwise as seen on a picture whose y goes down has it on the right.
+    // The dark side must lie to the left of every edge. Clockwise in a picture whose y points down, it lies to the
+    // right.
     double turn = 0;
     for (int i = 0; i < 4; ++i) {
       const auto &a = candidate[i].from, &b = candidate[(i + 1) % 4].from;
@@ -173,7 +174,7 @@ std::optional<EdgeFit> FitEdge(const Image& linear, const Edge& edge, int channe
   start[7] = 0.1;
   const StepSolution two = SolveStep(pixels, towards_light, start, true);
   EdgeFit fit;
-  // A second Gaussian where the residuals ask for it.
+  // Adds a second Gaussian where the residuals require it.
   const double n = static_cast<double>(pixels.size());
   const bool use_two = n * std::log(one.sum_of_squares / two.sum_of_squares) > 20.0 && two.p[7] > 0.01 &&
                        two.p[6] > two.p[5] + std::log(1.5);
@@ -194,7 +195,7 @@ std::optional<EdgeFit> FitEdge(const Image& linear, const Edge& edge, int channe
 
 namespace {
 
-/// The picture around the edges, with what was fitted beside it.
+/// The picture around the edges, with the fitted values beside it.
 Image BlurPicture(const Image& linear, const std::vector<Edge>& edges, const std::vector<std::string>& lines) {
   glm::dvec2 low(1e9), high(0);
   for (const Edge& edge : edges)

@@ -17,10 +17,10 @@ struct Edge {
   glm::dvec2 from, to;
 };
 
-/// What one edge shows in one channel. The pixel's own square is part of the picture, not of the blur.
+/// Fit of one edge in one channel. The blur does not include the averaging over a pixel's square.
 struct EdgeFit {
-  double dark, light;                           ///< levels beside the edge
-  double sigma_px, wide_sigma_px, wide_weight;  ///< two Gaussians; weight 0: one
+  double dark, light;                           ///< levels on both sides of the edge
+  double sigma_px, wide_sigma_px, wide_weight;  ///< two Gaussians; weight 0: only one
   double stddev_px, wide_weight_stddev;
   double angle_deg;  ///< of the edge against the nearest row or column of pixels
   double rms;        ///< of the residuals over the step
@@ -30,8 +30,8 @@ struct EdgeFit {
 /// Edges of the largest dark quadrilateral that is not aligned with the pixels; empty when there is none.
 std::vector<Edge> FindSlantedSquare(const ImageFile& photo);
 
-/// Fits the blurred step to pixels within 12 of the edge's middle four fifths. Nothing when too few, saturated (from
-/// `saturation`) or without contrast.
+/// Fits the blurred step to pixels within 12 of the edge's middle four fifths. Absent when they are too few, saturated
+/// (from `saturation`) or without contrast.
 std::optional<EdgeFit> FitEdge(const Image& linear, const Edge& edge, int channel, double saturation);
 
 struct BlurInput {

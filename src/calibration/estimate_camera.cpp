@@ -34,7 +34,7 @@ std::vector<int> EstimatedOf(Distortion distortion) {
 
 struct Corners {
   std::vector<cv::Point3f> board;
-  std::vector<cv::Point2f> pixel;  ///< OpenCV's
+  std::vector<cv::Point2f> pixel;  ///< in OpenCV's convention
 };
 
 Corners OpenCvCorners(const BoardView& view) {
@@ -49,11 +49,11 @@ struct Solution {
   Distortion distortion;
   cv::Mat matrix, coefficients;
   std::vector<cv::Mat> rotations, translations;
-  std::vector<Eigen::MatrixXd> jacobians;  ///< 2 n x (9 + 6): by the intrinsics, then by the view's pose
+  std::vector<Eigen::MatrixXd> jacobians;  ///< 2 n x (9 + 6): with respect to the intrinsics, then to the view's pose
   std::vector<Eigen::VectorXd> residuals;
   double sum_of_squares = 0;
   Eigen::Index corners = 0;
-  std::array<double, kIntrinsics> by_dropping{};  ///< what leaving terms of distortion out moved
+  std::array<double, kIntrinsics> by_dropping{};  ///< change of the values by dropping distortion terms
 };
 
 void AddDerivatives(const std::vector<Corners>& views, Solution& solution) {
@@ -104,7 +104,7 @@ std::array<double, kIntrinsics> StandardDeviations(const Solution& solution) {
   const std::vector<int> estimated = EstimatedOf(solution.distortion);
   const auto p = static_cast<Eigen::Index>(estimated.size());
   const size_t views = solution.jacobians.size();
-  // Poses are eliminated: what is left of each view's derivatives by the intrinsics.
+  // Eliminates the poses: keeps the part of the intrinsics' derivatives that a view's pose can't explain.
   Eigen::MatrixXd normal = Eigen::MatrixXd::Zero(p, p);
   std::vector<Eigen::MatrixXd> of_view(views);
   std::vector<Eigen::VectorXd> gradient(views);
@@ -144,8 +144,8 @@ std::array<double, kIntrinsics> ValuesOf(const Solution& s) {
   return values;
 }
 
-/// `distortion`, or as much of it as differs from 0 by two standard deviations: from the full model down. That what is
-/// left out is 0 is not known: what it moved the others by counts as their error.
+/// Uses `distortion`; if absent, drops the terms of the full model that differ from 0 by less than two standard
+/// deviations. A dropped term need not be 0, so the change it causes in the others counts as their error.
 Solution SolveFor(const std::vector<Corners>& views, cv::Size size, std::optional<Distortion> distortion) {
   if (distortion) return Solve(views, size, *distortion);
   Solution solution = Solve(views, size, Distortion::kFull);
@@ -178,7 +178,7 @@ Camera OurCamera(const Solution& solution, cv::Size size) {
   return camera;
 }
 
-/// Of a view under a camera it was not part of: the pose that fits best.
+/// Rms of a view under a camera it was not part of, at its best pose.
 double RmsUnder(const Corners& view, const Solution& solution) {
   cv::Mat rotation, translation;
   if (!cv::solvePnP(view.board, view.pixel, solution.matrix, solution.coefficients, rotation, translation)) return 1e9;
@@ -208,8 +208,8 @@ std::optional<CameraEstimate> EstimateCamera(const std::vector<CameraView>& view
     for (size_t v : indices) corners.push_back(OpenCvCorners(views[v].corners));
     return corners;
   };
-  // One wrong view spoils the camera and with it the residuals of the good ones, so it is judged by the camera that the
-  // others make: for the view that fits worst, as long as it does not belong.
+  // One wrong view spoils the camera and with it the residuals of the good views. So the view that fits worst is judged
+  // by a camera fitted to the others, and dropped if it does not belong.
   Solution solution;
   while (used.size() >= 3) {
     solution = SolveFor(corners_of(used), size, distortion);

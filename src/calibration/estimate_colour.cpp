@@ -120,9 +120,9 @@ double Slope(const std::vector<glm::dvec2>& points) {
   return xx > 0 ? xy / xx : 1.0;
 }
 
-/// Change of light across the chart, from a plane through the log ratios of what was read to what was to be expected.
+/// Fall-off of light across the chart, from a plane through the log ratios of the readings to their expected values.
 void AddFallOff(const Chart& chart, const std::vector<PatchReading>& readings, ColourEstimate& estimate) {
-  std::vector<size_t> light;  // stray light weighs too much in dark patches
+  std::vector<size_t> light;  // stray light dominates dark patches
   for (size_t p : estimate.used)
     if (Luminance(chart.patches[p].linear_rgb) > 0.12) light.push_back(p);
   const auto n = static_cast<Eigen::Index>(light.size());
@@ -143,7 +143,7 @@ void AddFallOff(const Chart& chart, const std::vector<PatchReading>& readings, C
   estimate.fall_off_stddev = std::sqrt(std::max(covariance(1, 1), covariance(2, 2)));
 }
 
-/// Correlation of log luminances, read and wanted.
+/// Correlation of the log luminances of readings and references.
 double Agreement(const Chart& chart, const std::vector<PatchReading>& readings, const std::vector<size_t>& order) {
   double n = 0, x = 0, y = 0, xx = 0, yy = 0, xy = 0;
   for (size_t i = 0; i < order.size(); ++i) {
@@ -178,7 +178,7 @@ Order BestOrder(const Chart& chart, const std::vector<PatchReading>& readings) {
   return best;
 }
 
-/// Whether a patch's corners run against the clock, as in a mirror.
+/// Whether a patch's corners run anticlockwise, as in a mirror.
 bool SeenFromBehind(const PatchReading& r) {
   const glm::dvec2 a = r.corners[1] - r.corners[0], b = r.corners[2] - r.corners[1];
   return a.x * b.y - a.y * b.x < 0;

@@ -16,7 +16,7 @@ namespace crownfit {
 
 namespace {
 
-/// Readings of one card: places on it, and what the photograph shows.
+/// Readings of one card: positions on it, and the photograph's values.
 struct CardReading {
   glm::dvec3 position_mm, normal;  ///< in the camera frame
   glm::dvec2 pixel;
@@ -63,7 +63,7 @@ glm::dvec3 IrradianceAt(const LightShape& shape, const glm::dvec3& at, const glm
   return sum;
 }
 
-/// Logarithms of reading over prediction, less their mean in each channel: free of the intensity.
+/// Log ratios of reading to prediction, less their mean in each channel: independent of the intensity.
 struct ShapeResiduals {
   const std::vector<CardReading>& readings;
   const Light& start;
@@ -77,7 +77,7 @@ struct ShapeResiduals {
                        glm::max(glm::dvec3(1e-12), r.reflectance * IrradianceAt(shape, r.position_mm, r.normal)));
     return ratios;
   }
-  /// Of what is left, relative.
+  /// Relative rms of the residuals.
   double Rms(const double* shift) const {
     std::vector<double> left(3 * readings.size());
     (*this)(shift, left.data());
@@ -95,7 +95,7 @@ struct ShapeResiduals {
   }
 };
 
-/// Holds the place to where it was measured.
+/// Prior on the position, at its measured value.
 ceres::CostFunction* PlacePrior(const glm::dmat3& covariance_mm2) {
   constexpr double kLeast = 1e-6;  // of the largest variance
   const auto [variances, directions] =
@@ -112,14 +112,14 @@ std::optional<CardFit> FitCards(const Light& start, const std::vector<const Card
   CardFit fit;
   fit.light = start;
   glm::dvec3 shift(0.0);
-  // What is left is shared by neighbouring readings and by channels (a card's texture, a lamp's pattern, a lens's
-  // fall-off): a card counts as four.
+  // Residuals are shared by neighbouring readings and by channels (a card's texture, a lamp's pattern, a lens's
+  // fall-off): a card counts as four readings.
   constexpr double kOfACard = 4.0, kLeast = 0.002;
   std::set<size_t> read;
   for (const CardReading& r : readings) read.insert(r.photograph);
   const auto used = static_cast<double>(read.size());
   const bool has_place = !std::holds_alternative<DirectionalLight>(start.shape) && !IsAllAround(start.shape);
-  double of_reading = 0.01;  // what is left of one, relative
+  double of_reading = 0.01;  // relative residual of a reading
   for (int round = 0; refine && has_place; ++round) {
     constexpr int kMostRounds = 10;
     const double more = std::sqrt(3.0 * static_cast<double>(readings.size()) / (kOfACard * used));
@@ -175,7 +175,7 @@ std::optional<CardFit> FitCards(const Light& start, const std::vector<const Card
 
 namespace {
 
-/// One card's picture and what is left on it, side by side.
+/// The cards' pictures with their residuals.
 Image LightsPicture(const std::vector<std::pair<const CardPhotograph*, const std::vector<CardFit::Sample>*>>& cards) {
   constexpr int kWidth = 260, kLine = 18;
   const int columns = std::min<int>(4, static_cast<int>(cards.size()));

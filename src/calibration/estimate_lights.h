@@ -1,5 +1,5 @@
 #pragma once
-// A light rig from photographs of cards: intensities and colours of lamps, and their places nearer.
+// A light rig from photographs of cards: intensities and colours of lamps, and their refined positions.
 
 #include <string>
 #include <vector>
@@ -22,11 +22,11 @@ struct CardPhotograph {
   glm::dvec3 saturation;
 };
 
-/// What cards say of one lamp.
+/// Result for one lamp from its cards.
 struct CardFit {
-  Light light;             ///< in the camera frame of the cards, its intensity found, its place refined if asked
+  Light light;             ///< in the camera frame of the cards; intensity fitted, position refined if asked
   glm::dvec3 stddev{0.0};  ///< of the intensity, relative, per channel
-  double rms = 0;          ///< of what is left of the readings, relative
+  double rms = 0;          ///< relative, of the readings' residuals
   double moved_mm = 0;     ///< by the refinement
   struct Sample {
     glm::dvec2 pixel;
@@ -35,9 +35,9 @@ struct CardFit {
   std::vector<std::vector<Sample>> samples;  ///< per photograph
 };
 
-/// Fits the intensity of `start` (in the camera frame) to all cards under it; with `refine`, its place as well, whose
-/// standard deviation (5 mm along each axis where not stated) holds it, and which is then known as the cards' own
-/// residuals allow. Nothing when no pixel could be read.
+/// Fits the intensity of `start` (in the camera frame) to all cards under it. With `refine`, it also fits the position,
+/// with the stated standard deviation (or 5 mm along each axis) as prior. The refined position's covariance follows
+/// from the cards' residuals. Absent when no pixel could be read.
 std::optional<CardFit> FitCards(const Light& start, const std::vector<const CardPhotograph*>& cards, bool refine);
 
 /// light_rig.json with its figures, gates and picture.

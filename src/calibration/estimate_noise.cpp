@@ -10,7 +10,7 @@
 namespace crownfit {
 namespace {
 
-/// Trimmed mean and variance: what lies beyond four standard deviations is dust, motion or a hot pixel.
+/// Trimmed mean and variance: values beyond four standard deviations are dust, motion or hot pixels.
 struct Moments {
   double mean = 0, variance = 0;
   size_t count = 0;
@@ -33,8 +33,8 @@ Moments MomentsOf(const std::vector<float>& values) {
   return m;
 }
 
-/// Change of a picture across a place, from neighbours two pixels away: independent of the place's own noise, and
-/// within one colour of a mosaic.
+/// Local change of a picture, from neighbours two pixels away: independent of the pixel's own noise, and within one
+/// colour of a mosaic.
 double Structure(const Image& image, int x, int y, int c) {
   return std::abs(image.at(x + 2, y, c) - image.at(x - 2, y, c)) +
          std::abs(image.at(x, y + 2, c) - image.at(x, y - 2, c));
@@ -48,7 +48,7 @@ int BinOf(double value, double full) {
   return static_cast<int>(kBins * std::log(value / (kLowest * full)) / -std::log(kLowest));
 }
 
-/// Whether a place or one near it is close to saturation: light spills over, and resized pictures have mixed it in.
+/// Whether a pixel or one near it is close to saturation: light spills over, and resizing mixes saturated pixels in.
 bool IsNearSaturation(const Image& image, int x, int y, int c, double limit) {
   for (int dy = -2; dy <= 2; ++dy)
     for (int dx = -2; dx <= 2; ++dx)
@@ -56,7 +56,7 @@ bool IsNearSaturation(const Image& image, int x, int y, int c, double limit) {
   return false;
 }
 
-/// The step in which a file's values come; about 0 for those of floating point.
+/// Quantisation step of a file's values; about 0 for floating point.
 double StepOf(const Image& image, int c) {
   std::vector<float> values;
   for (size_t i = c; i < image.values.size(); i += image.channels) values.push_back(image.values[i]);
@@ -70,10 +70,10 @@ double StepOf(const Image& image, int c) {
 struct Level {
   double value, variance, relative_stddev;  ///< of the difference
   double per_gain, per_read;                ///< variance = gain x per_gain + read_noise^2 x per_read
-  double departure;                         ///< mean difference over value; 0 where steps hide it
+  double departure;                         ///< mean difference over value; 0 where quantisation hides it
 };
 
-/// A pair's variances, level by level. `a` the brighter one; a = ratio x b.
+/// Variances of a pair, level by level. `a` is the brighter picture; a = ratio x b.
 void AddLevels(const Image& a, const Image& b, int c, double black, double full, std::vector<Level>& levels,
                double& shift_px) {
   double sum_a = 0, sum_b = 0;
@@ -94,7 +94,7 @@ void AddLevels(const Image& a, const Image& b, int c, double black, double full,
   for (int y = 2; y < a.height - 2; ++y)
     for (int x = 2; x < a.width - 2; ++x) {
       const double va = a.at(x, y, c) - black, vb = b.at(x, y, c) - black;
-      // The mean that carries least noise when the variance goes with the value.
+      // The mean with the least noise when the variance is proportional to the value.
       const double mean = ratio * (va + vb) / (1.0 + ratio);
       const int bin = BinOf(mean, full);
       if (bin < 0 || IsNearSaturation(a, x, y, c, black + 0.97 * full)) continue;
@@ -114,14 +114,14 @@ void AddLevels(const Image& a, const Image& b, int c, double black, double full,
     for (size_t k = 0; k < found[i].size() / 2; ++k)
       differences.push_back(found[i][k].difference), sum += static_cast<double>(found[i][k].mean);
     const Moments m = MomentsOf(differences);
-    if (m.count < 100 || m.variance < step * step / 6.0) continue;  // hidden by the steps
+    if (m.count < 100 || m.variance < step * step / 6.0) continue;  // hidden by quantisation
     const double value = sum / static_cast<double>(differences.size());
     levels.push_back({value, m.variance, std::sqrt(2.0 / static_cast<double>(m.count)), value * (1.0 + ratio),
                       1.0 + ratio * ratio, 20.0 * ratio * step < value ? m.mean / value : 0.0});
   }
 }
 
-/// Where values pile up at the end of their range.
+/// The level where values pile up at the end of their range.
 std::optional<double> ClippingLevel(const std::vector<std::pair<const Image*, const Image*>>& pairs, int c) {
   float largest = 0;
   for (const auto& [a, b] : pairs)
@@ -153,9 +153,9 @@ std::optional<ChannelNoise> EstimateChannelNoise(const std::vector<std::pair<con
     const Moments m = MomentsOf(values);
     noise.black = m.mean;
     const double step = StepOf(*pairs.at(0).first, channel);
-    const bool is_hidden = m.variance < step * step / 12.0;  // by the steps, within one of which the black level lies
+    const bool is_hidden = m.variance < step * step / 12.0;  // by quantisation: black is then known to a step
     noise.black_stddev = is_hidden ? step / std::sqrt(12.0) : std::sqrt(m.variance / static_cast<double>(m.count));
-    // Values cut off at 0 have lost half of their noise.
+    // Values clipped at 0 have lost half of their noise.
     if (!is_hidden && darks.size() > 1 && static_cast<double>(at_zero) < 0.02 * static_cast<double>(values.size())) {
       std::vector<float> differences;
       for (size_t i = channel; i < darks[0]->values.size(); i += darks[0]->channels)
@@ -174,7 +174,7 @@ std::optional<ChannelNoise> EstimateChannelNoise(const std::vector<std::pair<con
     AddLevels(a_is_brighter ? *a : *b, a_is_brighter ? *b : *a, channel, noise.black, full, levels, noise.shift_px);
   }
   if (levels.size() < 2) return std::nullopt;
-  // The response's end: where the brighter picture falls behind, from there on.
+  // End of the linear response: where the brighter picture falls behind.
   double end = full;
   for (const Level& level : levels)
     if (level.departure < -0.02 && level.value > 0.3 * full) end = std::min(end, level.value);
@@ -184,7 +184,7 @@ std::optional<ChannelNoise> EstimateChannelNoise(const std::vector<std::pair<con
     if (level.value > 0.05 * full) noise.nonlinearity = std::max(noise.nonlinearity, std::abs(level.departure));
   if (dark) levels.push_back(*dark);
 
-  // variance = gain x per_gain + read^2 x per_read, weighted by what the line itself predicts.
+  // variance = gain x per_gain + read^2 x per_read, weighted by the line's own prediction.
   double gain = 1e-4, read2 = 1e-8;
   glm::dmat2 covariance(0.0);
   for (int round = 0; round < 30; ++round) {
@@ -208,7 +208,7 @@ std::optional<ChannelNoise> EstimateChannelNoise(const std::vector<std::pair<con
     const double expected = gain * level.per_gain + read2 * level.per_read;
     chi2 += std::pow((level.variance - expected) / (level.relative_stddev * std::max(expected, 1e-14)), 2.0);
     if (level.per_gain <= 0) continue;
-    // Of one value at unit exposure ratio, as the picture shows it.
+    // Of a single value at exposure ratio 1.
     const double per_value = level.per_gain / level.value;
     noise.points.emplace_back(level.value, (level.variance - read2 * (level.per_read - per_value)) / per_value,
                               level.relative_stddev * level.variance / per_value);

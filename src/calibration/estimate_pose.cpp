@@ -65,7 +65,7 @@ std::optional<MarkerPose> EstimatePose(const BoardView& view, const Camera& came
   double squares = 0;
   for (double d : off) squares += d * d;
   pose.rms_px = std::sqrt(squares / static_cast<double>(off.size()));
-  // Derivatives by a small rotation and shift in the camera frame, after the pose.
+  // Derivatives with respect to a small rotation and shift in the camera frame, after the pose.
   Eigen::MatrixXd jacobian(2 * pixels.size(), 6);
   for (size_t i = 0; i < pixels.size(); ++i) {
     const glm::dvec3 p = pose.camera_from_board.Point({board[i].x, board[i].y, board[i].z});
@@ -91,7 +91,7 @@ std::optional<MarkerPose> EstimatePose(const BoardView& view, const Camera& came
 
 namespace {
 
-/// Corners found (dots) and predicted (circles' middles joined to them), over the photograph.
+/// Detected corners (dots) and predicted ones (centres of circles, joined to them), over the photograph.
 Image PosePicture(const PosedPhotograph& photo, const Camera& camera, const MarkerPose& pose) {
   const double zoom = std::min(1.0, 1000.0 / photo.picture->width);
   Image picture = DisplayCopy(*photo.picture, zoom);

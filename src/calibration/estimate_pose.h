@@ -1,5 +1,5 @@
 #pragma once
-// Where an object is: from markers on a jig around it.
+// The pose of an object, from markers on a jig around it.
 
 #include <optional>
 #include <string>
@@ -23,8 +23,8 @@ struct MarkerPose {
   size_t corners, left_out;  ///< left out: further off than 3 px and six times the median
 };
 
-/// The pose that predicts the corners best (OpenCV's SQPnP, then least squares). Nothing with fewer than four corners.
-/// The covariance is that of corners with independent errors of the size that is left, at least 0.05 px.
+/// The pose that predicts the corners best (OpenCV's SQPnP, then least squares). Absent with fewer than four corners.
+/// The covariance assumes independent corner errors of the residuals' size, at least 0.05 px.
 std::optional<MarkerPose> EstimatePose(const BoardView& view, const Camera& camera);
 
 struct PosedPhotograph {
@@ -33,7 +33,7 @@ struct PosedPhotograph {
   BoardView view;
 };
 
-/// poses.json of photographs of a jig or board; `scale_mm`: what the figures are about, for the overlay.
+/// poses.json of photographs of a jig or board.
 Product MarkerPosesProduct(const std::vector<PosedPhotograph>& photographs, const Camera& camera);
 
 }  // namespace crownfit

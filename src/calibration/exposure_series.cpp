@@ -11,7 +11,7 @@ namespace crownfit {
 
 namespace {
 
-/// Between two exposures, where both show something and neither is saturated, so far that neighbours are not either.
+/// Shift between two exposures, from pixels where both show a signal and neither they nor their neighbours saturate.
 double ShiftOf(const Image& shorter, const Image& longer, double of_times, const SensorNoise& noise) {
   double most = 0;
   for (int c = 0; c < shorter.channels; ++c) {
@@ -49,7 +49,8 @@ MergedExposures MergeExposures(const ExposureSeries& series) {
       const double stored = series.photographs[k].values[i];
       if (k > 0 && stored >= saturation(c)) continue;
       const double value = stored - black(c), scale = series.times[0] / series.times[k];
-      // From the value that the shorter exposures let expect: weights from a value's own noise would favour its lows.
+      // Weights use the value expected from the shorter exposures: weights from a value's own noise would favour low
+      // values.
       const double expected = weights > 0 ? sum / weights / scale : value;
       const double read = series.noise.read_noise[known], relative = series.noise.relative * expected;
       const double variance =
@@ -80,8 +81,8 @@ MergedExposures MergeExposures(const ExposureSeries& series) {
         longer += b - black(c);
       }
     };
-    // By what the shorter one lets expect of the longer one; where that chooses nothing the times may be wrong, and
-    // what the longer one shows decides.
+    // Pixels are selected by the value that the shorter exposure predicts for the longer one. If none qualifies, the
+    // times may be wrong, and the longer exposure's own value decides.
     sum_where([&](double a, double) { return a * of_times; });
     if (!(longer > 0)) sum_where([](double, double b) { return b; });
     merged.time_ratios.emplace_back();
@@ -110,8 +111,8 @@ std::vector<std::array<double, 3>> EstimateResponse(const std::vector<ImageFile>
   cv::Mat response;
   const std::vector<float> seconds(times.begin(), times.end());
   cv::createCalibrateDebevec(200, 20.0f)->process(images, response, seconds);
-  // Near the top OpenCV's weights are small and clipped values pull the curve up, by 20 % at 240 and 70 % at 250: from
-  // 220 on it is continued as the power law that it follows below.
+  // Near the top OpenCV's weights are small and clipped values pull the curve up, by 20 % at 240 and 70 % at 250. From
+  // 220 on it continues as the power law that it follows below.
   constexpr int kFrom = 170, kTo = 220;
   std::vector<std::array<double, 3>> inverse(256);
   for (int c = 0; c < 3; ++c) {

@@ -13,24 +13,24 @@ namespace crownfit {
 
 struct ExposureSeries {
   std::vector<Image> photographs;  ///< linear, in the order of their times; full scale 1
-  std::vector<double> times;       ///< rising
+  std::vector<double> times;       ///< ascending
   SensorNoise noise;               ///< black is subtracted
 };
 
 struct MergedExposures {
   Image linear;                ///< as in the shortest exposure: 1 saturates
   Image variance;              ///< of `linear`
-  double share_saturated = 0;  ///< pixels saturated in the shortest exposure too: their value is its own
-  /// Ratio of what two neighbouring exposures show, over the ratio of their times: where the shorter one lets expect
-  /// 0.15 to half of saturation of the longer one, or, where it does so nowhere, the longer one shows that; one per
-  /// neighbouring pair, nothing where neither is so, and the largest departure from 1.
+  double share_saturated = 0;  ///< pixels saturated in the shortest exposure too: they keep its value
+  /// Signal ratio of two neighbouring exposures over the ratio of their times, and the largest departure from 1. Uses
+  /// pixels where the shorter exposure predicts 0.15 to half of saturation for the longer one; if there are none,
+  /// pixels where the longer one shows that. One per neighbouring pair, absent where neither selects a pixel.
   std::vector<std::optional<double>> time_ratios;
   double worst_ratio = 0;
-  double shift_px = 0;    ///< the largest between two neighbouring exposures
+  double shift_px = 0;    ///< largest shift between two neighbouring exposures
   double saturation = 0;  ///< of `linear`: the lowest of its channels'
 };
 
-/// Every exposure weighted by the inverse of its variance in the merged picture's units; saturated values are left out.
+/// Weights every exposure by the inverse of its variance in the merged picture's units; leaves out saturated values.
 MergedExposures MergeExposures(const ExposureSeries& series);
 
 /// The inverse response of a camera that writes encoded 8-bit pictures: light at every value from 0 to 255 per channel,

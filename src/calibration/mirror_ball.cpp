@@ -27,7 +27,7 @@ BallOutline CircleThrough(const std::vector<glm::dvec2>& points) {
   return circle;
 }
 
-/// The strongest change of brightness along each of many radii, and the circle through those that agree.
+/// The strongest change of brightness along each of many radii, and a circle through those that agree.
 BallOutline Refined(const cv::Mat& grey, const BallOutline& start) {
   BallOutline ball = start;
   for (const double reach : {0.12, 0.05, 0.02}) {
@@ -77,7 +77,7 @@ std::vector<BallOutline> FindBalls(const ImageFile& photo, int count, double lea
   const double scale = std::min(1.0, 800.0 / std::max(full.cols, full.rows));
   cv::Mat small;
   cv::resize(full, small, {}, scale, scale, cv::INTER_AREA);
-  // Dark balls on dark grounds: what matters is the ratio across the outline. Highlights would hide it.
+  // For dark balls on dark grounds the ratio across the outline matters. Highlights would hide it.
   cv::Mat lifted(1, 256, CV_8U);
   for (int v = 0; v < 256; ++v) lifted.at<uchar>(v) = cv::saturate_cast<uchar>(255.0 * std::log1p(v) / std::log(256.0));
   cv::LUT(small, lifted, small);
@@ -162,7 +162,7 @@ std::optional<LampRay> RayTowardsLamp(const BallOutline& ball, const Highlight2d
   }
   const double cosine = glm::dot(view, normal);
   if (cosine <= 0.02) return std::nullopt;
-  const double outline_px = std::max(0.3, ball.rms_px / 5.0);  // of the outline's centre
+  const double outline_px = std::max(0.3, ball.rms_px / 5.0);  // error of the outline's centre
   return LampRay{at, 2.0 * cosine * normal - view,
                  2.0 * std::hypot(highlight.stddev_px, outline_px) / (ball.radius_px * cosine)};
 }

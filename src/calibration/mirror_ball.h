@@ -18,11 +18,11 @@ struct BallOutline {
 };
 
 /// The `count` most distinct circles (OpenCV's Hough transform), each fitted to the edge points around it. `least_px`:
-/// of the radius.
+/// smallest radius.
 std::vector<BallOutline> FindBalls(const ImageFile& photo, int count, double least_px = 20);
 
-/// The lamp's image on a ball: the median place of pixels within 3 % of the brightest (a mean would follow what else
-/// the ball mirrors). Nothing when the ball shows no highlight that stands out five times.
+/// The lamp's image on a ball: the median position of pixels within 3 % of the brightest (a mean would follow other
+/// reflections in the ball). Absent when no highlight is five times as bright as the ball's median.
 struct Highlight2d {
   glm::dvec2 pixel;
   double stddev_px;  ///< a fifth of its radius, at least half a pixel
@@ -35,13 +35,13 @@ struct LampRay {
   double stddev_rad;
 };
 
-/// With a camera: the ball of `radius_mm` stands where its outline appears (a cone tangent to it). Without: parallel
-/// projection along z, millimetres in units of the ball's radius.
+/// With a camera: the ball of `radius_mm` is placed where its outline appears (a cone tangent to it). Without: parallel
+/// projection along z, lengths in units of the ball's radius.
 std::optional<LampRay> RayTowardsLamp(const BallOutline& ball, const Highlight2d& highlight, const Camera* camera,
                                       double radius_mm);
 
-/// The place that rays from several balls meet in (least squares of angles), with its covariance and the rms of what is
-/// left, in standard deviations. Nothing when the rays are too parallel to say.
+/// The point where rays from several balls meet (least squares of angles), with its covariance and the rms residual in
+/// standard deviations. Absent when the rays are too parallel.
 struct LampPosition {
   glm::dvec3 position_mm;
   glm::dmat3 covariance_mm2;

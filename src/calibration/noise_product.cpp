@@ -68,7 +68,7 @@ Product NoiseProduct(const std::vector<std::pair<const Image*, const Image*>>& p
   product.content = {{"gain", each([](const ChannelNoise& n) { return n.gain; })},
                      {"read_noise", each([](const ChannelNoise& n) { return n.read_noise; })},
                      {"black", each([](const ChannelNoise& n) { return n.black; })}};
-  constexpr double kFullScale = 0.995;  // of a channel that was never saturated, as of a camera that is not calibrated
+  constexpr double kFullScale = 0.995;  // for a channel that never saturated, and for an uncalibrated camera
   const bool any_saturates =
       std::any_of(channels.begin(), channels.end(), [](const auto& n) { return n.saturation.has_value(); });
   if (any_saturates)

@@ -62,7 +62,7 @@ int ColourOdds::BinOf(const Image& image, size_t pixel, double white) {
   return (k * kShares + i) * kShares + j;
 }
 ColourOdds::ColourOdds(const Image& image, const std::vector<uint8_t>& mask, double white) {
-  // Surroundings: what is not further from the object than a tenth of the picture.
+  // Surroundings: pixels within a tenth of the picture from the object.
   std::vector<double> inside(odds.size(), 0.0), outside(odds.size(), 0.0);
   const std::vector<uint8_t> near = Dilated(mask, image.width, image.height, image.width / 10);
   for (size_t p = 0; p < mask.size(); ++p)

@@ -1,5 +1,5 @@
 #pragma once
-// Colours that tell an object from what surrounds it in a photograph.
+// Colours that separate an object from its surroundings in a photograph.
 
 #include <vector>
 
@@ -10,7 +10,7 @@
 
 namespace crownfit {
 
-/// Which pixels' rays meet the object. Directions are computed once.
+/// Pixels whose rays meet the object. Directions are computed once.
 class Silhouette {
  public:
   explicit Silhouette(const Camera& camera) : width_(camera.width), height_(camera.height) {
@@ -31,7 +31,7 @@ class Silhouette {
   std::vector<glm::dvec3> directions_;
 };
 
-/// Log odds of object against surroundings by colour: red and blue shares of the light, and its amount.
+/// Log odds of object against surroundings by colour: the red and blue fractions of the light, and its amount.
 struct ColourOdds {
   static constexpr int kShares = 24, kLevels = 6;
   std::vector<double> odds = std::vector<double>(kShares * kShares * kLevels, 0.0);

@@ -1,5 +1,5 @@
 #pragma once
-// Cameras and poses as OpenCV has them.
+// Conversion of cameras and poses from and to OpenCV.
 
 #include <opencv2/core.hpp>
 #include <utility>

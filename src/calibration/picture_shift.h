@@ -7,15 +7,15 @@
 
 namespace crownfit {
 
-/// Of one channel, per pixel, from neighbours two pixels away: independent of the place's own noise, and within one
-/// colour of a mosaic.
+/// Gradient of one channel, per pixel, from neighbours two pixels away: independent of the pixel's own noise, and
+/// within one colour of a mosaic.
 inline glm::dvec2 GradientAt(const Image& image, int x, int y, int c) {
   return 0.25 *
          glm::dvec2(image.at(x + 2, y, c) - image.at(x - 2, y, c), image.at(x, y + 2, c) - image.at(x, y - 2, c));
 }
 
-/// How far one picture is shifted against another, in pixels, by least squares over their differences (Lucas and Kanade
-/// 1981). Of shifts by several pixels it says no more than that there is one.
+/// Shift between two pictures in pixels, by least squares over their differences (Lucas and Kanade 1981). It detects
+/// shifts of several pixels but does not measure them.
 struct PictureShift {
   glm::dmat2 normal{0.0};
   glm::dvec2 right{0.0};

@@ -66,7 +66,7 @@ PrintedTarget PrintedBoard(const Board& board) {
 }
 
 Jig JigOf(const JigLayout& layout) {
-  // Markers stand in a square ring, a marker's gap of white around each.
+  // Markers form a square ring, each with a marker's gap of white around it.
   Jig jig{layout.dictionary, {}, {}};
   const double m = layout.marker_mm, gap = 0.25 * m, radius = 0.5 * layout.inside_mm + gap + 0.5 * m;
   const int along = std::max(2, static_cast<int>(2.0 * radius / (m + gap)));

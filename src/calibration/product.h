@@ -1,5 +1,5 @@
 #pragma once
-// What a calibration command found: a file for the capture, figures for people, and whether it is good enough.
+// Result of a calibration command: a file for the capture, quality figures, and whether it is good enough.
 
 #include <filesystem>
 #include <string>
@@ -16,12 +16,12 @@ struct Figure {
   std::string unit;
 };
 
-/// A side file of a capture in the making. With a refusal it is not good enough to be written.
+/// A side file of a capture. With a refusal it is not good enough to be written.
 struct Product {
   std::string format;              ///< "crownfit-camera/1", ...; empty: no file of that kind
   JsonValue::Object content;       ///< what the file holds beside format, quality and provenance
-  std::vector<Figure> figures;     ///< how good it is; they stand under "quality" too
-  std::vector<std::string> notes;  ///< usable, but
+  std::vector<Figure> figures;     ///< its quality; also written under "quality"
+  std::vector<std::string> notes;  ///< caveats of a usable product
   std::vector<std::string> refusals;
   Image picture;  ///< to look at; empty: none
 };

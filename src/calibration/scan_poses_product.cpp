@@ -72,7 +72,7 @@ Product ScanPosesProduct(const TriangleMesh& mesh, const std::vector<std::string
     AppendBelow(product.picture, Overlay(caster, parts, photographs[k], a.camera_from_object[i]));
   }
   for (size_t k = 0; k < aligned.size(); ++k) {
-    // One photograph tells size from distance through the camera's focal length alone: not at all.
+    // One photograph separates size from distance only through the camera's focal length, which is not enough.
     const AlignedScan& a = aligned[k];
     if (a.camera_from_object.size() < 2) continue;
     product.figures.push_back({"size", 100 * (1 + a.larger), "% of the mesh"});

@@ -1,5 +1,5 @@
 #pragma once
-// Poses from a scan's own outlines as a file, with an overlay to look at.
+// Poses from a scan's own outlines as a file, with an overlay for inspection.
 
 #include <string>
 #include <vector>
@@ -9,9 +9,8 @@
 
 namespace crownfit {
 
-/// poses.json of photographs that were aligned together or one by one: `aligned` has one entry with all of them, or one
-/// for each. The picture shows every photograph with the contours at its start (red) and where they came to lie
-/// (green).
+/// poses.json of photographs aligned together or one by one: `aligned` has one entry for all of them, or one for each.
+/// The picture shows every photograph with the contours at its start (red) and at the result (green).
 Product ScanPosesProduct(const TriangleMesh& mesh, const std::vector<std::string>& names,
                          const std::vector<ScanPhotograph>& photographs, const std::vector<AlignedScan>& aligned);
 

@@ -8,8 +8,8 @@
 
 namespace crownfit {
 
-/// A sum of Gaussians, applied to pixels that are averages over their squares; and a share of all light that is spread
-/// evenly over the picture.
+/// A sum of Gaussians, applied to pixels that are averages over their squares, and a fraction of all light that is
+/// spread evenly over the picture.
 struct Blur {
   struct Gaussian {
     double sigma_px, weight;
@@ -21,7 +21,7 @@ struct Blur {
 Blur ReadBlur(const std::filesystem::path& file);
 
 /// The point spread on pixels, 2 radius + 1 wide, adding up to 1: discrete Gaussians (Lindeberg 1990), whose variance
-/// is sigma^2 at any sigma. What lies outside is under one thousandth.
+/// is sigma^2 at any sigma. Less than one thousandth lies outside.
 struct PsfKernel {
   int radius = 0;
   std::vector<float> weights;
@@ -29,10 +29,10 @@ struct PsfKernel {
 };
 PsfKernel KernelOf(const Blur& blur);
 
-/// The picture as the lens shows it; borders are repeated.
+/// The blurred picture; borders are repeated.
 Image Seen(const Image& sharp, const Blur& blur, int threads);
 
-/// The variance of such a picture whose sharp pixels have independent errors.
+/// Variance of a blurred picture whose sharp pixels have independent errors.
 Image SeenVariance(const Image& variance, const Blur& blur, int threads);
 
 }  // namespace crownfit

@@ -22,7 +22,7 @@ void AddPoseErrors(const Capture& capture, size_t photograph, std::vector<Calibr
   for (size_t i = 0; i < capture.photographs.size(); ++i) {
     const PhotographSpec& other = capture.photographs[i];
     if (!other.pose_covariance || !SamePose(other.camera_from_object, spec.camera_from_object)) continue;
-    if (i < photograph) return;  // with the first of this pose
+    if (i < photograph) return;  // counted with the first photograph of this pose
     error.photographs.push_back(i);
   }
   const auto [variances, directions] =
@@ -81,7 +81,7 @@ std::vector<CalibrationError> StatedErrors(const Capture& capture) {
   for (size_t i = 0; i < capture.photographs.size(); ++i)
     if (capture.photographs[i].pose_covariance) AddPoseErrors(capture, i, errors);
   for (size_t l = 0; l < capture.lights.size(); ++l) AddLightErrors(capture, l, errors);
-  std::erase_if(errors, [&](const CalibrationError& e) {  // a fit that does not see them says nothing of them
+  std::erase_if(errors, [&](const CalibrationError& e) {  // errors that the fit's photographs do not see
     return std::all_of(e.photographs.begin(), e.photographs.end(),
                        [&](size_t i) { return capture.photographs[i].is_holdout; });
   });

@@ -8,7 +8,8 @@
 namespace crownfit {
 namespace {
 
-// Of the picture's longer side: it sees 179 degrees, or 1 mm from 100 m. Pictures may be cut out beside the centre.
+// Relative to the picture's longer side: a view of 179 degrees, or of 1 mm from 100 m. Pictures may be cropped
+// off-centre.
 constexpr double kShortest = 0.01, kLongest = 1e5, kFarthestCentre_px = 1e6;
 constexpr double kOutOfSight = 1e6;  // tangent of an angle
 

@@ -19,8 +19,7 @@ struct Camera {
 /// Reads camera.json ("crownfit-camera/1").
 Camera ReadCamera(const std::filesystem::path& file);
 
-/// The same view in `width` x `height` pixels, each `across` x `down` of the old ones wide and high, from the same
-/// corner.
+/// The same view in `width` x `height` pixels, each `across` x `down` old pixels in size, from the same corner.
 Camera WithPixels(Camera camera, int width, int height, double across, double down);
 
 /// Pixel position of a point in the camera frame; nothing when it is not in front of the camera.

@@ -11,12 +11,12 @@
 namespace crownfit {
 namespace {
 
-// What people photograph is far below these; what only lists names is far above.
+// Far above what real captures need, far below files that only list names.
 constexpr size_t kMostLights = 256, kMostThings = 10000, kMostMeasurements = 300;
 constexpr double kMostMemoryEvents = 1e6;
 constexpr double kSmallestTile_mm = 1e-3;
 
-/// Index of the item called `name`; complains about the key otherwise.
+/// Index of the item called `name`; otherwise throws InputError for the key.
 template <class Item>
 size_t IndexOf(const std::vector<Item>& items, const std::string& name, const JsonNode& node, const char* what) {
   std::string known;
@@ -98,7 +98,7 @@ AbsorptionTextureSpec ReadAbsorptionTexture(const JsonNode& node, Capture& captu
   return texture;
 }
 
-/// `has_shape`: there are photographs, so that the object needs meshes.
+/// `has_shape`: there are photographs, so the object needs meshes.
 void ReadObject(const JsonNode& node, bool has_shape, Capture& capture) {
   const JsonObject object(node, {"layers", "surface", "scenery", "backings", "outside_ior", "neck", "long_axis"});
   const JsonNode layers = object.Require("layers");

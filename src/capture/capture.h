@@ -32,19 +32,19 @@ struct BackingSpec {
   glm::dvec3 point_mm{0.0}, normal{0.0, 0.0, 1.0};
   double size_mm = 30.0;
   glm::dvec3 reflectance{0.0};
-  bool in_contact = false;  ///< no air between the tile and what of the object lies on it
+  bool in_contact = false;  ///< no air gap between the tile and the part of the object that lies on it
   bool has_place = true;    ///< false: point and normal are not stated, as under an instrument
 };
 
-/// What light meets inside at the cut where an open scan ends.
+/// Boundary condition inside the cut where an open scan ends.
 enum class Neck {
-  kAir,        ///< the dielectric boundary of the rest
-  kAbsorbing,  ///< nothing comes back
-  kRoot        ///< the innermost layer's material goes on: a Lambertian return of its half space
+  kAir,        ///< a dielectric boundary, as everywhere else
+  kAbsorbing,  ///< no light comes back
+  kRoot        ///< the innermost layer's material continues: Lambertian reflection by its half space
 };
 
 struct PhotographSpec {
-  std::string name, key;  ///< key: where it stands in capture.json
+  std::string name, key;  ///< key: its path in capture.json
   PhotographFiles files;
   std::filesystem::path camera_file;
   Camera camera;
@@ -56,7 +56,7 @@ struct PhotographSpec {
   std::vector<size_t> scenery;
   bool exposure_is_free = false;
   double exposure_scale = 1.0;
-  /// How well the pose is known, as in StatedPose: of a turn (rad) and a shift (mm) in the camera frame after it.
+  /// Covariance of the pose, as in StatedPose: of a rotation (rad) and a shift (mm) in the camera frame after it.
   std::optional<std::array<double, 36>> pose_covariance;
   double exposure_stddev = 0;  ///< 0: exact, or free
   std::string exposure_group;  ///< photographs of one group share one free exposure
@@ -81,21 +81,22 @@ struct Capture {
   std::array<std::string, kChannels> channel_names{"R", "G", "B"};
   std::array<double, kChannels> wavelengths_nm{600, 540, 450};
   std::vector<Light> lights;
-  std::vector<PhotographSpec> photographs;         ///< empty: instruments alone have measured the material
+  std::vector<PhotographSpec> photographs;         ///< empty: only instruments have measured the material
   std::vector<FlatMeasurement> measurements;       ///< of flat samples
   std::vector<std::filesystem::path> input_files;  ///< everything read, for provenance
 };
 
-/// The surface's rows that are part of its material: all, but the neck's only where the capture speaks of it.
+/// Whether a surface row is part of the material: all are, but the neck's only where the capture mentions it.
 inline bool IsOfSurface(const Capture& capture, const ParameterRow& row) {
   return row.owner == Owner::kSurface &&
          (row.quantity != Quantity::kNeckReturn || capture.surface[static_cast<size_t>(row.quantity)].stated);
 }
 
-/// The quantity that sets layer `layer`'s thickness: thickness_mm, or thickness_scale where a mesh or a field has it.
+/// The quantity that sets layer `layer`'s thickness: thickness_mm, or thickness_scale where a mesh or a field defines
+/// it.
 Quantity ThicknessQuantity(const Capture& capture, size_t layer);
 
-/// For what needs a shape: throws InputError where the capture has measurements alone.
+/// Throws InputError where the capture has measurements alone, and so no shape.
 void RequirePhotographs(const Capture& capture);
 
 /// Reads capture.json, or the one in the folder `path`, with its camera, light, noise and colour files.

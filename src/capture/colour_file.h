@@ -10,13 +10,13 @@ namespace crownfit {
 
 ColourTransform ReadColourTransform(const std::filesystem::path& file);
 
-/// What a perfectly white Lambertian surface gives there, the file's "white_sensor_rgb".
+/// Sensor value of a perfectly white Lambertian surface, the file's "white_sensor_rgb".
 glm::dvec3 ReadSensorWhite(const std::filesystem::path& file);
 
-/// Both.
+/// The transform and the white.
 BandColour ReadBandColour(const std::filesystem::path& file);
 
-/// What such a file holds of them.
+/// The JSON content of such a file.
 JsonValue::Object ColourContent(const BandColour& colour);
 
 }  // namespace crownfit

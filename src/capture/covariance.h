@@ -1,5 +1,5 @@
 #pragma once
-// How well a place is known, as files state it.
+// Covariance matrices in files.
 
 #include <vector>
 
@@ -7,7 +7,7 @@
 
 namespace crownfit {
 
-/// `size` rows of `size` numbers, row by row. Refuses what is no covariance: not symmetric, or a correlation beyond 1.
+/// `size` rows of `size` numbers, row by row. Refuses a matrix that is not symmetric, or has a correlation beyond 1.
 std::vector<double> ReadCovariance(const JsonNode& node, size_t size);
 
 }  // namespace crownfit

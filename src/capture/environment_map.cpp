@@ -24,13 +24,13 @@ std::pair<size_t, double> Choose(const double* ends, size_t count, double u) {
 }
 
 struct Part {
-  int top, bottom, left, right;  ///< of a FineGrid, the ends not included
+  int top, bottom, left, right;  ///< of a FineGrid, ends excluded
 };
 
 struct LitPart {
   Part part;
   EnvironmentMap::FarLamp lamp;
-  double spread;  ///< light, less what its mean direction has of it
+  double spread;  ///< total light, less the length of its vector sum
 };
 
 /// A map's pixels, cut into smaller ones where they are coarse.
@@ -70,7 +70,7 @@ class FineGrid {
     return lit;
   }
 
-  /// Cut where the least spread is left in both.
+  /// Cuts where the remaining spread of both halves is least.
   std::pair<Part, Part> Cut(const Part& part) const {
     std::vector<glm::dvec3> rows(part.bottom - part.top, glm::dvec3(0.0)),
         columns(part.right - part.left, glm::dvec3(0.0));
@@ -92,7 +92,7 @@ class FineGrid {
   static constexpr int kLeastRows = 64;
   static double Sum(const glm::dvec3& v) { return v.x + v.y + v.z; }
 
-  /// Before which of the slices to cut (0: not at all), and how long the halves' means are together.
+  /// The slice before which to cut (0: no cut), and the summed lengths of both halves' vector sums.
   static std::pair<int, double> BestCut(const std::vector<glm::dvec3>& slices) {
     glm::dvec3 after = std::accumulate(slices.begin(), slices.end(), glm::dvec3(0.0)), before(0.0);
     std::pair<int, double> best{0, 0.0};

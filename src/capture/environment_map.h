@@ -19,26 +19,26 @@ class EnvironmentMap {
   explicit EnvironmentMap(Image radiance);
 
   glm::dvec3 Radiance(const glm::dvec3& direction) const;
-  /// Two uniform numbers to a direction, distributed as the mean of the channels.
+  /// Maps two uniform numbers to a direction, distributed as the mean of the channels.
   glm::dvec3 Sample(const glm::dvec2& uniform) const;
   double Density(const glm::dvec3& direction) const;  ///< of Sample, per steradian
 
-  /// A part of the map, as one far lamp.
+  /// A part of the map, as one distant lamp.
   struct FarLamp {
-    glm::dvec3 direction{0, 0, 1};  ///< unit, the mean of its light
+    glm::dvec3 direction{0, 0, 1};  ///< unit, mean direction of its light
     glm::dvec3 irradiance{0.0};     ///< on a surface that faces it
-    double radius_rad = 0;          ///< of a disk whose light is spread as much
-    glm::dvec2 low, high;           ///< its place in the map, in shares of width and height from the upper left
+    double radius_rad = 0;          ///< of a disk whose light has the same spread
+    glm::dvec2 low, high;           ///< its bounds in the map, as fractions of width and height from the upper left
 
     bool Holds(const glm::dvec2& place) const {
       return place.x >= low.x && place.x < high.x && place.y >= low.y && place.y < high.y;
     }
   };
-  /// The whole map as up to `at_most` (a power of two is taken, at most 512) far lamps. The part whose light is spread
-  /// most is cut in two where the least spread is left (Viriyothai and Debevec 2009, variance minimization light probe
-  /// sampling; here about mean directions). Other than by samples, small lamps of every colour are kept.
+  /// The whole map as up to `at_most` (a power of two is taken, at most 512) far lamps. The part with the largest
+  /// spread is cut in two where the remaining spread is least (Viriyothai and Debevec 2009, variance minimization light
+  /// probe sampling; here about mean directions). Unlike random samples, this keeps small lamps of every colour.
   std::span<const FarLamp> FarLamps(size_t at_most) const;
-  /// Where a direction lies, in shares of width and height from the upper left.
+  /// Position of a direction, as fractions of width and height from the upper left.
   static glm::dvec2 PlaceOf(const glm::dvec3& direction);
 
  private:
@@ -49,7 +49,7 @@ class EnvironmentMap {
   std::vector<double> row_ends_;     ///< cumulative, up to 1
   std::vector<double> column_ends_;  ///< cumulative within each row
   double total_ = 0;                 ///< integral of the mean of the channels
-  std::vector<FarLamp> far_lamps_;   ///< of 1 part, 2 parts, 4, ...
+  std::vector<FarLamp> far_lamps_;   ///< for 1 part, 2 parts, 4, ...
 };
 
 /// Reads the picture; sRGB-encoded files are decoded. Throws InputError.

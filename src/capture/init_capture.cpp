@@ -15,7 +15,7 @@ namespace {
 using Path = std::filesystem::path;
 using Object = JsonValue::Object;
 
-/// Copies a file into the capture; its name there.
+/// Copies a file into the capture; returns its name there.
 std::string Copied(const Path& from, const Path& folder, const std::string& name) {
   std::error_code error;
   if (!std::filesystem::is_regular_file(from, error)) throw InputError(from, "", "there is no such file");
@@ -27,7 +27,7 @@ std::string Copied(const Path& from, const Path& folder, const std::string& name
 }
 
 Object LayerJson(const std::string& name) {
-  // Refractive indices and asymmetries: Zijp 2001; Fried et al. 1995. Starts in the middle of what is published.
+  // Refractive indices and asymmetries: Zijp 2001; Fried et al. 1995. Starts lie in the middle of the published ranges.
   const bool enamel = name == "enamel", dentine = name == "dentine";
   return {{"name", name},
           {"ior", Object{{"fixed", enamel    ? 1.63
@@ -92,7 +92,7 @@ void InitCapture(const CaptureParts& parts, const Path& folder) {
   }
   const std::string camera = Copied(parts.camera, folder, "calib/camera.json"),
                     rig = Copied(parts.lights, folder, "calib/light_rig.json");
-  for (const Path& picture : stated_rig.files) {  // environments stand beside their rig
+  for (const Path& picture : stated_rig.files) {  // environment maps lie beside their rig
     const Path beside = picture.lexically_relative(parts.lights.parent_path());
     if (picture == parts.lights || beside.empty()) continue;
     if (*beside.begin() == "..")

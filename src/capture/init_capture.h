@@ -13,12 +13,12 @@ using NamedFiles = std::vector<std::pair<std::string, std::filesystem::path>>;
 
 struct CaptureParts {
   NamedFiles meshes;                     ///< layers with a surface of their own, outermost first
-  std::vector<std::string> more_layers;  ///< inside them, made by thickness
-  double thickness_mm = 0.8;             ///< of every layer that has another below it without a mesh
+  std::vector<std::string> more_layers;  ///< inside them, defined by thickness
+  double thickness_mm = 0.8;             ///< of every layer whose next layer has no mesh
   NamedFiles photographs, masks;
   std::filesystem::path camera, poses, lights;
   std::optional<std::filesystem::path> noise, colour, blur;
-  /// By photograph: lights that were on (default: all), filters, and what is held out.
+  /// Per photograph: lights that were on (default: all), filters, and whether it is held out.
   std::vector<std::pair<std::string, std::vector<std::string>>> lit;
   std::vector<std::pair<std::string, std::string>> polarisation;
   std::vector<std::string> holdouts;

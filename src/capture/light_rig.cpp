@@ -42,7 +42,8 @@ LightShape ReadShape(const JsonObject& o, const std::string& type, std::vector<s
                             degrees * std::numbers::pi / 180.0};
   }
   if (type == "point") {
-    // Default: seen from the origin of its frame under 1 degree, as a smooth surface cannot reach a light of no size.
+    // Default: 1 degree as seen from the origin of its frame, because a smooth surface can't reflect a light of no
+    // size.
     const glm::dvec3 position = ReadPlace(o.Require("position_mm"));
     const auto radius = o.Find("radius_mm");
     return PointLight{

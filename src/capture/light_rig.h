@@ -16,16 +16,17 @@
 
 namespace crownfit {
 
-/// Of radiance, irradiance and intensity in the photographs' unit; of factors on them. No product overflows a picture.
+/// Limits on radiance, irradiance and intensity in the photographs' unit, and on factors. No product overflows a
+/// picture.
 inline constexpr double kBrightest = 1e15, kLargestFactor = 1e9;
 
-/// On a light's intensity, or a photograph's exposure.
+/// A factor on a light's intensity, or on a photograph's exposure.
 struct Factor {
   double value = 1.0;
   double stddev = 0;     ///< 0: exact, or free
   bool is_free = false;  ///< nothing is known of it
 };
-/// {"fixed": v} or {"initial": v}, and "stddev": known within an error is not free. Throws InputError.
+/// Reads {"fixed": v} or {"initial": v}, and "stddev": a factor known within an error is not free. Throws InputError.
 Factor ReadFactor(const JsonNode& node);
 
 struct DirectionalLight {
@@ -55,7 +56,7 @@ struct EnvironmentLight {
 
 using LightShape = std::variant<DirectionalLight, PointLight, DiskLight, RectangleLight, DomeLight, EnvironmentLight>;
 
-/// Light that comes from everywhere: surfaces find it by looking around.
+/// Light from all directions, which surfaces find by sampling the hemisphere.
 inline bool IsAllAround(const LightShape& shape) {
   return std::holds_alternative<DomeLight>(shape) || std::holds_alternative<EnvironmentLight>(shape);
 }
@@ -66,11 +67,11 @@ struct Light {
   bool scale_is_free = false;  ///< intensity_scale {"initial"}: solved in closed form
   double intensity_scale = 1.0;
   double intensity_stddev = 0;     ///< 0: exact, or free
-  glm::dmat3 covariance_mm2{0.0};  ///< of its place, in its frame; 0: not stated
+  glm::dmat3 covariance_mm2{0.0};  ///< of its position, in its frame; 0: not stated
   double stddev_deg = 0;           ///< of a directional light's direction; 0: not stated
   LightShape shape;
 
-  /// Of its place, along the axis of its frame where that is known least.
+  /// Of its position, along the least certain axis of its frame.
   double Stddev_mm() const {
     return std::sqrt(std::max({covariance_mm2[0][0], covariance_mm2[1][1], covariance_mm2[2][2]}));
   }
@@ -84,7 +85,7 @@ struct LightRig {
 /// Reads light_rig.json ("crownfit-light-rig/1") and the maps it names, whose paths are relative to it.
 LightRig ReadLightRig(const std::filesystem::path& file);
 
-/// The lights as a rig file holds them. An environment's map stays where it is: lights of that kind are not written.
+/// The lights as a rig file holds them. Environment lights are not written, because their map stays where it is.
 JsonValue::Array LightsJson(const std::vector<Light>& lights);
 
 /// The light with every intensity multiplied, channel by channel.

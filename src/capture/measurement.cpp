@@ -37,7 +37,7 @@ std::optional<Reading> ReadReading(const JsonObject& o, const char* key, double 
   return reading;
 }
 
-/// More light than came cannot leave.
+/// No more light may leave than arrives.
 void CheckEnergy(const FlatMeasurement& m, const JsonObject& o) {
   if (!m.reflectance || !m.transmittance || m.aperture_mm) return;
   constexpr double kSure = 3.0;

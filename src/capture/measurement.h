@@ -1,5 +1,5 @@
 #pragma once
-// What an instrument has read of a flat sample of a capture's material.
+// Instrument readings of flat samples of a capture's material.
 
 #include <array>
 #include <filesystem>
@@ -15,12 +15,12 @@
 namespace crownfit {
 
 /// Light from / detector at, degrees from the normal, as CIE 15 names it; d is diffuse light, or a sphere that collects
-/// all. By reciprocity each stands for its reverse too.
+/// all. By reciprocity each also stands for its reverse.
 enum class MeasuredAt {
-  k0_D,   ///< share of a beam along the normal
+  k0_D,   ///< fraction of a beam along the normal
   k45_0,  ///< radiance factor
-  kD_8,   ///< radiance factor, all around lit
-  kD_D    ///< share of diffuse light
+  kD_8,   ///< radiance factor, lit from all around
+  kD_D    ///< fraction of diffuse light
 };
 
 /// One value per band, or L*, a*, b*.
@@ -35,23 +35,23 @@ struct Slide {
 
 struct FlatMeasurement {
   std::string name;
-  std::string sample;                ///< entries that name the same are of one piece; empty: of none that another is of
+  std::string sample;                ///< entries with the same name are of one piece; empty: a piece of its own
   std::vector<double> thickness_mm;  ///< per layer of the capture
-  double thickness_stddev_mm = 0;    ///< of each layer by itself
+  double thickness_stddev_mm = 0;    ///< of each layer independently
   MeasuredAt geometry = MeasuredAt::k0_D;
-  bool has_specular = false;          ///< the reflectance contains what the first surface mirrors
-  std::optional<size_t> backing;      ///< of the capture; nothing: air
-  std::optional<double> aperture_mm;  ///< diameter that is lit and seen; nothing: wide
-  std::optional<Slide> slide;         ///< nothing: air
+  bool has_specular = false;          ///< the reflectance includes the first surface's specular reflection
+  std::optional<size_t> backing;      ///< index in the capture; absent: air
+  std::optional<double> aperture_mm;  ///< diameter that is lit and seen; absent: wide
+  std::optional<Slide> slide;         ///< absent: air
   std::optional<Reading> reflectance, transmittance, lab;
-  BandColour colour;  ///< what `lab` was found with
+  BandColour colour;  ///< by which `lab` was computed
   bool is_holdout = false;
 };
 
 /// What a measurement may refer to.
 struct MeasurementContext {
   size_t layers;
-  std::function<size_t(const JsonNode&)> backing;              ///< its index by name
+  std::function<size_t(const JsonNode&)> backing;              ///< index of a backing by name
   std::function<std::filesystem::path(const JsonNode&)> file;  ///< a path in the capture
 };
 

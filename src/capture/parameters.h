@@ -1,6 +1,6 @@
 #pragma once
-// Every quantity a capture can state and a fit can free: key, unit, default, bounds and prior stand here and nowhere
-// else.
+// The only definition of every quantity that a capture can state and a fit can free: key, unit, default, bounds and
+// prior.
 
 #include <array>
 #include <optional>
@@ -24,14 +24,15 @@ enum class Quantity {
   kAbsorption,
   kRoughness,
   kWetness,
-  kNeckReturn,  ///< light that comes back through a root-like neck, over what the root's half space would return
+  kNeckReturn,  ///< light returned through a root-like neck, relative to what the root's half space would return
 };
 
-enum class Scale { kLog, kLinear };  ///< in which the fit moves and priors are stated
+enum class Scale { kLog, kLinear };  ///< scale of the fit's steps and of priors
 enum class Owner { kLayer, kSurface };
 
-/// One row of the table. The fit starts and keeps inside [low, high]; what is stated and not fitted may lie anywhere in
-/// [least, most]: 0 is the white, the clear, the polished limit. Rays need layers that are thicker than light is long.
+/// One row of the table. A fit starts and stays inside [low, high]. Values that are stated but not fitted may lie
+/// anywhere in [least, most]; 0 is the white, the clear, the polished limit. Ray tracing needs layers thicker than the
+/// wavelength.
 struct ParameterRow {
   Quantity quantity;
   const char* key;
@@ -43,8 +44,9 @@ struct ParameterRow {
   double prior_mean, prior_stddev;  ///< weak: population value and its spread in ln (kLog) or in the unit (kLinear)
 };
 
-/// Priors are wide on purpose (ln standard deviation 1 is a factor 2.7 either way): they end ambiguities, they do not
-/// measure. Ranges: enamel, dentine and dental ceramics, Zijp et al. 1995, Fried et al. 1995, Fernandez-Oliveras 2013.
+/// Priors are wide on purpose (ln standard deviation 1 is a factor 2.7 either way): they resolve ambiguities and do not
+/// replace measurements. Ranges: enamel, dentine and dental ceramics, Zijp et al. 1995, Fried et al. 1995,
+/// Fernandez-Oliveras 2013.
 inline constexpr std::array<ParameterRow, 10> kParameters{{
     {Quantity::kThickness, "thickness_mm", "mm", Owner::kLayer, false, Scale::kLog, 1.0, 0.02, 20.0, 1e-3, 1e3, 1.0,
      0.7},
@@ -75,7 +77,7 @@ std::optional<Sharing> SharingOf(const std::string& word);
 /// What a capture says about one parameter.
 struct ParameterSpec {
   bool fixed = true;
-  bool stated = false;                    ///< false: absent from the file, the table's default holds
+  bool stated = false;                    ///< false: absent from the file, so the table's default holds
   std::array<double, kChannels> value{};  ///< fixed or initial; equal entries when one value is shared
   double low = 0, high = 0;
   std::optional<double> prior_mean, prior_log_stddev;

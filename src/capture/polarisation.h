@@ -1,5 +1,5 @@
 #pragma once
-// Filters before lamps and camera, and what becomes of polarised light behind them.
+// Filters before lamps and camera, and their effect on polarised light.
 
 #include <cmath>
 
@@ -7,11 +7,11 @@ namespace crownfit {
 
 enum class Polarisation { kNone, kCross, kParallel };
 
-/// What becomes of light S that kept its polarisation: none = S + D, cross = D, parallel = 2 S + D, as photographs are
-/// normalised to a white card seen through the filters.
+/// Signal from light S that kept its polarisation and depolarised light D: none = S + D, cross = D, parallel = 2 S + D.
+/// Photographs are normalised to a white card seen through the filters.
 struct Polarisers {
   double of_kept;        ///< factor on S
-  double memory_events;  ///< a share exp(-n / this) of light that was scattered n times is S; 0: none is
+  double memory_events;  ///< a fraction exp(-n / this) of light that was scattered n times is S; 0: none is
 
   static Polarisers Of(Polarisation polarisation, double memory_events = 0) {
     return {polarisation == Polarisation::kNone    ? 1.0

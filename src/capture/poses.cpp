@@ -11,7 +11,7 @@
 namespace crownfit {
 
 glm::dmat3 PlaceCovariance(const std::array<double, 36>& covariance, const glm::dvec3& p) {
-  // A turn w and a shift t move the point by w x p + t: rows of 3 x 6.
+  // A rotation w and a shift t move the point by w x p + t: rows of 3 x 6.
   const double by[3][6] = {{0, p.z, -p.y, 1, 0, 0}, {-p.z, 0, p.x, 0, 1, 0}, {p.y, -p.x, 0, 0, 0, 1}};
   glm::dmat3 result(0.0);
   for (int r = 0; r < 3; ++r)
@@ -34,7 +34,7 @@ std::optional<std::array<double, 36>> ReadPoseCovariance(const JsonNode& transfo
   const JsonObject of(*stddev, {"rotation_deg", "translation_mm"});
   const double turn = of.Require("rotation_deg").Number(0, 180) * std::numbers::pi / 180,
                shift = of.Require("translation_mm").Number(0, 1e4);
-  // Turning by w about the origin's place t instead of about the camera shifts by -w x t.
+  // A rotation w about the origin's place t instead of about the camera shifts by -w x t.
   const glm::dvec3 t = ReadRigidTransform(transform).translation_mm;
   for (int axis = 0; axis < 6; ++axis) {
     std::array<double, 6> by{};

@@ -1,5 +1,5 @@
 #pragma once
-// Poses of photographs on their way into a capture (`crownfit calibrate pose`).
+// Poses of photographs as input to a capture (`crownfit calibrate pose`).
 
 #include <array>
 #include <filesystem>
@@ -18,11 +18,11 @@ struct StatedPose {
   std::optional<std::array<double, 36>> covariance = {};
 };
 
-/// Covariance in mm^2 of where a point of the object is, in the camera frame: across the view x and y, along it z.
+/// Covariance in mm^2 of a point of the object in the camera frame: x and y across the view, z along it.
 glm::dmat3 PlaceCovariance(const std::array<double, 36>& pose_covariance, const glm::dvec3& point_in_camera_mm);
 
-/// What a transform states about its error: its "covariance", or the one that its "stddev" {"rotation_deg",
-/// "translation_mm"} amounts to, of a turn about the object's origin and a shift, both along the camera's axes.
+/// Covariance of a transform: its "covariance", or the equivalent of its "stddev" {"rotation_deg", "translation_mm"},
+/// of a rotation about the object's origin and a shift, both along the camera's axes.
 std::optional<std::array<double, 36>> ReadPoseCovariance(const JsonNode& transform);
 
 /// poses.json ("crownfit-poses/1"): {"poses": [{"photograph", "camera_from_object": {"rotation", "translation_mm",
@@ -30,10 +30,10 @@ std::optional<std::array<double, 36>> ReadPoseCovariance(const JsonNode& transfo
 std::vector<StatedPose> ReadPoses(const std::filesystem::path& file);
 JsonValue::Array PosesJson(const std::vector<StatedPose>& poses);
 
-/// Throws InputError where two photographs have one file name: poses go by it.
+/// Throws InputError where two photographs share a file name, by which poses are matched.
 void RequireDistinctNames(const std::vector<std::filesystem::path>& photographs);
 
-/// The pose of a photograph. Throws InputError naming those there are.
+/// The pose of a photograph. Throws InputError naming the available ones.
 const StatedPose& PoseOf(const std::vector<StatedPose>& poses, const std::filesystem::path& photograph,
                          const std::filesystem::path& poses_file);
 

@@ -25,7 +25,7 @@ inline RigidTransform operator*(const RigidTransform& a, const RigidTransform& b
   return {a.rotation * b.rotation, a.Point(b.translation_mm)};
 }
 
-/// A turn about `vector` by its length in radians (Rodrigues).
+/// A rotation about `vector` by its length in radians (Rodrigues).
 glm::dmat3 RotationFromVector(const glm::dvec3& vector);
 
 /// Reads {"rotation": 3 rows of 3, "translation_mm": [x, y, z]}; refuses what is not a rotation (to 1e-3).
@@ -35,7 +35,7 @@ RigidTransform ReadRigidTransform(const JsonNode& node);
 JsonValue::Object RigidTransformJson(const RigidTransform& transform);
 JsonValue VectorJson(const glm::dvec3& v);
 
-/// Of what is seen or shines: rays are single precision, a step is 0.008 mm there.
+/// Limit for objects and lights: rays are single precision, a step is 0.008 mm there.
 inline constexpr double kFarthestPlace_mm = 1e5;
 
 glm::dvec3 ReadVector(const JsonNode& node);                    ///< three finite numbers

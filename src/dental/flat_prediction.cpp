@@ -18,18 +18,18 @@
 namespace crownfit {
 namespace {
 
-/// Whole thicknesses at which stump and target are compared; between them ln CIEDE2000 is nearly a straight line.
+/// Total thicknesses at which stump and target are compared; between them ln CIEDE2000 is nearly linear.
 constexpr std::array<double, 12> kMaskingSteps_mm{0.25, 0.5, 0.75, 1.0, 1.25, 1.5,
                                                   2.0,  2.5, 3.0,  4.0, 6.0,  kThickest_mm};
 constexpr double kTenth_mm = 0.1;
-constexpr double kClearCementIor = 1.54;  // over what has no index of its own
+constexpr double kClearCementIor = 1.54;  // over a stump without an index of its own
 
-/// Directions: strongly forward scattering needs the many (g 0.96 is 2 % off by the few), and draws differ by less.
-/// What an aperture loses is known to per cents only.
+/// Directions: strongly forward scattering needs the larger number (g 0.96 is 2 % off with the smaller). The error
+/// nearly cancels in differences between draws. An aperture's loss is known to per cents only.
 constexpr AddingDoublingOptions kFine{48}, kCoarse{12};
 
-/// As an instrument sees a slab at several thicknesses: for each, one answer per wave of its aperture. Of what is lost
-/// past the aperture's edge `edge_loss_error` is not.
+/// Instrument readings of a slab at several thicknesses, with one solution per wave of the aperture. Of the modelled
+/// loss past the aperture's edge, the fraction `edge_loss_error` is not lost.
 class Views {
  public:
   Views(const FlatQuestion& q, const Slab& slab, const std::vector<std::vector<double>>& thicknesses_mm,
@@ -45,10 +45,10 @@ class Views {
     if (waves_.empty()) return wide;
     double seen = 0;
     for (size_t i = 0; i < waves_.size(); ++i) seen += waves_[i].weight * of_wave_[i][thickness].Over(backing);
-    // To first order the loss with its error; where nearly all is lost, still no less than nothing.
+    // Corrects the loss by its error to first order; never negative, even where nearly all is lost.
     return seen > 0 ? std::min(wide, seen * std::exp(edge_loss_error_ * (wide - seen) / seen)) : seen;
   }
-  /// Where everything is lit alike.
+  /// Uniformly lit, without edge loss.
   const ViewedSlab& Wide(size_t thickness) const { return wide_[thickness]; }
 
  private:
@@ -58,8 +58,8 @@ class Views {
   std::vector<std::vector<ViewedSlab>> of_wave_;
 };
 
-/// Of a surface seen in air, without what it mirrors: the reflectance of what lies behind it (Saunderson 1942; his term
-/// for the way in and out is 1 within 1 % at 45/0 and n = 1.5, and white stays white).
+/// Reflectance of what lies behind a surface that is seen in air, without its specular reflection (Saunderson 1942; his
+/// factor for entry and exit is 1 within 1 % at 45/0 and n = 1.5, and white stays white).
 double BehindSurface(double reflectance, double ior) {
   const double inside = ior > 1.0 ? MomentsOf(ior).diffuse_inside : 0.0;
   return reflectance / (1.0 - inside + inside * reflectance);
@@ -104,7 +104,7 @@ double MaskedFrom(const std::vector<double>& de00, double threshold) {
   return kMaskingSteps_mm[0];
 }
 
-/// Every figure for one set of values.
+/// All figures for one set of values.
 std::vector<FlatGroup> Evaluate(const FlatQuestion& q, const Material& material, const Material* cement,
                                 double edge_loss_error, const AddingDoublingOptions& directions) {
   std::vector<std::vector<double>> thicknesses{q.design_mm};
@@ -180,8 +180,8 @@ std::vector<FlatGroup> Evaluate(const FlatQuestion& q, const Material& material,
   return answer;
 }
 
-/// Values drawn from what the fit knows of all of them; in a file that does not say so each from its standard deviation
-/// by itself, in ln where the fit moves in ln, not wider than the bounds.
+/// Draws values from the fit's joint distribution. In a file without one, each value is drawn independently from its
+/// standard deviation, in ln where the fit moves in ln, no wider than the bounds.
 Material Drawn(const MaterialRecord& record, uint64_t key) {
   if (record.joint) return Drawn(*record.joint, record.material, key);
   Material material = record.material;
@@ -259,7 +259,7 @@ FlatPrediction PredictFlat(const FlatQuestion& q, const std::function<void(doubl
       for (const auto& d : draws) values.push_back(d[g].figures[f].value);
       FlatFigure& figure = p.groups[g].figures[f];
       if (std::any_of(values.begin(), values.end(), [](double v) { return std::isnan(v); })) {
-        figure.stddev = figure.low95 = figure.high95 = NAN;  // some of the materials have no such figure
+        figure.stddev = figure.low95 = figure.high95 = NAN;  // some draws have no such figure
         continue;
       }
       std::sort(values.begin(), values.end());

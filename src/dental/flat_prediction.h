@@ -1,5 +1,6 @@
 #pragma once
-// What a dental technician asks of a material: its colour at other thicknesses and over other things, with intervals.
+// Predictions for dental technicians: a material's colour at other thicknesses and over other backgrounds, with
+// intervals.
 // Formulas and sources: docs/dental.md.
 
 #include <functional>
@@ -16,10 +17,10 @@ namespace crownfit {
 struct FlatQuestion {
   MaterialRecord material;
   std::vector<double> design_mm;        ///< of its layers
-  std::vector<double> other_totals_mm;  ///< whole thicknesses, the layers in the design's proportions
+  std::vector<double> other_totals_mm;  ///< total thicknesses, the layers in the design's proportions
   /// Reflectances in the camera's bands. Black and white cards lie behind a thin gap of air.
   glm::dvec3 black{0.0}, white{1.0}, stump{0.0}, target{1.0};
-  bool is_cemented = true;  ///< stump and target; else a gap of air too
+  bool is_cemented = true;  ///< stump and target are cemented; false: they lie behind a gap of air too
   double stump_ior = 1.54;  ///< of stump and target under cement; 1: their colour has no surface of its own
   std::optional<MaterialRecord> cement;  ///< absent: clear, of the stump's index (1.54 where that is 1)
   double cement_mm = 0.05;
@@ -31,7 +32,7 @@ struct FlatQuestion {
   int threads = 0;
 };
 
-/// Something printed: with a 95 % interval and a standard deviation where the material has any.
+/// A printed figure, with a 95 % interval and a standard deviation where the material has any.
 struct FlatFigure {
   std::string name, unit;
   double value = 0;
@@ -45,14 +46,14 @@ struct FlatGroup {
 };
 struct FlatPrediction {
   std::vector<FlatGroup> groups;         ///< the design first
-  std::vector<glm::dvec3> lab_of_draws;  ///< of the design over the stump; empty where nothing is uncertain
-  glm::dvec3 lab{0.0};                   ///< the same at the material's values
+  std::vector<glm::dvec3> lab_of_draws;  ///< for the design over the stump; empty where nothing is uncertain
+  glm::dvec3 lab{0.0};                   ///< the same at the material's own values
 };
 
 /// Stump and target are searched for a masking thickness up to here.
 inline constexpr double kThickest_mm = 8.0;
 
-/// Whether it states any standard deviation.
+/// Whether the material states any standard deviation.
 bool IsUncertain(const MaterialRecord& material);
 
 FlatPrediction PredictFlat(const FlatQuestion& question, const std::function<void(double)>& progress);

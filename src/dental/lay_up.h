@@ -1,5 +1,5 @@
 #pragma once
-// How a material is laid up as a flat piece, measured and compared, as options say it.
+// How options describe a material as a flat piece: its layers, measurement and comparison.
 
 #include <cstdint>
 #include <filesystem>

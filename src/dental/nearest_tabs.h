@@ -1,5 +1,5 @@
 #pragma once
-// Which of a laboratory's shade tabs a colour is nearest to, and whether that can be told.
+// The laboratory's shade tabs nearest to a colour, and whether their order is certain.
 
 #include <string>
 #include <vector>
@@ -9,7 +9,7 @@
 
 namespace crownfit {
 
-/// A colour, and as it may be too.
+/// A colour, with draws from its uncertainty.
 struct ColourSample {
   glm::dvec3 lab;
   std::vector<glm::dvec3> draws;  ///< empty: it is exact
@@ -21,10 +21,10 @@ struct NearTab {
   double de00, low95, high95;
 };
 struct NearestTabs {
-  std::vector<NearTab> tabs;  ///< three at most, the nearest first
-  /// The first is nearer than the second in 97.5 % of the draws, and by more than is seen.
+  std::vector<NearTab> tabs;  ///< at most three, the nearest first
+  /// The first is nearer than the second in 97.5 % of the draws, and by a perceptible difference.
   bool can_tell_first_from_second = true;
-  std::vector<std::string> verdict;  ///< what of it must not be trusted, in words
+  std::vector<std::string> verdict;  ///< which of these must not be trusted, in sentences
 };
 NearestTabs NearestTabsOf(const ColourSample& sample, const ShadeSet& set, int draws, uint64_t seed);
 

@@ -12,7 +12,7 @@
 namespace crownfit {
 namespace {
 
-/// Reflectances in the camera's bands of what an option names.
+/// Reflectances, in the camera's bands, of what an option names.
 glm::dvec3 ReflectanceOf(const std::string& option, const std::string& text, const BandColour& colour,
                          const std::optional<std::filesystem::path>& tabs) {
   glm::dvec3 bands;
@@ -97,7 +97,7 @@ std::vector<double> DesignOf(const std::string& text, const MaterialRecord& reco
   return mm;
 }
 
-/// Both coefficients decide every figure: nothing is assumed in their place.
+/// Both coefficients determine every figure: no default replaces a missing one.
 MaterialRecord ReadOpticalRecord(const std::filesystem::path& file) {
   const MaterialRecord record = ReadMaterialRecord(file);
   for (size_t l = 0; l < record.layers.size(); ++l)

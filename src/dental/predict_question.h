@@ -1,5 +1,5 @@
 #pragma once
-// From how a material is laid up, in words, to what PredictFlat answers.
+// Translates the options of a flat piece into a question for PredictFlat.
 
 #include "dental/flat_prediction.h"
 #include "dental/lay_up.h"
@@ -9,7 +9,7 @@ namespace crownfit {
 /// Reads the material, cement, colour and tabs that the options name. Throws InputError.
 FlatQuestion FlatQuestionOf(const LayUp& lay_up, const std::filesystem::path& material);
 
-/// What was assumed, and what the intervals are, in words: a line each.
+/// The assumptions and the meaning of the intervals, one line each.
 std::vector<std::string> AssumptionsOf(const LayUp& lay_up, const FlatQuestion& question);
 
 }  // namespace crownfit

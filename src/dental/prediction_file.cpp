@@ -9,7 +9,7 @@ namespace crownfit {
 namespace {
 
 constexpr const char* kPredictionFormat = "crownfit-prediction/1";
-constexpr int kDrawsOfPage = 100;  // a second or two; --draws of `predict` says otherwise
+constexpr int kDrawsOfPage = 100;  // takes a second or two; `predict` has --draws
 
 JsonValue JsonOf(const FlatFigure& figure) {
   JsonValue::Object o{{"value", figure.value}, {"unit", figure.unit}};
@@ -43,7 +43,7 @@ void WritePrediction(LayUp lay_up, const std::filesystem::path& result, Progress
   const auto colour = result / "colour.json";
   if (!lay_up.colour && std::filesystem::exists(colour)) lay_up.colour = colour;
   FlatQuestion question = FlatQuestionOf(lay_up, result / "material.json");
-  question.seed = 1;  // of the fit's own seed a page does not depend
+  question.seed = 1;  // so that a page does not depend on the fit's own seed
   question.draws = kDrawsOfPage;
   const FlatPrediction prediction =
       PredictFlat(question, [&](double share) { progress.Show("drawing materials", share); });

@@ -1,6 +1,6 @@
 #pragma once
-// What a material looks like elsewhere, as JSON ("crownfit-prediction/1"): what `crownfit predict --json` prints, and
-// what the report of a result shows.
+// Predictions of a material as a flat piece, as JSON ("crownfit-prediction/1"): printed by `crownfit predict --json`
+// and shown in the report of a result.
 
 #include "base/json_file.h"
 #include "base/progress.h"
@@ -9,15 +9,15 @@
 
 namespace crownfit {
 
-/// With what was assumed, in words.
+/// Includes the assumptions, as sentences.
 JsonValue::Object PredictionContent(const FlatQuestion& question, const FlatPrediction& prediction,
                                     std::vector<std::string> assumptions);
 
-/// Writes prediction.json beside the material.json of a result, laid up as the options say, with the nearest of --tabs.
-/// Without --colour colours are by the result's own colour.json, where it has one. Throws InputError.
+/// Writes prediction.json beside the material.json of a result, for the piece that the options describe, with the
+/// nearest of --tabs. Without --colour, uses the result's own colour.json where it has one. Throws InputError.
 void WritePrediction(LayUp lay_up, const std::filesystem::path& result, Progress& progress);
 
-/// Writes in its place why there is none.
+/// Writes the reason for a missing prediction in its place.
 void WriteWhyNoPrediction(const std::filesystem::path& result, const std::string& why);
 
 }  // namespace crownfit

@@ -59,7 +59,7 @@ ShadeSet ReadShades(const std::filesystem::path& path) {
   const JsonFile file(path);
   const JsonObject root =
       file.RootOfFormat(kShadesFormat, {"made_by", "note", "illuminant", "observer", "tabs", "provenance"});
-  // Colours under another light are other colours: no silent mixture.
+  // Colours under different illuminants must not be mixed silently.
   root.Require("illuminant").OneOf({"D65"});
   root.Require("observer").OneOf({"2 degrees"});
   ShadeSet set;

@@ -1,5 +1,5 @@
 #pragma once
-// A laboratory's own shade tabs, as it has measured or photographed them ("crownfit-shades/1").
+// A laboratory's own shade tabs, measured or photographed ("crownfit-shades/1").
 
 #include <filesystem>
 #include <glm/glm.hpp>
@@ -17,7 +17,7 @@ struct ShadeTab {
 struct ShadeSet {
   std::string made_by;                        ///< "measured" or "photographed"
   std::string note;                           ///< how: instrument, geometry, date
-  std::vector<std::filesystem::path> inputs;  ///< whose digests the file keeps; not read back
+  std::vector<std::filesystem::path> inputs;  ///< their digests are written to the file; not read back
   std::vector<ShadeTab> tabs;
 };
 
@@ -25,14 +25,14 @@ struct ShadeSet {
 ShadeSet ReadShades(const std::filesystem::path& file);
 void WriteShades(const std::filesystem::path& file, const ShadeSet& set);
 
-/// A table of rows `name, L*, a*, b*`, and for the standard deviations nothing, one number, or three; separated by
-/// commas or semicolons; a first line that holds no numbers is a header, which names these columns. Throws InputError.
+/// Reads rows of `name, L*, a*, b*` and no, one or three standard deviations, separated by commas or semicolons. A
+/// first line without numbers is a header that names these columns. Throws InputError.
 std::vector<ShadeTab> ReadShadeTable(const std::filesystem::path& file);
 
-/// Within limits beyond any surface's colour: a column in the wrong place, or a percentage, is noticed.
+/// Limits beyond any surface's colour, which catch a column in the wrong place, or a percentage.
 bool IsSurfaceColour(const glm::dvec3& lab);
 
-/// Three numbers between commas, or nothing.
+/// Three numbers separated by commas; otherwise absent.
 std::optional<glm::dvec3> ThreeNumbers(const std::string& text);
 
 }  // namespace crownfit

@@ -1,5 +1,5 @@
 #pragma once
-// Colours to look at.
+// Pictures of colour samples.
 
 #include <string>
 #include <vector>
@@ -8,7 +8,7 @@
 
 namespace crownfit {
 
-/// A sample over three things, linear sRGB, and what is written below it.
+/// A sample over three backgrounds, linear sRGB, and its caption.
 struct Swatch {
   glm::dvec3 over_black, over_white, over_stump;
   std::vector<std::string> captions;

@@ -14,10 +14,10 @@ namespace crownfit {
 #if CROWNFIT_EMBREE >= 4
 
 using RayContext = RTCRayQueryContext;
-/// Lets a query bring a filter of its own.
+/// Allows a filter function per query.
 constexpr RTCSceneFlags kSceneFilters = RTC_SCENE_FLAG_FILTER_FUNCTION_IN_ARGUMENTS;
 
-/// Nearest hit of a ray. `filter`, if any, may refuse hits and finds `context` in its arguments.
+/// Nearest hit of a ray. `filter`, if any, may reject hits; it finds `context` in its arguments.
 inline void Intersect(RTCScene scene, RayContext& context, RTCFilterFunctionN filter, RTCRayHit& query) {
   rtcInitRayQueryContext(&context);
   RTCIntersectArguments arguments;

@@ -1,5 +1,5 @@
 #pragma once
-// What the readers of mesh files share: their bytes, their limits, their complaints.
+// Shared by the readers of mesh files: bytes, limits, error messages.
 
 #include <algorithm>
 #include <bit>
@@ -13,7 +13,7 @@
 
 namespace crownfit {
 
-/// Throws InputError; without a remedy: to export the mesh again.
+/// Throws InputError; the default remedy is to export the mesh again.
 [[noreturn]] void BadMesh(const std::filesystem::path& file, const std::string& message,
                           const std::string& remedy = "");
 
@@ -53,7 +53,8 @@ struct MeshBytes {
   }
 };
 
-/// The most triangles and what a file of so many may weigh; the longest way to write one takes ASCII STL 250 bytes.
+/// Limits on the number of triangles, and on the file size for so many. The longest format, ASCII STL, takes 250 bytes
+/// per triangle.
 struct MeshLimits {
   double triangles = 1e6 * InputLimits().mesh_million_triangles;
   double bytes = 256 * triangles;

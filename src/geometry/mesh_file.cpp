@@ -106,7 +106,7 @@ std::string ObjStatement(MeshBytes& in) {
 }
 
 TriangleMesh ReadObj(MeshBytes& in, const MeshLimits& limits) {
-  // The text form has no count, so a cut inside the last line is all that can be seen of a truncation.
+  // The text format has no count, so only a cut inside the last line reveals a truncation.
   TriangleMesh mesh;
   PolygonList faces;
   std::vector<glm::dvec2> texture_vertices;
@@ -172,7 +172,7 @@ TriangleMesh ReadMeshFile(const std::filesystem::path& file) {
   if (mesh.triangles.empty()) BadMesh(file, "the mesh has no triangles");
   if (static_cast<double>(mesh.triangles.size()) > limits.triangles)
     BadMesh(file, "the mesh has " + std::to_string(mesh.triangles.size()) + " triangles", kManyTriangles);
-  if (mesh.corner_uv.size() != mesh.triangles.size()) mesh.corner_uv.clear();  // only a part has them
+  if (mesh.corner_uv.size() != mesh.triangles.size()) mesh.corner_uv.clear();  // some faces lack them
   constexpr double kMostRepeats = 1e6;                                         // of a texture
   for (const auto& corners : mesh.corner_uv)
     for (const glm::dvec2& uv : corners)

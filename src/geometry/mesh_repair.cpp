@@ -1,4 +1,4 @@
-// Making a mesh a closed, outward-looking surface, or saying why it is none.
+// Repairs a mesh to a closed, outward-oriented surface, or reports why that is impossible.
 
 #include <algorithm>
 #include <cmath>
@@ -19,7 +19,7 @@ double AreaOf(const TriangleMesh& mesh, size_t first_triangle) {
   return sum;
 }
 
-/// The loops in which the surface ends, each running the way that the triangles which close it must run.
+/// Boundary loops of the surface, each oriented as the triangles that close it need.
 std::vector<std::vector<int>> Openings(const TriangleMesh& mesh) {
   const std::vector<int> ranks = RanksByPosition(mesh);
   std::vector<int> vertex(ranks.size());
@@ -68,7 +68,7 @@ void CloseOpenings(const std::filesystem::path& file, TriangleMesh& mesh, std::v
     const auto close = [&](int a, int b, int c) {
       const glm::dvec3 &p = mesh.vertices[a], &q = mesh.vertices[b], &r = mesh.vertices[c];
       if (glm::length(glm::cross(q - p, r - p)) > 0)
-        mesh.triangles.emplace_back(a, b, c);  // else nothing is open there
+        mesh.triangles.emplace_back(a, b, c);  // otherwise nothing is open there
     };
     if (loop.size() == 3) {
       close(loop[0], loop[1], loop[2]);
@@ -118,7 +118,7 @@ void CloseOpenings(const std::filesystem::path& file, TriangleMesh& mesh, std::v
 
 TriangleMesh ReadClosedSurface(const std::filesystem::path& file, std::vector<std::string>& messages) {
   TriangleMesh mesh = ReadMeshFile(file);
-  mesh.corner_uv.clear();  // repairs would not keep them
+  mesh.corner_uv.clear();  // repairs would invalidate them
   const std::string name = file.filename().string();
   const auto [low, high] = Bounds(mesh);
   const double size_mm = glm::length(high - low);

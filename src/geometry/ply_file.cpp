@@ -88,7 +88,7 @@ PlyHeader ReadPlyHeader(MeshBytes& in) {
   return header;
 }
 
-/// The least room that one item of an element takes in the file; what the header counts must fit into the file.
+/// The least size of one item of an element in the file; as many as the header counts must fit into the file.
 size_t LeastBytes(const PlyElement& element, int format) {
   size_t bytes = 0;
   for (const PlyProperty& p : element.properties)
@@ -109,7 +109,7 @@ TriangleMesh ReadPly(MeshBytes& in, const MeshLimits& limits) {
                          [&](const PlyProperty& p) { return p.name == name && p.count_type.empty(); });
     };
     if (is_vertex && !(has("x") && has("y") && has("z"))) BadMesh(in.file, "its vertices lack x, y or z");
-    const size_t least = LeastBytes(element, format);  // of a text's last number the blank may be missing
+    const size_t least = LeastBytes(element, format);  // the last number of a text may lack its separator
     if (element.count > 0 && (least == 0 || element.count > (in.data.size() - in.at + 1) / least))
       BadMesh(in.file, "the file is truncated: it has no room for " + std::to_string(element.count) + " of element " +
                            element.name.substr(0, 40));

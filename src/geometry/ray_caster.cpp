@@ -44,7 +44,7 @@ bool VisitTriangle(RTCPointQueryFunctionArguments* args) {
   const glm::dvec3 p(args->query->x, args->query->y, args->query->z);
   const glm::dvec3 point = ClosestOnTriangle(p, mesh.vertices[t.x], mesh.vertices[t.y], mesh.vertices[t.z]);
   const double d = glm::distance(p, point);
-  if (!(d < best.distance)) return false;  // nor of a facet without area, which has none
+  if (!(d < best.distance)) return false;  // also for a facet without area, whose distance is NaN
   best.distance = d;
   best.point = point;
   best.triangle = static_cast<int>(args->primID);
@@ -68,7 +68,7 @@ RTCRay MakeRay(const glm::dvec3& o, const glm::dvec3& d, double min_mm, double m
 
 std::optional<Hit> HitOf(const RTCRayHit& query) {
   if (query.hit.geomID == RTC_INVALID_GEOMETRY_ID) return std::nullopt;
-  // On the triangle, where rounding puts a hit on an edge beside it.
+  // Clamped to the triangle: rounding may put a hit on an edge beside it.
   const double u = std::max(0.0f, query.hit.u), v = std::max(0.0f, query.hit.v), w = std::max(0.0, 1.0 - u - v);
   return Hit{query.ray.tfar, static_cast<int>(query.hit.geomID),
              SurfacePoint{static_cast<int>(query.hit.primID), glm::dvec3(w, u, v) / (w + u + v)}};
@@ -88,7 +88,7 @@ struct RayCaster::Impl {
 
 RayCaster::RayCaster(const std::vector<const TriangleMesh*>& meshes) : impl_(std::make_unique<Impl>()) {
   impl_->meshes = meshes;
-  impl_->device = rtcNewDevice("threads=1");  // the same tree whatever the machine's processors
+  impl_->device = rtcNewDevice("threads=1");  // the same tree for any number of processors
   Check(impl_->device != nullptr, "Embree starts");
   impl_->scene = rtcNewScene(impl_->device);
   // Robust: no leaks between neighbouring triangles. Filters: NearestAccepted.

@@ -30,7 +30,7 @@ class RayCaster {
   /// Nearest hit with min < distance < max; `direction` is a unit vector.
   std::optional<Hit> Nearest(const glm::dvec3& origin, const glm::dvec3& direction, double min_mm = 0.0,
                              double max_mm = kFar) const;
-  /// Nearest hit that `accepts` (a predicate of mesh and triangle) lets count: what it refuses does not block.
+  /// Nearest hit that `accepts` (a predicate of mesh and triangle) accepts; rejected hits do not block.
   template <class Accepts>
   std::optional<Hit> NearestAccepted(const glm::dvec3& origin, const glm::dvec3& direction, double max_mm,
                                      const Accepts& accepts) const {
@@ -41,7 +41,7 @@ class RayCaster {
   }
   bool Occluded(const glm::dvec3& origin, const glm::dvec3& direction, double min_mm = 0.0, double max_mm = kFar) const;
   /// Distance to the nearest triangle, computed in double precision on that triangle; infinite when there is none
-  /// `within_mm`. Where a bound is known, it saves most of the work.
+  /// `within_mm`. A known bound saves most of the work.
   double DistanceToSurface(const glm::dvec3& point, double within_mm = kFar) const;
   /// The nearest point of the first mesh.
   SurfacePoint ClosestPoint(const glm::dvec3& point) const;

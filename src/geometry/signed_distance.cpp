@@ -44,7 +44,7 @@ DepthField::DepthField(const TriangleMesh& mesh, int threads)
       const glm::dvec3 p = origin_ + step_mm_ * glm::dvec3(i, j, k);
       const bool inside = IsInside(closed, mesh, p);
       const double from_scan = scanned_caster_.DistanceToSurface(p), from_cut = cut_caster_.DistanceToSurface(p);
-      // Just beyond the cut the layers would run on: there only the cut ends them.
+      // Beyond the cut the layers continue: only the cut itself ends them there.
       depth_mm_[IndexOf(i, j, k)] = static_cast<float>(inside || from_cut < from_scan ? from_scan : -from_scan);
       if (!above_cut_mm_.empty()) above_cut_mm_[IndexOf(i, j, k)] = static_cast<float>(inside ? from_cut : -from_cut);
     }
@@ -53,7 +53,7 @@ DepthField::DepthField(const TriangleMesh& mesh, int threads)
 }
 
 std::optional<TriangleMesh> DepthField::LevelSurface(const std::function<double(const glm::dvec3&)>& depth_mm) const {
-  // How far each node lies beyond the wanted depth; nodes well outside need no answer.
+  // How far each node lies beyond the wanted depth; nodes well outside need no value.
   std::vector<float> beyond_mm(depth_mm_.size());
   ParallelFor(static_cast<size_t>(size_.z) * size_.y, threads_, [&](size_t row) {
     const int j = static_cast<int>(row % size_.y), k = static_cast<int>(row / size_.y);

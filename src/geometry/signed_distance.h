@@ -10,8 +10,8 @@
 
 namespace crownfit {
 
-/// Depth below a closed surface at the nodes of a regular grid: > 0 inside, < 0 outside. Depth is measured from what
-/// was scanned: below the cut at an open scan's neck the layers run on, up to a hair's breadth from the cut.
+/// Depth below a closed surface at the nodes of a regular grid: > 0 inside, < 0 outside. Depth is measured from the
+/// scanned surface: at an open scan's neck the layers continue below, almost to the cut.
 class DepthField {
  public:
   /// Grid step: the larger of 0.06 mm and 1/150 of the mesh's diagonal.
@@ -19,8 +19,8 @@ class DepthField {
 
   double max_depth_mm() const { return max_depth_mm_; }
 
-  /// The closed surface at a depth that may vary from place to place; its vertices lie at that depth to 1e-3 mm except
-  /// on the ridges where the inward offset has edges. Dual contouring by surface nets (Gibson 1998). Nothing when
+  /// The closed surface at a depth that may vary from place to place. Its vertices lie at that depth to 1e-3 mm, except
+  /// on the ridges where the inward offset has edges. Dual contouring by surface nets (Gibson 1998). Absent when
   /// nothing is that deep.
   std::optional<TriangleMesh> LevelSurface(const std::function<double(const glm::dvec3&)>& depth_mm) const;
   std::optional<TriangleMesh> LevelSurface(double depth_mm) const {

@@ -82,7 +82,7 @@ std::vector<std::array<glm::dvec3, 3>> CornerNormals(const TriangleMesh& mesh, d
 }
 
 TriangleMesh Refined(const TriangleMesh& mesh, double edge_mm) {
-  // Every edge is split on its own merit (its length alone), so the two faces beside it agree and nothing opens.
+  // Whether an edge is split depends on its length alone, so the two faces beside it agree and no gap opens.
   TriangleMesh fine = mesh;
   for (bool again = true; again;) {
     again = false;
@@ -110,7 +110,7 @@ TriangleMesh Refined(const TriangleMesh& mesh, double edge_mm) {
         triangles.insert(triangles.end(),
                          {{t[0], m[0], m[2]}, {m[0], t[1], m[1]}, {m[2], m[1], t[2]}, {m[0], m[1], m[2]}});
       } else {
-        // Turn the triangle so that edge 0 is split and, with two splits, edges 0 and 1 are.
+        // Rotates the corners so that edge 0 is split and, with two splits, edges 0 and 1 are.
         int k = 0;
         while (!(m[k] >= 0 && (count == 1 || m[(k + 1) % 3] >= 0))) ++k;
         const int a = t[k], b = t[(k + 1) % 3], c = t[(k + 2) % 3], ab = m[k], bc = m[(k + 1) % 3];

@@ -14,8 +14,8 @@ struct TriangleMesh {
   std::vector<glm::dvec3> vertices;
   std::vector<glm::ivec3> triangles;                             ///< counter-clockwise seen from outside
   std::map<std::string, std::vector<double>> vertex_properties;  ///< further numbers per vertex, by name
-  std::vector<std::array<glm::dvec2, 3>> corner_uv;  ///< per triangle, of the file as it stands; empty when it has none
-  std::vector<uint8_t> is_cut;  ///< per triangle: closes the neck of an open scan; empty when nothing does
+  std::vector<std::array<glm::dvec2, 3>> corner_uv;              ///< per triangle, of the unmodified file; empty: none
+  std::vector<uint8_t> is_cut;  ///< per triangle: closes the neck of an open scan; empty: no cut
   bool cut(int triangle) const { return !is_cut.empty() && is_cut[triangle] != 0; }
 };
 

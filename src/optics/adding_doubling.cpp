@@ -16,7 +16,7 @@ using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
-/// The medium that the backing lies in: one in contact has no other before it.
+/// Refractive index before the backing: the last layer's when they are in contact.
 double BelowIor(const Slab& slab) { return slab.backing_contact ? slab.layers.back().ior : slab.ior_below; }
 
 std::vector<double> IndicesOf(const Slab& slab) {
@@ -25,26 +25,27 @@ std::vector<double> IndicesOf(const Slab& slab) {
   return indices;
 }
 
-/// Shares are exact to some roundings of all light: what is less than none by that is none.
+/// Fractions are exact to rounding errors of the total light, so a negative value of that size counts as 0.
 double Share(double sum) {
   constexpr double kRoundings = 1e-14;
   return sum < 0.0 && sum > -kRoundings ? 0.0 : sum;
 }
 
-/// A slab's layers, ready for any thicknesses.
+/// A slab's layers, solved for any thicknesses.
 struct Assembly {
   Assembly(const Slab& slab, int nodes, const std::vector<double>& views)
       : all(IndicesOf(slab), nodes, views), above(all.In(slab.ior_above)), below(all.In(BelowIor(slab))) {
     for (const auto& layer : slab.layers) {
-      // Phase functions that peak backwards want an even number: what delta-M cuts off must not be less than nothing.
+      // Phase functions that peak backwards need an even number, so that the peak that delta-M cuts off is not
+      // negative.
       const int moments = layer.g < 0 ? 2 * nodes : 2 * nodes - 1;
       inside.push_back(all.In(layer.ior));
       modes.emplace_back(layer, inside.back(), moments);
     }
   }
-  /// By the first surface, per direction.
+  /// Specular reflectance of the first surface, per direction.
   VectorXd Mirrored() const { return Boundary(0).reflect_down; }
-  /// Above layer `i`; after the last, below it.
+  /// The boundary above layer `i`; for the index after the last, the one below it.
   Interface Boundary(size_t i) const {
     return {i == 0 ? above : inside[i - 1], i == inside.size() ? below : inside[i]};
   }
@@ -59,7 +60,7 @@ struct Assembly {
   std::vector<LayerModes> modes;
 };
 
-/// A slab, the light that an instrument sends and what it sees of it.
+/// A slab, the light that an instrument sends, and the weights with which it sees light.
 class SlabView {
  public:
   SlabView(const Slab& slab, MeasuredAt geometry, const AddingDoublingOptions& options)
@@ -67,7 +68,7 @@ class SlabView {
     for (const double index : IndicesOf(slab)) Check(index >= slab.ior_above, "a slab is seen from its rarest medium");
     const VectorXd in = assembly_.above.FluxWeights(), out = assembly_.below.FluxWeights();
     const bool is_lit_around = geometry == MeasuredAt::kD_8 || geometry == MeasuredAt::kD_D;
-    // Basic radiance that arrives, of flux 1: from everywhere, or from straight above; and what is seen of it.
+    // Incident basic radiance of flux 1, diffuse or from straight above; and the weights of what is seen.
     above_ = {VectorXd::Constant(in.size(), 1.0 / in.sum()), in};
     if (!is_lit_around) {
       const Index normal = assembly_.all.NormalIncidence();
@@ -85,8 +86,8 @@ class SlabView {
             below_.sight.dot(stack.reflect_up * below_.light)};
   }
 
-  /// To first order, indices aside: for each layer by the light that arrives at it, and the weight with which light
-  /// that leaves it is seen.
+  /// First-order changes, except by indices: for each layer, from the light that arrives at it and the weight with
+  /// which light that leaves it is seen.
   std::vector<ViewedSlab> Changes(const std::vector<double>& mm,
                                   const std::vector<std::vector<SlabLayer>>& changes) const {
     const size_t layers = mm.size();
@@ -102,7 +103,7 @@ class SlabView {
       for (const auto& change : changes) of_layer.push_back(assembly_.modes[l].ChangeBy(change[l]));
       if (std::all_of(of_layer.begin(), of_layer.end(), [](const auto& c) { return c.IsNone(); })) continue;
       const Index n = assembly_.inside[l].size();
-      // Round the layer: what it sends up comes back down, and the other way round.
+      // Around the layer: the light that it sends up comes back down, and vice versa.
       MatrixXd around = MatrixXd::Zero(2 * n, 2 * n), through(2 * n, 2 * n);
       around.topLeftCorner(n, n) = over[l].reflect_up;
       around.bottomRightCorner(n, n) = under[l].reflect_down;
@@ -130,14 +131,14 @@ class SlabView {
   struct Side {
     VectorXd light, sight;
   };
-  /// Cosines that are looked along; none where a sphere collects all.
+  /// Cosines of the viewing directions; none where a sphere collects all.
   static std::vector<double> Looked(MeasuredAt geometry) {
     if (geometry == MeasuredAt::k0_D || geometry == MeasuredAt::kD_D) return {};
     return {std::cos((geometry == MeasuredAt::kD_8 ? 8.0 : 45.0) * std::numbers::pi / 180.0)};
   }
 
   Assembly assembly_;
-  Side above_, below_;  ///< light from everywhere below, seen everywhere
+  Side above_, below_;  ///< below_: diffuse light, seen in all directions
   double mirrored_;
 };
 
@@ -188,7 +189,8 @@ std::vector<std::vector<ViewedSlab>> ViewSlabChanges(const Slab& slab,
     double largest = 0;
     for (const SlabLayer& layer : changes[k]) largest = std::max(largest, std::abs(layer.ior));
     if (largest == 0) continue;
-    // Directions go with an index, and so does all that is solved in them. No index is less than that above.
+    // Directions depend on the indices, and so does everything solved in them. No index may fall below the one above
+    // the slab.
     constexpr double kStep = 1e-3;
     double room = kStep;
     for (const SlabLayer& layer : slab.layers) room = std::min(room, layer.ior - slab.ior_above);

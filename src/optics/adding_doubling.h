@@ -1,7 +1,7 @@
 #pragma once
-// The `layered` model: flat layers, uniformly lit, by adding (van de Hulst 1980) layers that are solved for any
-// thickness at once, with an index step at every boundary. Exact but for the number of directions; no lateral
-// transport. Eigen stands in stack.h, layer_modes.h and the .cpp files only.
+// The `layered` model: flat, uniformly lit layers by adding (van de Hulst 1980). Each layer is solved for any thickness
+// at once, with an index step at every boundary. Exact but for the number of directions; no lateral transport. Eigen is
+// named in stack.h, layer_modes.h and the .cpp files only.
 
 #include <vector>
 
@@ -15,22 +15,22 @@ struct AddingDoublingOptions {
                    ///< 0.96 2 % and 0.1 %
 };
 
-/// Totals of a slab, without the first surface's mirror reflection. Any Slab has an answer; rings have none.
+/// Totals of a slab, without the first surface's specular reflection. Any Slab has an answer; rings have none.
 SlabAnswer SolveByAddingDoubling(const Slab& slab, const AddingDoublingOptions& options = {});
 
-/// A slab as an instrument sees it, over any Lambertian backing: radiance factors (1 is a white Lambertian surface), or
-/// shares of the light where a sphere collects all. What the first surface mirrors stands apart.
+/// Instrument readings of a slab over any Lambertian backing: radiance factors (1 is a white Lambertian surface), or
+/// fractions of the light where a sphere collects all. The first surface's specular reflection is separate.
 struct ViewedSlab {
-  double reflectance = 0;        ///< over nothing
-  double mirrored = 0;           ///< by the first surface; nothing at 45/0
-  double transmittance = 0;      ///< share of the light that reaches the backing's plane the first time
-  double emergence = 0;          ///< by which a unit of flux from the backing is seen
+  double reflectance = 0;        ///< over a black backing
+  double mirrored = 0;           ///< specular reflection of the first surface; 0 at 45/0
+  double transmittance = 0;      ///< fraction of the light that reaches the backing's plane the first time
+  double emergence = 0;          ///< how much of a unit flux from the backing is seen
   double reflectance_below = 0;  ///< for diffuse light from the backing
   double Over(double backing_reflectance) const {
     return reflectance +
            transmittance * backing_reflectance * emergence / (1.0 - backing_reflectance * reflectance_below);
   }
-  /// How Over changes where each of these does by as much as `change` says.
+  /// Change of Over for the changes `change` of these values.
   double ChangeOver(double backing_reflectance, const ViewedSlab& change) const {
     const double back = backing_reflectance / (1.0 - backing_reflectance * reflectance_below);
     return change.reflectance + back * (change.transmittance * emergence + transmittance * change.emergence +
@@ -38,14 +38,15 @@ struct ViewedSlab {
   }
 };
 
-/// The slab seen, with other thicknesses (mm, one per layer) in place of its own: one answer for each. Its backing's
-/// reflectance is not used. `backing_contact`: the backing lies in the last layer's medium, else in `ior_below`.
+/// Readings of the slab with other thicknesses (mm, one per layer) in place of its own, one for each. The slab's own
+/// backing reflectance is not used. `backing_contact`: the backing lies in the last layer's medium, else in
+/// `ior_below`.
 std::vector<ViewedSlab> ViewSlab(const Slab& slab, const std::vector<std::vector<double>>& thicknesses_mm,
                                  MeasuredAt geometry, const AddingDoublingOptions& options = {16});
 
-/// How what is seen changes, to first order: one answer for each thickness and each change. `changes`: by how much
-/// every number of each layer changes (thickness too); a layer that changes scatters or absorbs. Exact but for indices,
-/// whose changes are differences: as much again as two answers.
+/// First-order changes of the readings, one for each thickness and each change. `changes`: by how much every number of
+/// each layer changes (thickness too); a layer that changes scatters or absorbs. Exact except for indices, which use
+/// finite differences at the cost of two more solutions.
 std::vector<std::vector<ViewedSlab>> ViewSlabChanges(const Slab& slab,
                                                      const std::vector<std::vector<double>>& thicknesses_mm,
                                                      MeasuredAt geometry,

@@ -11,8 +11,8 @@ namespace {
 constexpr int kWaves = 8;
 constexpr double kBend = 2.0;
 
-/// Weights of nodes in s = x / (x + kBend): the spectrum's integral of the polynomial that is 1 at one node and 0 at
-/// the others.
+/// Quadrature weights of nodes in s = x / (x + kBend): the spectrum's integral of the Lagrange polynomial that is 1 at
+/// one node and 0 at the others.
 std::vector<double> Weights(const std::vector<double>& nodes) {
   constexpr int kSteps = 4000;
   std::vector<double> weights(nodes.size(), 0.0);

@@ -15,7 +15,7 @@ bool IsInContact(const Capture& capture, const FlatMeasurement& m) {
 
 constexpr AddingDoublingOptions kFine{24}, kCoarse{12};  // waves of an aperture are known to per cents only
 
-/// Measurements that are alike, in one band: between slides where they have such.
+/// Alike measurements in one band, between glass slides where they have them.
 class Samples {
  public:
   Samples(const Capture& capture, const std::vector<FlatMeasurement>& alike, int channel)
@@ -106,7 +106,7 @@ std::vector<std::vector<BandReading>> ReadBandChanges(const Capture& capture, co
     to.push_back(samples.SlabOf(step.to));
   }
   std::vector<std::vector<BandReading>> readings(alike.size(), std::vector<BandReading>(steps.size()));
-  /// Calls back with every measurement's view and its change by every step.
+  /// Calls `take` with every measurement's view and its change by every step.
   const auto for_every = [&](double wave_number, const AddingDoublingOptions& directions, auto&& take) {
     const Slab here = UnderWave(slab, wave_number);
     std::vector<std::vector<SlabLayer>> changes;

@@ -1,5 +1,5 @@
 #pragma once
-// What instruments would read of flat samples, by the `layered` model.
+// Predicted instrument readings of flat samples, by the `layered` model.
 
 #include <vector>
 
@@ -7,17 +7,17 @@
 
 namespace crownfit {
 
-/// In one of the camera's bands.
+/// A reading in one of the camera's bands.
 struct BandReading {
   double reflectance = 0, transmittance = 0;
-  double edge_loss = 0;  ///< of the reflectance: what a wide reading would have more
+  double edge_loss = 0;  ///< how much more reflectance a wide reading would have
 };
 
-/// Whether two measurements differ by thickness, backing, and what of the light counts alone: one solution of the
-/// layers serves both.
+/// Whether two measurements differ only in thickness, backing and which of the light counts, so that one solution of
+/// the layers serves both.
 bool AreAlike(const Capture& capture, const FlatMeasurement& a, const FlatMeasurement& b);
 
-/// Of measurements that are alike: a reading of each.
+/// A reading for each of several alike measurements.
 std::vector<BandReading> ReadBand(const Capture& capture, const std::vector<FlatMeasurement>& alike,
                                   const Material& material, int channel);
 
@@ -26,7 +26,7 @@ struct MaterialStep {
   Material from, to;
 };
 
-/// How each of the readings changes, to first order, with each step's difference: [measurement][step].
+/// First-order change of each reading by each step's difference: [measurement][step].
 std::vector<std::vector<BandReading>> ReadBandChanges(const Capture& capture, const std::vector<FlatMeasurement>& alike,
                                                       const Material& material, int channel,
                                                       const std::vector<MaterialStep>& steps);
@@ -34,7 +34,7 @@ std::vector<std::vector<BandReading>> ReadBandChanges(const Capture& capture, co
 /// What the measurement states, in the order of its fields: reflectance, transmittance, lab.
 std::vector<const Reading*> ReadingsOf(const FlatMeasurement& m);
 
-/// The same predicted: three values of each, given what is read in the three bands.
+/// Their predictions: three values of each, from the readings in the three bands.
 std::vector<double> PredictedValues(const FlatMeasurement& m, const std::array<BandReading, kChannels>& bands);
 
 }  // namespace crownfit

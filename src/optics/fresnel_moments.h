@@ -1,7 +1,7 @@
 #pragma once
-// Integrals of the Fresnel reflectance over the hemisphere, by quadrature in the root of the rare side's cosine, where
-// the integrand has no kink and small steps, which mirror at grazing incidence alone, have nodes enough: within 1e-9 of
-// exact for any index. theory: Fdr_int = 1 - (1 - Fdr_ext) / n^2 is exact (etendue).
+// Integrals of the Fresnel reflectance over the hemisphere, by quadrature in the root of the rare side's cosine. There
+// the integrand has no kink, and nodes resolve small index steps, which reflect at grazing incidence alone. Within 1e-9
+// of exact for any index. theory: Fdr_int = 1 - (1 - Fdr_ext) / n^2 is exact (etendue).
 
 #include <type_traits>
 
@@ -13,13 +13,13 @@ namespace crownfit {
 /// 32 Gauss-Legendre nodes on [0, 1], computed once.
 const Quadrature& UnitIntervalQuadrature();
 
-/// Indices that differ by no larger share count as equal: the step between them would mirror 2e-9 of diffuse light, and
-/// turn the rest by 1e-9 times the slope it meets.
+/// Indices that differ by no larger fraction count as equal: the step between them would reflect 2e-9 of diffuse light,
+/// and deflect the rest by 1e-9 times the tangent of its angle of incidence.
 inline constexpr double kSameIndex = 1e-9;
 
 inline constexpr double kFilmIor = 1.333;  ///< water; saliva is within 0.002 of it
 
-/// The surface as light sees it from outside: an index step, under a film of water over a share of the area.
+/// The surface seen from outside: an index step, under a film of water over a fraction of the area.
 template <class T>
 struct WetSurface {
   T relative_ior;  ///< n_inside / n_outside >= 1
@@ -28,7 +28,7 @@ struct WetSurface {
   bool may_be_wet = false;  ///< false: wetness and its derivative are taken as 0, at half the cost
 
   T Reflectance(const T& cosine) const {
-    if constexpr (!std::is_same_v<T, double>)  // derivatives of nothing: a tenth of the work
+    if constexpr (!std::is_same_v<T, double>)  // skips derivatives that are all 0: a tenth of the work
       if (!HasDerivative(relative_ior) && !HasDerivative(wetness) && !HasDerivative(cosine))
         return T(WetSurface<double>{PlainValue(relative_ior), PlainValue(wetness), outside_ior, may_be_wet}.Reflectance(
             PlainValue(cosine)));
@@ -60,7 +60,7 @@ FresnelMoments<T> MomentsOf(const WetSurface<T>& surface) {
   return m;
 }
 
-/// Of a dry one; relative_ior = n_inside / n_outside >= 1.
+/// Of a dry surface; relative_ior = n_inside / n_outside >= 1.
 template <class T>
 FresnelMoments<T> MomentsOf(const T& relative_ior) {
   return MomentsOf(WetSurface<T>{relative_ior});

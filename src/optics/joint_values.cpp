@@ -8,7 +8,7 @@
 namespace crownfit {
 namespace {
 
-/// "enamel.absorption_per_mm[R]", "surface.roughness". Nothing where the material has no such layer.
+/// "enamel.absorption_per_mm[R]", "surface.roughness". Absent where the material has no such layer.
 std::optional<JointValues::Entry> EntryNamed(const JsonNode& node, const Material& material,
                                              const std::array<std::string, kChannels>& channel_names) {
   std::string name = node.String();
@@ -32,10 +32,10 @@ std::optional<JointValues::Entry> EntryNamed(const JsonNode& node, const Materia
   return std::nullopt;
 }
 
-/// Cholesky's factor of a matrix without negative eigenvalues; a direction of no variance has a column of zeros.
-/// Nothing where the matrix has a negative one.
+/// Cholesky factor of a positive semidefinite matrix; a direction without variance has a column of zeros. Absent where
+/// the matrix has a negative eigenvalue.
 std::optional<std::vector<std::vector<double>>> FactorOf(const std::vector<std::vector<double>>& matrix) {
-  constexpr double kRounding = 1e-12, kCutDigits = 1e-5;  // of what the program writes, of what people shorten
+  constexpr double kRounding = 1e-12, kCutDigits = 1e-5;  // for files of the program, for files shortened by hand
   const size_t n = matrix.size();
   std::vector<std::vector<double>> factor(n, std::vector<double>(n, 0.0));
   for (size_t j = 0; j < n; ++j) {

@@ -13,14 +13,14 @@ using Eigen::Index;
 using Matrix = Eigen::MatrixXd;
 using Vector = Eigen::VectorXd;
 
-/// Of a mode of decay k in a layer of half depth h.
+/// v / u of a mode of decay k in a layer of half depth h.
 struct OfMode {
-  double value, by_square, by_half;  ///< derivatives by k^2 and h
+  double value, by_square, by_half;  ///< derivatives with respect to k^2 and h
 };
 
-constexpr double kShallow = 3e-3;  // series end at k h to the fourth, differences keep ten digits
+constexpr double kShallow = 3e-3;  // below it series end at (k h)^4, above it differences keep ten digits
 
-/// v / u at the top of a layer that is lit alike from both sides: k tanh(k h).
+/// v / u at the top of a layer that is lit equally from both sides: k tanh(k h).
 OfMode LitAlike(double k, double h) {
   const double x = k * h, t = std::tanh(x), sech = 1.0 / std::cosh(x);
   return {k * t, x < kShallow ? h * (1.0 - 2.0 / 3.0 * x * x) : (t + x * sech * sech) / (2.0 * k), k * k * sech * sech};
@@ -41,7 +41,7 @@ std::vector<OfMode> ForEvery(const Vector& decay, double half, Function f) {
   return modes;
 }
 
-/// Reflected plus, and minus, transmitted is 2 / (1 + v / u) - 1.
+/// Reflected plus (lit alike) or minus (lit unlike) transmitted light is 2 / (1 + v / u) - 1.
 Eigen::LLT<Matrix> OnePlusRatio(const Matrix& modes, const std::vector<OfMode>& of_mode) {
   Vector value(modes.cols());
   for (Index i = 0; i < value.size(); ++i) value[i] = of_mode[i].value;
@@ -91,9 +91,8 @@ LayerModes::Cut LayerModes::CutPeakChange(const SlabLayer& layer, const SlabLaye
   return cut;
 }
 
-/// Phase function of moments that change sign with the cosine, and of the others: for like and unlike cosines it is
-/// even + odd and even - odd. The quadrature's error in its integral goes to the diagonal, so that nothing is gained or
-/// lost.
+/// Phase function from its odd and even moments: even + odd for cosines of like sign, even - odd for unlike ones. The
+/// quadrature error of its integral goes to the diagonal, so that energy is conserved.
 LayerModes::Turned LayerModes::TurnedBy(const Vector& moments) const {
   const auto every_second = [&](Index from, Index count) {
     return Vector(Vector::Map(moments.data(), moments.size())(Eigen::seqN(from, count, 2)));
@@ -134,15 +133,16 @@ LayerModes::LayerModes(const SlabLayer& layer, const Directions& d, int moments)
   turned_ = TurnedBy(cut_.moments);
   const Eigen::LLT<Matrix> factors(Loss(turned_.unlike));  // E = L L'
   const Matrix lower = factors.matrixL();
-  // L'FL has the modes and their squared decays s. Solvers are exact to a share of the largest eigenvalue, and the s of
-  // grazing directions are too large for that; 1 / (1 + s) is small for those and at most 1.
+  // L'FL has the modes as eigenvectors and their squared decays s as eigenvalues. Solvers are accurate relative to the
+  // largest eigenvalue, and the s of grazing directions are too large for that; 1 / (1 + s) is small for those and at
+  // most 1.
   Matrix one_plus = lower.transpose() * Loss(turned_.alike) * lower;
   one_plus.diagonal().array() += 1.0;
   const auto [values, vectors] = EigenOfSymmetric(one_plus.llt().solve(Matrix::Identity(n, n)));
   decay_ = (values.cwiseInverse().array() - 1.0).cwiseMax(0.0).sqrt();
   modes_ = factors.matrixU().solve(vectors);
-  // The smallest is what a thick layer transmits by, and much less than 1. By its Rayleigh quotient in a form in which
-  // nothing cancels: what is absorbed, and differences between directions.
+  // The smallest decay governs what a thick layer transmits, and is much less than 1. It is computed as a Rayleigh
+  // quotient in a form without cancellation: from absorption and from differences between directions.
   const Vector y = (lower * vectors.col(n - 1)).cwiseQuotient(root_of_flux_);
   double square = cut_.absorbed * y.cwiseAbs2().dot(d.weight);
   for (Index i = 0; i < n; ++i)
@@ -161,7 +161,7 @@ Stack LayerModes::OfThickness(double thickness_mm) const {
   const Vector back = root_of_flux_.cwiseInverse();
   Matrix reflect = back.asDiagonal() * (a + b - one) * root_of_flux_.asDiagonal(),
          transmit = back.asDiagonal() * (a - b) * root_of_flux_.asDiagonal();
-  if (layer_.absorption_per_mm <= 0) {  // what comes in leaves, but for roundings
+  if (layer_.absorption_per_mm <= 0) {  // all incident light leaves, but for rounding errors
     const Vector flux = root_of_flux_.cwiseAbs2();
     const Vector kept = flux.cwiseQuotient((reflect + transmit).transpose() * flux);
     reflect *= kept.asDiagonal();
@@ -175,7 +175,7 @@ Stack LayerModes::OfThickness(double thickness_mm) const {
 
 LayerModes::Change LayerModes::ChangeBy(const SlabLayer& change) const {
   const bool keeps_coefficients = change.scattering_per_mm == 0 && change.absorption_per_mm == 0;
-  if (cut_.extinction_per_mm <= 0) {  // as thick as it may be, it does nothing
+  if (cut_.extinction_per_mm <= 0) {  // a clear layer does nothing at any thickness
     Check(keeps_coefficients, "a layer that scatters or absorbs before it changes in that");
     return {};
   }

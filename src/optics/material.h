@@ -23,19 +23,19 @@ struct Material {
     const ChannelValues& operator[](Quantity q) const { return values[static_cast<size_t>(q)]; }
   };
   std::vector<Layer> layers;  ///< outermost first
-  Layer surface;              ///< only the surface's rows are meant
+  Layer surface;              ///< only the surface's rows are used
 };
 
 /// Initial and fixed values of a capture.
 Material StatedMaterial(const Capture& capture);
 
-/// Share of diffuse light that a half space of the layer returns, per channel (media.h).
+/// Fraction of diffuse light that a half space of the layer returns, per channel (media.h).
 glm::dvec3 HalfSpaceReflectance(const Material::Layer& layer);
 
 /// The layers as a flat sample of one channel, 1 mm each.
 Slab SlabOf(const Material& material, int channel);
 
-/// Thickness per layer, as BuildCrown wants it.
+/// Thickness per layer, as BuildCrown expects it.
 std::vector<double> ThicknessesOf(const Capture& capture, const Material& material);
 
 }  // namespace crownfit

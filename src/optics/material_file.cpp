@@ -93,7 +93,7 @@ void ReadOwner(const JsonObject& object, Owner owner, Material::Layer& out, Mate
         out.values[i] = ReadValues(*node, kParameters[i], records[i]);
 }
 
-/// The material with what the block "viewer" states in its place.
+/// The material with the values of the block "viewer" in place of its own.
 Material ReadViewer(const JsonNode& node, Material material) {
   const JsonObject viewer(node, {"note", "layers", "roughness", "matched"});
   MaterialRecord::Owner ignored;
@@ -120,7 +120,7 @@ void ReadChannels(const JsonObject& root, MaterialOutline& outline) {
   }
 }
 
-/// Values go by position: those of another band would count for this one.
+/// Values are matched by position: those of another band would be taken for this one.
 void CheckSameBands(const JsonObject& material, const std::array<double, kChannels>& its_nm, const Capture& capture) {
   if (AreSameBands(its_nm, capture.wavelengths_nm)) return;
   material.Require("channels")

@@ -25,7 +25,7 @@ struct ParameterRecord {
   std::vector<std::string> status_by_channel = {};  ///< empty: as `status`
   std::vector<std::optional<double>>
       stddev;  ///< one, or one per channel, nothing where not known; empty: none is given
-  /// One, or one per channel; empty: the file gives none. Nothing where an end is not known.
+  /// One, or one per channel; empty: the file gives none. An entry is absent where an end is not known.
   std::vector<std::optional<std::array<double, 2>>> interval95;
 };
 
@@ -37,25 +37,26 @@ struct MaterialRecord {
   std::map<std::string, double> linear_scales;  ///< such as "exposure_scale front", "intensity_scale left"
   bool is_usable = true;                        ///< false: its fit says that it must not be used
   std::optional<std::array<double, kChannels>> wavelengths_nm;  ///< where the file states them
-  std::optional<JointValues> joint;   ///< of what was fitted; nothing: each value is known by itself
-  std::optional<Material> effective;  ///< by the block "viewer": what the real-time shader is to be given to look right
+  std::optional<JointValues> joint;   ///< of the fitted values; absent: each value has its own uncertainty only
+  std::optional<Material> effective;  ///< values of the block "viewer", with which the real-time shader looks right
 };
 
-/// The same with everything a fit says of its values.
+/// The same with everything that a fit states about its values.
 MaterialRecord ReadMaterialRecord(const std::filesystem::path& file, const Capture& capture);
 
-/// The same without a capture beside it: all layers that the file has; what it does not state has the table's default.
+/// The same without a capture beside it: all layers in the file; values that it does not state are the table's
+/// defaults.
 MaterialRecord ReadMaterialRecord(const std::filesystem::path& file);
 
-/// What the effective parameters are and how far they are from the physical ones; empty where they are none or the
-/// same.
+/// Describes the effective parameters and their distance from the physical ones; empty where there are none or they are
+/// equal.
 std::string EffectiveNote(const MaterialRecord& record);
 
-/// The rows that are part of a layer's material: its thickness where the next layer follows from it, a scale where one
-/// is stated or a mesh or a field has the thickness.
+/// Whether the row is part of a layer's material: the thickness where the next layer follows from it, a scale where one
+/// is stated or a mesh or a field defines the thickness.
 bool IsOfLayer(const Capture& capture, size_t layer, const ParameterRow& row);
 
-/// The capture with the exposures and the lamps' intensities that a fit has found.
+/// The capture with the exposures and the lamps' intensities of a fit.
 Capture WithLinearScales(Capture capture, const std::map<std::string, double>& linear_scales);
 
 /// What a material file says without a capture beside it.

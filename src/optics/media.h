@@ -10,7 +10,7 @@ inline double TrueScattering(double reduced, double asymmetry, double isotropic_
   return reduced / (1.0 - (1.0 - isotropic_fraction) * asymmetry);
 }
 
-/// Share of diffuse light that a half space returns without a change of index: van de Hulst 1980, spherical albedo, on
+/// Fraction of diffuse light that a half space without an index step returns: van de Hulst 1980, spherical albedo, with
 /// the similarity-reduced coefficients (within 0.002 for isotropic scattering).
 inline double HalfSpaceReflectance(double reduced_scattering, double absorption) {
   if (!(reduced_scattering > 0)) return 0.0;

@@ -1,5 +1,5 @@
 #pragma once
-// The forward models, by which light is predicted.
+// The forward models, which predict light.
 
 #include <array>
 #include <optional>
@@ -8,10 +8,10 @@
 namespace crownfit {
 
 enum class Model {
-  kAuto,       ///< asked for only: the cheapest of those below that suffices
+  kAuto,       ///< only as a request: the cheapest of those below that suffices
   kShader,     ///< flat layers below every point of the surface: the real-time terms
-  kDiffusion,  ///< random walks that are switched to diffusion after some collisions
-  kPath,       ///< random walks to their end
+  kDiffusion,  ///< path tracing that switches to diffusion after some collisions
+  kPath,       ///< path tracing throughout
   kLayered,    ///< adding-doubling of flat samples
 };
 

@@ -32,7 +32,7 @@ struct Terms {
 
 using terms_detail::Terms;
 
-/// Of numbers that carry derivatives: whether any of this one's is not 0.
+/// For numbers that carry derivatives: whether any of them is not 0.
 template <class T>
 bool HasDerivative(const T& x) {
   if constexpr (requires { x.v.isZero(0.0); })

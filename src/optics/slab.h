@@ -1,5 +1,5 @@
 #pragma once
-// Flat layered samples: what goes in (slab.json) and what every model of them answers.
+// Flat layered samples: the input (slab.json) and the answer of every model.
 
 #include <filesystem>
 #include <optional>
@@ -26,8 +26,8 @@ struct Slab {
 /// Reads slab.json ("crownfit-slab/1"). Throws InputError.
 Slab ReadSlab(const std::filesystem::path& file);
 
-/// Fractions of the incident flux. Reflectances exclude what the first surface mirrors; transmittances include light
-/// that was never scattered. With a backing, transmittance is what the backing absorbs.
+/// Fractions of the incident flux. Reflectances exclude the first surface's specular reflection; transmittances include
+/// unscattered light. With a backing, transmittance is what the backing absorbs.
 struct SlabTotals {
   double reflectance_collimated = 0, transmittance_collimated = 0;  ///< normal incidence
   double reflectance_diffuse = 0, transmittance_diffuse = 0;        ///< uniform radiance from above
@@ -35,14 +35,14 @@ struct SlabTotals {
 
 struct SlabAnswer {
   Model model = Model::kLayered;
-  double specular = 0, specular_diffuse = 0;                                     ///< mirrored by the first surface
+  double specular = 0, specular_diffuse = 0;                                     ///< reflected by the first surface
   SlabTotals value, stddev;                                                      ///< stddev 0: deterministic
   std::vector<double> radial_reflectance_per_mm2, radial_transmittance_per_mm2;  ///< ring means, normal incidence
   std::vector<double> radial_reflectance_stddev, radial_transmittance_stddev;
   double photons = 0, wall_s = 0;
 };
 
-/// Reflectance of the first surface for normal and for diffuse light.
+/// Specular reflectance of the first surface for normal and for diffuse light.
 void SetSpecular(const Slab& slab, SlabAnswer& answer);
 
 std::string SlabAnswerJson(const SlabAnswer& answer);

@@ -17,7 +17,7 @@ using Vector = Eigen::VectorXd;
 
 enum class Rule { kRadau, kLegendre };
 
-/// A rule's nodes on [low, high]; those on [0, 1] are found once, as finding them takes longer than a slab.
+/// A rule's nodes on [low, high]; those on [0, 1] are cached, because computing them takes longer than solving a slab.
 Quadrature Nodes(Rule rule, int count, double low, double high) {
   static std::mutex mutex;
   static std::map<std::pair<Rule, int>, Quadrature> known;
@@ -33,7 +33,7 @@ Quadrature Nodes(Rule rule, int count, double low, double high) {
   return q;
 }
 
-/// Cosine in the denser medium of light that grazes in the rarer; exact however little they differ.
+/// Critical cosine in the denser medium; exact however small the index step.
 double CriticalCosine(double rare, double dense) { return std::sqrt((dense - rare) / dense * (1.0 + rare / dense)); }
 
 Matrix Identity(Eigen::Index n) { return Matrix::Identity(n, n); }
@@ -49,7 +49,7 @@ AllDirections::AllDirections(const std::vector<double>& indices, int nodes, cons
   for (size_t k = 0; k < indices_.size(); ++k) {
     const double end = k == 0 ? 1.0 : CriticalCosine(indices_[k - 1], indices_[k]);
     const double next = k + 1 < indices_.size() ? CriticalCosine(indices_[k], indices_[k + 1]) : HUGE_VAL;
-    // Short of the group's fourth node nothing would resolve where the denser medium's cosines bend.
+    // If `next` lies below the group's fourth node, no node resolves the bend of the denser medium's cosines.
     const bool is_narrow = next < std::pow(6.0 / nodes, 2) * end;
     const double begin = is_narrow ? 0.2 * end : 0.0;
     Quadrature q = Nodes(k == 0 ? Rule::kRadau : Rule::kLegendre, nodes, begin, end);
@@ -59,7 +59,7 @@ AllDirections::AllDirections(const std::vector<double>& indices, int nodes, cons
       q.weight.insert(q.weight.end(), views.size(), kNextToNothing);
     }
     if (is_narrow) {
-      // Cosines next sinh(t) here and next cosh(t) there: t has nothing to resolve.
+      // Cosines are next sinh(t) here and next cosh(t) there: both are smooth in t.
       const Quadrature t = Nodes(Rule::kLegendre, nodes, 0.0, std::asinh(begin / next));
       for (size_t i = 0; i < t.node.size(); ++i) {
         q.node.push_back(next * std::sinh(t.node[i]));
@@ -86,8 +86,8 @@ Directions AllDirections::In(double ior) const {
   return {Eigen::Map<Vector>(cosine.data(), n), Eigen::Map<Vector>(weight.data(), n), same};
 }
 
-/// Total reflection for directions that only the denser side has; a rounding short of 1: light trapped in a clear
-/// layer, which nothing ever enters, would be 0 / 0. The others' Fresnel reflectance is taken on the rarer side, where
+/// Directions that only the denser side has are totally reflected. The value is a rounding short of 1: light trapped in
+/// a clear layer, which nothing ever enters, would give 0 / 0. Other reflectances are computed on the rarer side, where
 /// nothing cancels.
 Interface::Interface(const Directions& above, const Directions& below)
     : reflect_down(above.size()), reflect_up(below.size()), transmit(std::min(above.size(), below.size())) {
@@ -112,7 +112,7 @@ Stack AsStack(const Interface& i) {
   return s;
 }
 
-// Between two parts light goes back and forth: (1 - R R)^-1.
+// Reflections back and forth between two parts: (1 - R R)^-1.
 
 Stack Add(const Stack& a, const Interface& b) {
   const Eigen::Index n = a.reflect_up.rows(), below = b.reflect_up.size(), both = b.transmit.size();

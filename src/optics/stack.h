@@ -1,6 +1,6 @@
 #pragma once
-// Flat layers as matrices between directions: what adding-doubling adds up. Eigen stands in these headers and the files
-// that include them, in no others of this module.
+// Flat layers as matrices between directions, which adding-doubling combines. In this module, only these headers and
+// the files that include them use Eigen.
 
 #include <Eigen/Core>
 #include <vector>
@@ -10,8 +10,8 @@
 
 namespace crownfit {
 
-/// Directions of one medium: cosines and quadrature weights. A direction that a boundary refracts has the same number
-/// on both sides; the densest medium has all of them, the others the first `size`.
+/// Directions of one medium: cosines and quadrature weights. A direction and its refraction have the same number on
+/// both sides of a boundary; the densest medium has all of them, the others the first `size`.
 struct Directions {
   Eigen::VectorXd cosine, weight;
   double ior;
@@ -20,13 +20,13 @@ struct Directions {
   Eigen::VectorXd FluxWeights() const { return 2.0 * ior * ior * cosine.cwiseProduct(weight); }
 };
 
-/// Groups of directions by index, the rarest medium first: Radau cosines there (with normal incidence), and for every
-/// denser one the Gauss cosines that are totally reflected towards the next rarer. Where the next denser medium is so
-/// little denser that their smallest cosines change in it on a finer scale than they lie apart, the group has as many
-/// more there. Indices that differ by less than kSameIndex are one.
+/// Groups of directions by index, the rarest medium first. That one has Radau cosines, including normal incidence.
+/// Every denser one adds the Gauss cosines that are totally reflected towards the next rarer. If the index step to the
+/// next denser medium is small, their smallest cosines change there on a finer scale than their spacing. The group then
+/// has as many more there. Indices that differ by less than kSameIndex are one.
 class AllDirections {
  public:
-  /// `views`: cosines in the rarest medium that are looked along and carry next to no light of their own.
+  /// `views`: cosines of viewing directions in the rarest medium, which carry next to no light of their own.
   AllDirections(const std::vector<double>& indices, int nodes, const std::vector<double>& views = {});
   Directions In(double ior) const;
   Eigen::Index NormalIncidence() const { return normal_; }
@@ -38,12 +38,12 @@ class AllDirections {
   Eigen::Index normal_;
 };
 
-/// What layers do to basic radiance: light from above (`down`) and from below (`up`).
+/// Response of layers to basic radiance from above (`down`) and from below (`up`).
 struct Stack {
   Eigen::MatrixXd reflect_down, transmit_down, reflect_up, transmit_up;
 };
 
-/// Fresnel boundary between media: it turns no direction into another.
+/// Fresnel boundary between media: diagonal in the directions.
 struct Interface {
   Interface(const Directions& above, const Directions& below);
   Eigen::VectorXd reflect_down, reflect_up;  ///< of the directions above, below

@@ -35,18 +35,18 @@ std::string BandsText(const std::array<double, 3>& wavelengths_nm);
 /// From a camera's own values to linear sRGB.
 struct ColourTransform {
   glm::dmat3 matrix{1.0};
-  /// In its place: columns for r, g, b, sqrt(rg), sqrt(gb), sqrt(rb) (Finlayson, Mackiewicz and Hurlbert 2015): twice
-  /// the light gives twice the colour, as with a matrix.
+  /// Used instead if present: columns for r, g, b, sqrt(rg), sqrt(gb), sqrt(rb) (Finlayson, Mackiewicz and Hurlbert
+  /// 2015). As with a matrix, twice the light gives twice the colour.
   std::optional<std::array<glm::dvec3, 6>> root_polynomial = {};
   glm::dvec3 operator()(const glm::dvec3& sensor) const;
 };
 
-/// From the camera's bands to colour: of a surface's reflectance in them, white being 1.
+/// From a surface's reflectances in the camera's bands to its colour; white is 1.
 struct BandColour {
   ColourTransform rgb_from_sensor;
   glm::dvec3 white_sensor{1.0};
   glm::dvec3 LinearRgb(const glm::dvec3& reflectance) const { return rgb_from_sensor(white_sensor * reflectance); }
-  /// The reflectance that has a colour, found by Newton's method.
+  /// The reflectance that has the given colour, by Newton's method.
   glm::dvec3 Reflectance(const glm::dvec3& linear_rgb) const;
 };
 

@@ -23,7 +23,7 @@ glm::dvec3 PixelOf(const Image& image, size_t i) {
   return {image.values[3 * i], image.values[3 * i + 1], image.values[3 * i + 2]};
 }
 
-/// Sums over any rectangle of the compared pixels of both pictures, from sums over all that lies above and left.
+/// Sums over any rectangle of the compared pixels of both pictures, from summed-area tables.
 class RectangleSums {
  public:
   struct Sum {
@@ -43,7 +43,7 @@ class RectangleSums {
         Put(At(x, y), At(x - 1, y - 1), -1.0);
       }
   }
-  /// Of the kBlock x kBlock pixels around one.
+  /// Sums over the kBlock x kBlock pixels around one.
   Sum Around(int x, int y) {
     const int x0 = std::max(0, x - kBlock / 2), y0 = std::max(0, y - kBlock / 2), x1 = std::min(width_, x + kBlock / 2),
               y1 = std::min(height_, y + kBlock / 2);

@@ -17,11 +17,11 @@ struct ColourDifference {
   double pixel_median = 0, pixel_p95 = 0;
   size_t pixels = 0, blocks = 0;
   glm::dvec3 photograph_lab{0.0}, prediction_lab{0.0};  ///< of the mean colours
-  Image map;  ///< 1 channel: of means over the 8 x 8 pixels around each; negative where nothing was compared
+  Image map;  ///< 1 channel: from means over the 8 x 8 pixels around each; negative where nothing was compared
 };
 
-/// Compares two linear pictures where `mask` is set; both are scaled so that the 95th percentile of the first one's
-/// luminance is 0.6, or by `scale`. `rgb_from_sensor` turns both into linear sRGB first.
+/// Compares two linear pictures where `mask` is set. Both are scaled by `scale`, or so that the 95th percentile of the
+/// first one's luminance is 0.6. `rgb_from_sensor` turns both into linear sRGB first.
 ColourDifference ComparePictures(const Image& photograph, const Image& prediction, const std::vector<uint8_t>& mask,
                                  const ColourTransform& rgb_from_sensor = {}, std::optional<double> scale = {});
 

@@ -1,5 +1,5 @@
 #pragma once
-// Pictures for people.
+// Figures of photographs, predictions and their differences.
 
 #include <array>
 #include <cmath>
@@ -32,7 +32,7 @@ struct PixelBox {
   int x0, y0, x1, y1;
 };
 
-/// What was compared, with a margin; everything when nothing was.
+/// Bounds of the compared pixels, with a margin; the whole picture when nothing was compared.
 PixelBox BoxAround(const Image& difference_map);
 
 /// A CIEDE2000 map in the colours of its legend; `elsewhere` where nothing was compared.

@@ -22,7 +22,7 @@ struct Image {
 /// Means over squares of 2 radius + 1 pixels, cut off at the borders.
 Image BoxMean(const Image& image, int radius);
 
-/// Between pixel centres, which lie at halves; beyond the rim as at it.
+/// Bilinear between pixel centres, which lie at halves; clamped at the border.
 double Bilinear(const Image& image, const glm::dvec2& pixel, int channel);
 
 }  // namespace crownfit

@@ -16,7 +16,7 @@
 namespace crownfit {
 namespace {
 
-/// The shared library, which lies where the program's list of folders (RPATH) says.
+/// The shared library, found through the program's list of folders (RPATH).
 const ImageLibrary& LoadedLibrary() {
   static const ImageLibrary* const library = [] {
     void* module = dlopen("crownfit_images.so", RTLD_LAZY | RTLD_LOCAL);
@@ -29,7 +29,7 @@ const ImageLibrary& LoadedLibrary() {
   return *library;
 }
 
-/// The library, held by one thread: no child is forked while another is inside it.
+/// Holds the library for one thread, so that no child is forked while another thread is inside it.
 class InUse {
  public:
   const ImageLibrary* operator->() const { return &library_; }
@@ -55,7 +55,7 @@ ImageFile ReadImageFile(const std::filesystem::path& file) {
   if (!std::filesystem::is_regular_file(file, ignored)) throw InputError(file, "", "there is no such image file");
   if (std::filesystem::file_size(file, ignored) == 0) DamagedImage(file, "the file is empty");
   const Limits limits = InputLimits();
-  // A decoder holds the picture several times over, as counts, as floats and in the layers that are not asked for.
+  // A decoder holds the picture several times: as counts, as floats, and in layers that are not asked for.
   constexpr double kBase = 2e9, kPerPixel = 64;
   const double memory_bytes = kBase + kPerPixel * 1e6 * limits.image_megapixels;
   SharedMemory memory;

@@ -1,6 +1,7 @@
 #pragma once
-// Image files. OpenImageIO is named in image_library.cpp only, and decodes in a child process (base/confined): some
-// hundred thousand lines of decoders for a dozen formats stand behind it, and a broken file is to end them, not us.
+// Image files. OpenImageIO is named in image_library.cpp only, and decodes in a child process (base/confined). It
+// brings some hundred thousand lines of decoders for a dozen formats; a broken file may crash the child but not this
+// program.
 
 #include <array>
 #include <filesystem>
@@ -21,16 +22,16 @@ struct ImageFile {
   std::optional<std::array<double, 3>> white_balance;  ///< camera RAW: factors applied, green's is 1
 };
 
-/// EXR, PNG, TIFF (8, 16, 32 bit), JPEG, camera RAW, Radiance HDR, BMP, PNM, WebP, HEIF, DPX and JPEG 2000. Values as
-/// stored, nothing is linearised here. 1 to 4 channels; of an EXR with more layers the first, which must be R, G, B.
-/// Camera RAW comes out linear in the camera's own primaries: black level removed, white balance as shot, interpolated
-/// linearly, neither turned nor brightened, 1 where the first channel saturates. Throws InputError when the file is
-/// missing, damaged, truncated, cropped (an EXR whose data window is not its display window) or beyond the limits of
+/// EXR, PNG, TIFF (8, 16, 32 bit), JPEG, camera RAW, Radiance HDR, BMP, PNM, WebP, HEIF, DPX and JPEG 2000. Values are
+/// as stored, not linearised. 1 to 4 channels; of an EXR with more layers the first, which must be R, G, B. Camera RAW
+/// comes out linear in the camera's own primaries: black level removed, white balance as shot, interpolated linearly,
+/// neither turned nor brightened, 1 where the first channel saturates. Throws InputError when the file is missing,
+/// damaged, truncated, cropped (an EXR whose data window is not its display window) or beyond the limits of
 /// base/limits.h, or holds a value that is not finite.
 ImageFile ReadImageFile(const std::filesystem::path& file);
 
 /// .exr as 32-bit (or 16-bit when `half`) float; .png and .jpg (quality 92, colours not subsampled) as 8 bit. Written
-/// beside and renamed.
+/// atomically.
 void WriteImageFile(const std::filesystem::path& file, const Image& image, bool half = false);
 
 /// A picture of three channels among others of its size: channels `name`.R, .G, .B, or R, G, B without a name.
@@ -38,10 +39,10 @@ struct ImageLayer {
   std::string name;
   Image image;
 };
-/// One EXR (32-bit) of several.
+/// Writes several as one EXR (32-bit).
 void WriteImageLayers(const std::filesystem::path& file, const std::vector<ImageLayer>& layers);
 
-/// A picture made smaller, by means over the pixels that fall together.
+/// A smaller copy of a picture, by means over the pixels that each new one covers.
 Image Resized(const Image& image, int width, int height);
 
 /// Draws text with its baseline's left end at (x, y). Without any font on the machine nothing is drawn.

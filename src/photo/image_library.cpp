@@ -20,8 +20,8 @@
 namespace crownfit {
 namespace {
 
-/// What LibRaw is to do with a camera's file. Its "linear" colour space would mix the channels and cut off what falls
-/// below 0; "raw" leaves the camera's own bands.
+/// Settings of LibRaw. Its "linear" colour space would mix the channels and clip negative values; "raw" keeps the
+/// camera's own bands.
 OIIO::ImageSpec CameraRawSettings() {
   OIIO::ImageSpec settings;
   settings.attribute("raw:ColorSpace", "raw");
@@ -39,10 +39,10 @@ std::optional<std::array<double, 3>> WhiteBalance(const OIIO::ImageSpec& spec) {
   return std::array<double, 3>{factors->get_float_indexed(0) / green, 1.0, factors->get_float_indexed(2) / green};
 }
 
-/// What a picture's header may not be, before memory is asked for.
+/// Checks a picture's header before memory is allocated.
 void CheckHeader(const std::filesystem::path& file, const std::string& format, const OIIO::ImageSpec& spec,
                  const Limits& limits) {
-  // OpenImageIO reads films, sockets' streams and pictures that it makes up, too.
+  // OpenImageIO also reads films, network streams and generated pictures.
   const std::set<std::string> known{"openexr", "png", "tiff", "jpeg", "raw", "hdr",
                                     "bmp",     "pnm", "webp", "heif", "dpx", "jpeg2000"};
   if (!known.contains(format)) DamagedImage(file, "photographs are not read in the format '" + format + "'");
@@ -71,12 +71,12 @@ void CheckHeader(const std::filesystem::path& file, const std::string& format, c
           file, "its channel " + std::to_string(c) + " is called '" + spec.channelnames[c] + "', expected R, G and B");
 }
 
-/// Pixels that stay where they are, as OpenImageIO's functions take them.
+/// Wraps pixels in place for OpenImageIO's functions.
 OIIO::ImageBuf Wrapped(int width, int height, int channels, float* values) {
   return {OIIO::ImageSpec(width, height, channels, OIIO::TypeDesc::FLOAT), values};
 }
 
-/// The numbers of this process's threads.
+/// The ids of this process's threads.
 std::set<std::string> Threads() {
   std::set<std::string> numbers;
   std::error_code gone_meanwhile;
@@ -85,7 +85,7 @@ std::set<std::string> Threads() {
   return numbers;
 }
 
-/// Waits, for a second at most, until no thread is left that was not there before.
+/// Waits, for a second at most, until all threads that are not in `before` have ended.
 void WaitForThreadsBut(const std::set<std::string>& before) {
   using namespace std::chrono_literals;
   const auto are_gone = [&] {
@@ -98,12 +98,13 @@ void WaitForThreadsBut(const std::set<std::string>& before) {
 class OpenImageIo : public ImageLibrary {
  public:
   OpenImageIo() {
-    // It keeps to the calling thread, so that a forked child misses none of its threads. The one that its pool is made
-    // with signs off under a spin lock: a child that is forked before it is gone may wait for that for ever.
+    // OpenImageIO runs on the calling thread, so that a forked child lacks none of its threads. The thread that starts
+    // its pool deregisters under a spin lock. A child forked before that thread has ended may wait for the lock for
+    // ever.
     const std::set<std::string> before = Threads();
     const bool takes_settings =
         OIIO::attribute("threads", 1) && OIIO::attribute("exr_threads", -1) &&
-        !OIIO::get_string_attribute("format_list").empty();  // looked up here once, not by each child
+        !OIIO::get_string_attribute("format_list").empty();  // looked up here once, not in each child
     Check(takes_settings, "OpenImageIO takes its settings");
     WaitForThreadsBut(before);
   }
@@ -120,7 +121,7 @@ class OpenImageIo : public ImageLibrary {
     DecodedImage found{};
     found.width = spec.width;
     found.height = spec.height;
-    found.channels = spec.nchannels > 4 ? 3 : spec.nchannels;  // beyond alpha stand layers of other pictures
+    found.channels = spec.nchannels > 4 ? 3 : spec.nchannels;  // channels beyond alpha are layers of other pictures
     found.is_jpeg = format == "jpeg";
     if (const auto balance = WhiteBalance(spec); balance && format == "raw") {
       found.has_white_balance = true;
@@ -150,7 +151,7 @@ class OpenImageIo : public ImageLibrary {
                          : half  ? OIIO::TypeDesc::HALF
                                  : OIIO::TypeDesc::FLOAT);
     if (!channels.empty()) spec.channelnames = channels;
-    // EXR wants a date; the same picture is to be the same file, which is known by its hash.
+    // EXR requires a date. The same picture must give the same file, because files are identified by their hash.
     if (is_exr)
       spec.attribute("DateTime", "1970:01:01 00:00:00");
     else
@@ -179,7 +180,7 @@ class OpenImageIo : public ImageLibrary {
     if (x < 0 || y < size_px || x >= image.width || y >= image.height) return;
     OIIO::ImageBuf buffer = Wrapped(image.width, image.height, image.channels, image.values.data());
     const std::vector<float> colour(image.channels, grey);
-    // By its name elsewhere; OpenImageIO 2.5 finds only the names of fonts that lie in /usr/share/fonts itself.
+    // Elsewhere the font is found by name; OpenImageIO 2.5 finds only fonts that lie in /usr/share/fonts itself.
     std::error_code ignored;
     const std::string font = std::filesystem::exists(kFontFile, ignored) ? kFontFile : "DejaVuSans";
     OIIO::ImageBufAlgo::render_text(buffer, x, y, text, size_px, font, colour);

@@ -93,7 +93,7 @@ Photograph ReadPhotograph(const PhotographFiles& files) {
     RequireSize(stated_variance, photo.linear, *files.variance, files.image);
   }
 
-  // 8-bit steps carry a rounding error of their own: half a step, uniformly distributed, through the decoding's slope.
+  // 8-bit values carry a quantisation error: half a step, uniformly distributed, times the decoding's slope.
   constexpr double kStep = 1.0 / 255.0;
   photo.variance = Image(photo.linear.width, photo.linear.height, 3);
   for (size_t i = 0; i < pixels; ++i) {

@@ -34,7 +34,7 @@ struct Photograph {
   Image variance;               ///< of `linear`, same shape
   std::vector<uint8_t> usable;  ///< 1: inside the mask and not saturated; index y * width + x
   bool has_mask = false, was_srgb_encoded = false, was_jpeg = false;
-  bool has_ignored_profile = false;                    ///< taken as linear, though an ICC profile says what it is
+  bool has_ignored_profile = false;                    ///< an ICC profile was ignored and the values taken as linear
   std::optional<std::array<double, 3>> white_balance;  ///< of camera RAW, as shot; green is 1
   int saturated_pixels = 0;                            ///< inside the mask
 };
@@ -43,9 +43,9 @@ struct Photograph {
 /// Throws InputError naming the file.
 Photograph ReadPhotograph(const PhotographFiles& files);
 
-/// Means over squares of `side` x `side` pixels; what is left at the right and below is dropped. A square is usable
-/// where all of its pixels are. `noise_is_known`: variances are those of independent noise, which averages out; what
-/// was only assumed does not.
+/// Means over squares of `side` x `side` pixels; a remainder at the right and below is dropped. A square is usable
+/// where all of its pixels are. `noise_is_known`: variances are of independent noise, which averages out; assumed
+/// variances do not.
 Photograph Averaged(Photograph photo, int side, bool noise_is_known);
 
 double LinearFromSrgb(double encoded);  ///< IEC 61966-2-1

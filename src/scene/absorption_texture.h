@@ -1,6 +1,6 @@
 #pragma once
-// A layer's absorption where it varies over the crown, as stains and characterisations do: a factor per channel, read
-// from a picture or from numbers at the vertices.
+// A layer's absorption that varies over the crown, as with stains and characterisations: a factor per channel, from a
+// picture or from numbers at the vertices.
 
 #include <filesystem>
 #include <glm/glm.hpp>
@@ -16,14 +16,14 @@ struct Capture;
 /// of the longest side, whichever is larger, and linear in between: finer detail is lost.
 class AbsorptionTexture {
  public:
-  /// Texture of `layer`, on `mesh_file`: the layer's own mesh, or the one it is an offset of, as it stands in its file
-  /// (repairs forget UV). Throws InputError: no such property, no UV, a picture that can't be read, factors outside [0,
-  /// 1000].
+  /// Texture of `layer`, on `mesh_file`: the layer's own mesh, or the one it is an offset of, unmodified from its file
+  /// (repairs drop UV). Throws InputError: no such property, no UV, a picture that can't be read, factors outside
+  /// [0, 1000].
   AbsorptionTexture(const Capture& capture, size_t layer, const std::filesystem::path& mesh_file, int threads);
 
   /// Factor on the layer's absorption, per channel.
   glm::dvec3 At(const glm::dvec3& p) const;
-  /// Its integral over a way, mm. `direction`: unit.
+  /// Its integral along a segment, mm. `direction`: unit.
   glm::dvec3 Along(const glm::dvec3& from, const glm::dvec3& direction, double length_mm) const;
 
  private:

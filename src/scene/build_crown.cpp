@@ -46,7 +46,7 @@ Chord CastChord(const Crown& crown, const glm::dvec3& position, const glm::dvec3
 
 Column CastColumn(const Crown& crown, const glm::dvec3& position, const glm::dvec3& normal) {
   constexpr double kReach =
-      2.0;  // to the side, in straight chords: set by path-traced pictures (docs/forward_model.md)
+      2.0;  // lateral reach, in straight chords: set by path-traced pictures (docs/forward_model.md)
   constexpr double kCosine[] = {0.1127016653792583, 0.5, 0.8872983346207417},
                    kWeight[] = {5 / 18.0, 8 / 18.0, 5 / 18.0};
   constexpr int kAround = 6;
@@ -75,8 +75,8 @@ Column CastColumn(const Crown& crown, const glm::dvec3& position, const glm::dve
   return column;
 }
 
-/// The object's outer surface: of the layers' triangles, split to `edge_mm`, those that no other of the two outermost
-/// layers holds. Where the inner one stands out, as a root, the seam between the two is not sewn.
+/// The object's outer surface: the triangles of the two outermost layers, split to `edge_mm`, that lie outside the
+/// other layer. Where the inner layer protrudes, as a root, the seam between the two stays open.
 TriangleMesh OuterSurface(const Crown& crown, double edge_mm) {
   TriangleMesh outer = Refined(crown.surfaces[0], edge_mm);
   if (!crown.has_outer_layer()) return outer;
@@ -105,7 +105,7 @@ TriangleMesh OuterSurface(const Crown& crown, double edge_mm) {
   return united;
 }
 
-/// Area mean over what of `from` lies outside the closed surface `inner`.
+/// Area-weighted mean over the part of `from` that lies outside the closed surface `inner`.
 double MeanDistance(const TriangleMesh& from, const TriangleMesh& inner, const RayCaster& to) {
   double sum = 0, area = 0;
   for (size_t t = 0; t < from.triangles.size(); ++t) {

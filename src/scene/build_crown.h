@@ -1,5 +1,5 @@
 #pragma once
-// A crown built from its layers, ready to be cast on.
+// Builds a crown from its layers, ready for ray casts.
 
 #include <memory>
 #include <vector>
@@ -9,7 +9,7 @@
 
 namespace crownfit {
 
-/// The nested surfaces of BuildSurfaces, with all that the shader model casts on; `kernel`: by which it blurs.
+/// The nested surfaces of BuildSurfaces, with everything on which the shader model casts; `kernel`: its blur kernel.
 std::shared_ptr<const Crown> BuildCrown(const Capture& capture, const CrownSource& source,
                                         const std::vector<double>& thickness, int threads,
                                         const TapKernel& kernel = ConvergedKernel());

@@ -13,7 +13,7 @@
 
 namespace crownfit {
 
-/// The thicknesses (or scales) that the geometry was cast with; the model scales lengths by value / cast value.
+/// The thicknesses (or scales) of the cast geometry; the model scales lengths by value / cast value.
 struct CastState {
   std::shared_ptr<const Crown> crown;
   std::vector<double> thickness_mm;  ///< per layer, as given to BuildCrown
@@ -24,11 +24,11 @@ struct CastState {
 CastState CastAll(const CrownInput& input, const std::vector<double>& thickness_mm, const CastOptions& options,
                   Progress& progress, std::optional<size_t> only = {});
 
-/// What lengths of a crown built with these thicknesses were cast at: a free thickness of the last layer scales what
-/// its mesh has.
+/// Thicknesses at which the lengths of a crown built with `built_mm` were cast: a free thickness of the last layer
+/// scales the depth of its mesh.
 std::vector<double> CastThicknesses(const Capture& capture, const Crown& crown, std::vector<double> built_mm);
 
-/// To be said where a fixed thickness of the last layer is not its mesh's depth; else empty.
+/// A note for the user where a fixed thickness of the last layer differs from its mesh's depth; else empty.
 std::string DepthNote(const Capture& capture, const Crown& crown);
 
 /// Whether a photograph states its blur.

@@ -72,7 +72,7 @@ VertexCast CastVerticesBy(const Caster& caster, const Capture& capture, const Cr
                           const CastOptions& options) {
   VertexCast cast;
   const size_t vertices = crown.fine.vertices.size();
-  std::vector<uint8_t> in_shade(vertices, 0);  // vertices of an opaque cut alone
+  std::vector<uint8_t> in_shade(vertices, 0);  // vertices of an opaque cut only
   if (capture.neck != Neck::kAir && !crown.fine.is_cut.empty()) {
     in_shade.assign(vertices, 1);
     for (const glm::ivec3& t : ScannedPart(crown.fine).triangles) in_shade[t.x] = in_shade[t.y] = in_shade[t.z] = 0;
@@ -114,7 +114,7 @@ PhotographCast CastPixelsBy(const Caster& caster, const PhotographSpec& photo, c
   cast.camera = photo.camera_from_object.Inverse().translation_mm;
 
   const size_t width = photo.camera.width, pixels = width * photo.camera.height;
-  constexpr size_t kAtOnce = 1 << 15;  // so that a whole photograph's unpacked casts never stand in memory together
+  constexpr size_t kAtOnce = 1 << 15;  // bounds the memory of unpacked casts
   for (size_t begin = 0; begin < pixels; begin += kAtOnce) {
     std::vector<PixelResult> results(std::min(kAtOnce, pixels - begin));
     ParallelFor(results.size(), options.threads, [&](size_t i) {

@@ -1,5 +1,5 @@
 #pragma once
-// One photograph, cast: what the shader model needs to know of every vertex and pixel.
+// Ray casts of one photograph: what the shader model needs for every vertex and pixel.
 
 #include <vector>
 
@@ -12,7 +12,7 @@ struct Capture;
 /// Meshes of the capture's scenery, in the order of Capture::scenery.
 std::vector<TriangleMesh> ReadScenery(const Capture& capture);
 
-/// What arrives at the vertices alone.
+/// Casts only the light that arrives at the vertices.
 VertexCast CastVertices(const Capture& capture, const Crown& crown, const std::vector<TriangleMesh>& scenery,
                         size_t photograph, const CastOptions& options);
 
@@ -20,7 +20,7 @@ VertexCast CastVertices(const Capture& capture, const Crown& crown, const std::v
 PhotographCast CastPhotograph(const Capture& capture, const Crown& crown, const std::vector<TriangleMesh>& scenery,
                               size_t photograph, const CastOptions& options);
 
-/// The pixels alone, and only the `wanted` ones (row by row), in light that was cast already.
+/// Casts only the `wanted` pixels (row by row), in light that was cast already.
 PhotographCast CastPixels(const Capture& capture, const Crown& crown, const std::vector<TriangleMesh>& scenery,
                           size_t photograph, const CastOptions& options, const VertexCast& light,
                           const std::vector<uint8_t>& wanted);

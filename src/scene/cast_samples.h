@@ -1,6 +1,5 @@
 #pragma once
-// Everything the shader model needs to know about where light goes, cast once per photograph: the material enters
-// later.
+// Light transport geometry for the shader model, cast once per photograph; the material enters later.
 
 #include <vector>
 
@@ -11,15 +10,15 @@ namespace crownfit {
 
 struct CastOptions {
   int strata = 6;                        ///< per lamp: strata^2 directions (domes: four times as many)
-  int gather_strata = 8;                 ///< in which a vertex looks for scenery and backings
+  int gather_strata = 8;                 ///< in which a vertex searches for scenery and backings
   TapKernel kernel = ConvergedKernel();  ///< for BuildCrown
   double gloss_roughness = 0.15;         ///< lobe by which domes are sampled; any later roughness stays unbiased
   bool shade_scenery = false;  ///< also shade scenery and backing, as pixels or vertices show them (for whole pictures)
   int threads = 0;
 };
 
-/// One light's share at one place, in one band of incidence: direct, or by way of scenery it shines on. Means are
-/// weighted with the irradiance.
+/// Contribution of one light at one place, in one band of incidence: direct, or via scenery that it shines on. Means
+/// are weighted with the irradiance.
 struct LightShare {
   int light;
   glm::dvec3 irradiance;  ///< per channel at intensity_scale 1, visibility and cosine included
@@ -27,20 +26,20 @@ struct LightShare {
 };
 
 struct BackingShare {
-  glm::dvec3 reflectance{0.0};  ///< reflectance x share of the hemisphere it fills x share of its sky the object fills
+  glm::dvec3 reflectance{0.0};  ///< reflectance x its fraction of the hemisphere x the object's fraction of its sky
 };
 
-/// A direction in which the surface mirrors a lamp. What blocks lamps is known at the vertices and interpolated.
+/// A direction in which the surface reflects a lamp. Occlusion of lamps is known at the vertices and interpolated.
 struct Highlight {
   int light;
   float cos_light, cos_half, cos_light_half;  ///< light.normal, half.normal, light.half
   glm::vec3 irradiance;                       ///< weight x cos x visibility
 };
 
-/// What of a lamp a smooth film over the surface would show in one pixel.
+/// Reflection of a lamp by a smooth film over the surface, in one pixel.
 struct Mirrored {
   int light;
-  glm::vec3 radiance;  ///< mean over the pixel, of a perfect mirror
+  glm::vec3 radiance;  ///< mean over the pixel, for a perfect mirror
 };
 
 struct PixelCast {
@@ -48,7 +47,7 @@ struct PixelCast {
   bool at_silhouette;  ///< a corner of the pixel's square misses the object, or shows the cut at its neck
   float from_cut_mm;   ///< distance to that cut; infinite without one
   double cos_view;
-  Interpolation at;  ///< of what the vertices around show
+  Interpolation at;  ///< of the values at the vertices around
   int first_highlight, highlight_count, first_mirrored, mirrored_count;
 };
 
@@ -57,7 +56,7 @@ struct BackgroundPixel {
   glm::dvec3 value;  ///< pi x radiance of scenery or backing seen directly, direct light only
 };
 
-/// Scenery or a backing tile, and what its vertices show: pi x radiance at exposure 1, direct light only.
+/// Scenery or a backing tile, with the values at its vertices: pi x radiance at exposure 1, direct light only.
 struct ShadedMesh {
   TriangleMesh mesh;
   std::vector<glm::dvec3> front, back;  ///< on the side its normals point to, and on the other; a tile has no back
@@ -70,7 +69,7 @@ struct VertexCast {
   std::vector<BackingShare> backing;  ///< per vertex
   bool has_backing = false;
   std::vector<float> visibility;    ///< per vertex, for every light of the photograph in its order: share that arrives
-  std::vector<ShadedMesh> scenery;  ///< where it was asked for
+  std::vector<ShadedMesh> scenery;  ///< if requested
 };
 
 /// One photograph's casts on one crown.

@@ -12,8 +12,8 @@ namespace {
 
 constexpr double kLift_mm = 2e-3;  // rays into the air start this far above the surface
 
-/// One light's samples are summed in bands of incidence, because Fresnel's reflectance is steep at grazing angles: one
-/// mean angle for a whole dome would let 4 % too much light in, three leave 0.3 %.
+/// One light's samples are summed in bands of incidence, because Fresnel's reflectance is steep at grazing angles. One
+/// mean angle for a whole dome would transmit 4 % too much light; three leave 0.3 %.
 constexpr double kBandEdges[] = {0.25, 0.55};
 constexpr int kBands = 3;
 int BandOf(double cos_incidence) { return (cos_incidence > kBandEdges[0]) + (cos_incidence > kBandEdges[1]); }

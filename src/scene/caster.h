@@ -1,5 +1,5 @@
 #pragma once
-// One photograph's scene, for casting: who blocks light, who sends it back.
+// One photograph's scene for ray casts: what blocks light and what reflects it.
 
 #include <optional>
 #include <span>
@@ -19,34 +19,36 @@ struct PhotographLight {
   double intensity;  ///< as the capture states it
 };
 
-/// One photograph's scene: who blocks light, who sends it back.
+/// One photograph's scene: what blocks light and what reflects it.
 class Caster {
  public:
   Caster(const Capture& capture, const Crown& crown, const std::vector<TriangleMesh>& scenery, size_t photograph,
          const CastOptions& options);
 
-  /// Light that arrives at a place, light by light. `visibility`: the share of each that nothing blocks.
+  /// Light that arrives at a place, per light. `visibility`: the unoccluded fraction of each.
   void Gather(const glm::dvec3& position, const glm::dvec3& normal, int lamp_strata, std::vector<LightShare>& shares,
               float* visibility = nullptr) const;
 
-  /// Directions in which a rough surface mirrors the lamps, each lamp dimmed by its share in `visibility`.
+  /// Directions in which a rough surface reflects the lamps, each lamp scaled by its `visibility`.
   void AddHighlights(const glm::dvec3& position, const glm::dvec3& normal, const glm::dvec3& view,
                      std::span<const float> visibility, std::vector<Highlight>& highlights) const;
 
-  /// Light that reaches a place by way of scenery and backings (one bounce), and how much of its sky the backing fills.
+  /// Light that reaches a place via scenery and backings (one bounce), and the fraction of its sky that the backing
+  /// fills.
   BackingShare GatherScenery(const glm::dvec3& position, const glm::dvec3& normal,
                              std::vector<LightShare>& shares) const;
 
-  /// Radiance of a Lambertian thing seen along `direction`, one entry per light: rho E / pi, direct light only.
+  /// Radiance of a Lambertian object seen along `direction`, one entry per light: rho E / pi, direct light only.
   std::vector<glm::dvec3> SceneryRadiance(const Hit& hit, const glm::dvec3& direction, int lamp_strata) const;
 
   /// Scenery and tile, in triangles small enough that their vertices show the shadows.
   std::vector<ShadedMesh> ShadedScenery() const;
 
-  /// What a pixel shows of scenery.
+  /// Scenery as a pixel shows it.
   glm::dvec3 SceneryShown(const Hit& hit, const glm::dvec3& direction) const;
 
-  /// Adds `share` of what a mirror at `position` shows of every lamp to the camera's ray `direction`.
+  /// Adds the radiance of every lamp in a mirror at `position`, as seen along the camera ray `direction`, times
+  /// `share`.
   void Mirror(const glm::dvec3& position, const glm::dvec3& normal, const glm::dvec3& direction, double share,
               std::vector<Mirrored>& mirrored) const;
 
@@ -58,10 +60,10 @@ class Caster {
  private:
   std::vector<glm::dvec3> Radiance(int mesh, const glm::dvec3& place, const glm::dvec3& normal, int lamp_strata) const;
 
-  /// The tile's radiance varies little over a cell, and thousands of places on the crown look at it.
+  /// Tabulated because the tile's radiance varies little over a cell and thousands of places on the crown see it.
   void TabulateTile(const BackingSpec& spec, const Crown& crown);
 
-  /// pi x radiance of a matte thing at exposure 1, in the lights as the capture states them: direct light only.
+  /// pi x radiance of a matte object at exposure 1, in the lights as the capture states them: direct light only.
   glm::dvec3 Shown(size_t mesh, const glm::dvec3& place, const glm::dvec3& normal, int lamp_strata) const;
 
   ShadedMesh Shaded(size_t mesh) const;

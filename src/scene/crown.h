@@ -10,7 +10,7 @@
 
 namespace crownfit {
 
-/// A length in the outer layer that follows its thickness where the inner layer was met, and stays where it was not.
+/// A length in the outer layer: scaled with its thickness where a ray hit the inner layer, fixed where it missed.
 struct OuterLength {
   double fixed_mm = 0, scaled_mm = 0;
   double total_mm() const { return fixed_mm + scaled_mm; }
@@ -20,24 +20,24 @@ struct OuterLength {
   }
 };
 
-/// From side to side of the object along a straight way inward.
+/// A straight line through the object, inward from its surface.
 struct Chord {
-  OuterLength front;    ///< in the outer layer on this side (half of it all where the inner layer is missed)
+  OuterLength front;    ///< in the outer layer on this side (half the chord where the inner layer is missed)
   OuterLength back;     ///< in the outer layer beyond the inner one
-  double total_mm = 0;  ///< 0: a corner so sharp that the way misses the object
+  double total_mm = 0;  ///< 0: the ray misses the object at a sharp corner
 };
 
-/// What the shader model needs to know of the object below one vertex of the outer surface: the flat layers in which
-/// light that enters here goes about as far as in the object. Their thickness is the mean of chord times its cosine
-/// over cosines, the thickness itself where layers are flat; half the mean chord of cosine-distributed rays, and its
-/// mean over a convex body is 2 V / S. By as much weak absorption shortens light that enters the body from everywhere,
-/// however it is scattered (Blanco and Fournier 2003). Chords that leave far to the side count as the straight one:
-/// light that is scattered does not go there.
+/// The object below one vertex of the outer surface, for the shader model: flat layers in which light that enters here
+/// travels about as far as in the object. Their thickness is the mean over cosines of chord times cosine. That is the
+/// thickness itself where layers are flat, and half the mean chord of cosine-distributed rays; its mean over a convex
+/// body is 2 V / S. So weak absorption attenuates light that enters from everywhere as in the body, for any scattering
+/// (Blanco and Fournier 2003). Chords that leave far to the side count as the straight one: scattered light does not go
+/// there.
 struct Column {
   OuterLength front;                 ///< outer layer on this side
   OuterLength back;                  ///< outer layer beyond the inner one
   double total_mm = 0;               ///< from side to side
-  Chord straight;                    ///< along the inward normal, to look at
+  Chord straight;                    ///< along the inward normal, for display
   glm::dvec3 outer_absorption{1.0};  ///< factor of the outer layer's texture
 };
 

@@ -45,7 +45,7 @@ void CheckObjectIsInPicture(const Capture& capture, const TriangleMesh& outer) {
   }
 }
 
-/// What can be said before the object's place in the picture is known.
+/// Checks that need no knowledge of the object's place in the picture.
 void CheckAnyPixelIsUsable(const Capture& capture, const PhotographSpec& spec, const Photograph& photo) {
   bool is_black = true;
   size_t usable = 0;
@@ -68,8 +68,8 @@ void CheckAnyPixelIsUsable(const Capture& capture, const PhotographSpec& spec, c
       "Expose it less, correct the mask, or remove the photograph.");
 }
 
-/// One picture counted twice would claim information that is not there: intervals would be too narrow by the square
-/// root of 2, without a word.
+/// Counting one picture twice would claim information that does not exist: intervals would silently be too narrow by
+/// the square root of 2.
 void CheckPicturesDiffer(const Capture& capture, const std::vector<Photograph>& photographs) {
   for (size_t i = 0; i < photographs.size(); ++i)
     for (size_t k = 0; k < i; ++k)
@@ -81,7 +81,7 @@ void CheckPicturesDiffer(const Capture& capture, const std::vector<Photograph>& 
                          "Remove one of the two.");
 }
 
-/// Of the part of the picture that the object may fill: the box around its vertices.
+/// Pixels in the part of the picture that the object may fill: the box around its vertices.
 double PixelsAround(const PhotographSpec& photo, const TriangleMesh& outer) {
   glm::dvec2 low(photo.camera.width, photo.camera.height), high(0.0);
   for (const glm::dvec3& v : outer.vertices)
@@ -91,8 +91,8 @@ double PixelsAround(const PhotographSpec& photo, const TriangleMesh& outer) {
   return std::max(0.0, high.x - low.x) * std::max(0.0, high.y - low.y);
 }
 
-/// A photograph with more pixels on the crown than its light has detail is averaged over squares of whole pixels: all
-/// of its light is used, and time and memory are those of a small picture. The squares' side; 1: left as it is.
+/// Averages a photograph that has more pixels on the crown than its light has detail over squares of whole pixels. All
+/// of its light is used, at the time and memory of a small picture. Returns the squares' side; 1: unchanged.
 int AverageIfLarge(const TriangleMesh& outer, PhotographSpec& spec, Photograph& photo) {
   const double most = 1e6 * InputLimits().crown_megapixels;
   const int side = static_cast<int>(std::lround(std::sqrt(PixelsAround(spec, outer) / most)));
@@ -104,7 +104,7 @@ int AverageIfLarge(const TriangleMesh& outer, PhotographSpec& spec, Photograph& 
   return side;
 }
 
-/// One after the other, so that only one is held in full.
+/// Reads one after the other, so that only one is held in full.
 void ReadPhotographs(CrownInput& input) {
   std::string averaged;
   for (PhotographSpec& spec : input.capture.photographs) {

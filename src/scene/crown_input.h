@@ -1,5 +1,5 @@
 #pragma once
-// What a capture's files hold, read and checked against each other.
+// The files of a capture, read and checked against each other.
 
 #include <optional>
 #include <vector>
@@ -18,12 +18,11 @@ struct CrownInput {
   std::vector<TriangleMesh> scenery;
 };
 
-/// Where a lamp of finite place stands in the object's frame. A ring may lie around the object, and has none.
+/// Position of a lamp at finite distance in the object's frame. A ring may surround the object, and has none.
 std::optional<glm::dvec3> PlaceOf(const Light& light, const RigidTransform& object_from_camera);
 
-/// Reads images and meshes and checks them against each other; thicknesses are bounded by what the crown is deep enough
-/// for. Throws InputError.
-/// `with_images` false: as for rendering, where the photographs need not exist.
+/// Reads images and meshes and checks them against each other. Bounds thicknesses by the crown's depth. Throws
+/// InputError. `with_images` false: for rendering, where the photographs need not exist.
 CrownInput ReadInput(const Capture& capture, int threads, bool with_images = true);
 
 }  // namespace crownfit

@@ -21,7 +21,7 @@ size_t BaseOf(const CrownSource& source, size_t layer) {
   return layer;
 }
 
-/// A cut that lies inside the next layer, as at the neck of a tooth scanned with its root, is none.
+/// Unmarks a cut that lies inside the next layer, as at the neck of a tooth scanned with its root.
 void ForgetCoveredCut(TriangleMesh& mesh, const TriangleMesh& inner) {
   const RayCaster caster({&inner});
   for (size_t t = 0; t < mesh.is_cut.size(); ++t) {
@@ -33,7 +33,7 @@ void ForgetCoveredCut(TriangleMesh& mesh, const TriangleMesh& inner) {
   if (Area(CutPart(mesh)) < kLeft_mm2) mesh.is_cut.clear();
 }
 
-/// Layers of one object lie in or at each other. Meshes of different frames may lie anywhere.
+/// Layers of one object must overlap or touch. Meshes of different frames may lie anywhere.
 void CheckLayersMeet(const Capture& capture, const CrownSource& source) {
   constexpr double kApart_mm = 1.0;
   for (size_t i = 1; i < source.meshes.size(); ++i) {

@@ -27,13 +27,13 @@ struct CrownSource {
 
 CrownSource ReadCrownSource(const Capture& capture, int threads);
 
-/// Lowers the upper bounds of thicknesses to what the crown is deep enough for, and starts of free ones with them; says
-/// so for those.
+/// Lowers the upper bounds of thicknesses to the crown's depth, and the starts of free ones with them; returns messages
+/// about the starts.
 std::vector<std::string> KeepBuildable(const CrownSource& source, Capture& capture);
 
-/// The nested surfaces, outermost first; `thickness[i]` is the distance in mm between the surfaces i and i + 1 where i
-/// + 1 is an offset, or the factor on it where a field has it (ignored elsewhere). Throws InputError when a layer is
-/// thicker than what it should fit into.
+/// The nested surfaces, outermost first. `thickness[i]` is the distance in mm between the surfaces i and i + 1 where
+/// i + 1 is an offset, or the factor on it where a field defines it (ignored elsewhere). Throws InputError when a layer
+/// is thicker than its room.
 std::vector<TriangleMesh> BuildSurfaces(const Capture& capture, const CrownSource& source,
                                         const std::vector<double>& thickness);
 

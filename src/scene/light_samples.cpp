@@ -181,7 +181,7 @@ void SampleAllAroundForGloss(const LightShape& light, const glm::dvec3& normal, 
     const double b = (1 - c * c) + a2 * c * c;
     return a2 / (kPi * b * b) / (2.0 * (cos_view + std::sqrt(a2 + (1.0 - a2) * cos_view * cos_view)));
   };
-  // Of the facets that are seen (Heitz 2018), so that no sample outweighs the lobe, however low the camera stands.
+  // Samples the visible facets (Heitz 2018), so that no sample outweighs the lobe, however low the camera.
   const glm::dvec3 stretched =
       glm::normalize(glm::dvec3(roughness * glm::dot(view, u), roughness * glm::dot(view, v), cos_view));
   const double level = std::hypot(stretched.x, stretched.y);
@@ -194,7 +194,7 @@ void SampleAllAroundForGloss(const LightShape& light, const glm::dvec3& normal, 
     return glm::normalize(roughness * n.x * u + roughness * n.y * v + std::max(0.0, n.z) * normal);
   };
   const auto* environment = std::get_if<EnvironmentLight>(&light);
-  std::vector<const EnvironmentMap::FarLamp*> small;  // which samples would meet by chance: taken as they are
+  std::vector<const EnvironmentMap::FarLamp*> small;  // samples would hit these by chance only: whole lamps
   if (environment) {
     constexpr double kSmall = 0.5;  // radius over roughness; the lobe of mirrored light is twice as wide
     for (const auto& lamp : environment->map->FarLamps(size_t{4} * strata * strata)) {

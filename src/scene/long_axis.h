@@ -1,5 +1,5 @@
 #pragma once
-// Where cervical and incisal are.
+// The axis from cervical to incisal.
 
 #include <optional>
 
@@ -12,13 +12,13 @@ struct Capture;
 /// From the neck to the incisal edge.
 struct LongAxis {
   glm::dvec3 direction;    ///< unit
-  double low_mm, high_mm;  ///< of the crown along it
+  double low_mm, high_mm;  ///< extent of the crown along it
   /// 0 at the neck, 1 at the edge.
   double At(const glm::dvec3& p) const { return (glm::dot(p, direction) - low_mm) / (high_mm - low_mm); }
 };
 
-/// As the capture states it, or away from the neck of an open scan; nothing where the mesh is closed and the capture
-/// says nothing.
+/// The axis that the capture states, or away from the neck of an open scan. Absent where the mesh is closed and none is
+/// stated.
 std::optional<LongAxis> LongAxisOf(const Capture& capture, const TriangleMesh& outer);
 
 }  // namespace crownfit

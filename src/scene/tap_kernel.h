@@ -7,7 +7,7 @@
 
 namespace crownfit {
 
-/// Offsets at which irradiance is gathered around a point to blur it: groups of taps ("rings") at like distance.
+/// Offsets at which irradiance is gathered around a point to blur it: groups of taps ("rings") at similar distances.
 struct TapKernel {
   struct Offset {
     glm::dvec2 mm;
@@ -21,7 +21,7 @@ struct TapKernel {
 /// How many taps each ring has, those beyond an object's edge included.
 std::vector<int> TapsPerRing(const TapKernel& kernel);
 
-/// Centre and 6 rings of 8 taps from 0.15 to 4.8 mm. shader/twelve_taps.h has the thesis's.
+/// Centre and 6 rings of 8 taps from 0.15 to 4.8 mm. shader/twelve_taps.h has the thesis's kernel.
 TapKernel ConvergedKernel();
 
 /// Three vertices of the fine mesh and their weights.
@@ -34,7 +34,7 @@ struct Interpolation {
 struct Tap {
   int ring;
   Interpolation front, opposite;
-  bool beyond_neck = false;  ///< below the cut of a scan, where a root is lit as the tooth is here
+  bool beyond_neck = false;  ///< below the cut of a scan, where the root is lit as the tooth is here
 };
 
 /// Interpolation of vertex values at a place of the fine mesh; none where there is no place.

@@ -20,7 +20,7 @@ bool IsBelowNeck(const Crown& crown, const glm::dvec3& place) {
   return glm::dot(place - Position(crown.cut, nearest), FaceNormal(crown.cut, nearest.triangle)) > 0;
 }
 
-/// `depth_mm`: straight through the object; `layers_mm`: of the flat layers that stand for it (Column).
+/// `depth_mm`: straight through the object; `layers_mm`: of the flat layers that represent it (Column).
 Tap CastTap(const Crown& crown, const glm::dvec3& position, const glm::dvec3& normal, double depth_mm, double layers_mm,
             const TapKernel::Offset& offset) {
   Tap tap{offset.ring, {}, {}, false};

@@ -13,7 +13,7 @@ namespace {
 
 std::string KeyOf(size_t layer) { return "object.layers[" + std::to_string(layer) + "].thickness_mm"; }
 
-/// Plane waves of one wavelength, random directions and phases: their sum is stationary noise.
+/// Plane waves of one wavelength with random directions and phases: their sum is stationary noise.
 std::vector<glm::dvec4> WavesOf(const JunctionNoise& noise) {
   constexpr int kWaves = 48;
   const double wave_number = 2 * std::numbers::pi / noise.wavelength_mm;
@@ -67,7 +67,7 @@ double ThicknessMap::FieldAt(const glm::dvec3& p) const {
     const glm::ivec3 t = mesh_->triangles[at.triangle];
     return at.weights.x * (*property_)[t.x] + at.weights.y * (*property_)[t.y] + at.weights.z * (*property_)[t.z];
   }
-  // Between the middles of the thirds by smooth steps.
+  // Smooth steps between the middles of the thirds.
   const double u = std::clamp(3.0 * axis_->At(p) - 0.5, 0.0, 2.0);
   const int zone = u < 1.0 ? 0 : 1;
   const double f = u - zone, smooth = f * f * (3.0 - 2.0 * f);

@@ -1,6 +1,6 @@
 #pragma once
-// A layer's thickness where it varies over the crown: zones along the long axis, numbers at the vertices, unevenness of
-// the junction.
+// A layer's thickness that varies over the crown: zones along the long axis, numbers at the vertices, unevenness of the
+// junction.
 
 #include <memory>
 
@@ -15,12 +15,12 @@ struct Capture;
 
 class ThicknessMap {
  public:
-  /// `mesh`: the layer's own, nothing when it is an offset itself; `outer`: the crown's outer surface. Both must
-  /// outlive the map. Throws InputError: a property that the mesh lacks, zones without a long axis.
+  /// `mesh`: the layer's own, null when it is an offset itself; `outer`: the crown's outer surface. Both must outlive
+  /// the map. Throws InputError: a property that the mesh lacks, zones without a long axis.
   ThicknessMap(const Capture& capture, size_t layer, const TriangleMesh* mesh, const TriangleMesh& outer);
 
   /// At the point of the junction that belongs to `p`; `thickness` is the layer's thickness_mm, or its thickness_scale
-  /// where a field has the thickness.
+  /// where a field defines the thickness.
   double At(const glm::dvec3& p, double thickness) const;
 
  private:

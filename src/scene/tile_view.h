@@ -1,5 +1,5 @@
 #pragma once
-// A backing tile, tabulated: what it sees of the object, and how bright it is.
+// A backing tile, tabulated: what it sees of the object, and its radiance.
 
 #include <array>
 #include <vector>
@@ -10,7 +10,7 @@ namespace crownfit {
 
 struct BackingSpec;
 
-/// Places on a square tile, between which tables of numbers are interpolated.
+/// A grid of points on a square tile, between which tables are interpolated.
 class TileGrid {
  public:
   explicit TileGrid(const BackingSpec& tile);
@@ -29,8 +29,8 @@ class TileGrid {
   glm::dvec3 corner_, along_u_, along_v_;  ///< steps of one cell
 };
 
-/// Per place, the share of the cosine-weighted hemisphere that the object fills: how much of the light that a uniformly
-/// glowing object sends to the tile arrives per area. `normal`: towards the object.
+/// Per place, the fraction of the cosine-weighted hemisphere that the object fills: the relative irradiance on the tile
+/// from a uniformly glowing object. `normal`: towards the object.
 std::vector<double> ObjectSeenFrom(const TileGrid& grid, const glm::dvec3& normal, const Crown& crown, int threads);
 
 }  // namespace crownfit

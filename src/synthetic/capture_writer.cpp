@@ -35,14 +35,14 @@ JsonValue::Array& Items(JsonValue& list) { return std::get<JsonValue::Array>(lis
 
 JsonValue ToJson(const glm::dvec3& v) { return std::vector<double>{v.x, v.y, v.z}; }
 
-/// Path of a file below the capture's folder: where it stood, or its name alone if it stood elsewhere.
+/// Path of a file below the capture's folder: its relative path, or its name alone if it lay elsewhere.
 std::filesystem::path Inside(const std::string& path) {
   const auto normal = std::filesystem::path(path).lexically_normal();
   const bool is_outside = normal.is_absolute() || (!normal.empty() && *normal.begin() == "..");
   return is_outside ? std::filesystem::path("files") / normal.filename() : normal;
 }
 
-/// Makes the recipe's capture with what synthesis changes.
+/// Makes the recipe's capture, with the changes by synthesis.
 class CaptureMaker {
  public:
   CaptureMaker(const Recipe& recipe, const std::filesystem::path& folder)
@@ -58,7 +58,7 @@ class CaptureMaker {
   JsonValue result() const { return root_; }
 
  private:
-  /// The file that `path` names moves along; `from_sub` and `to_sub` are where the file that names it stands.
+  /// Copies the file that `path` names; `from_sub` and `to_sub` are the folders of the file that names it.
   void Copy(JsonValue& path, const std::filesystem::path& from_sub = {}, const std::filesystem::path& to_sub = {}) {
     const std::string from = std::get<std::string>(path.data);
     const auto to = Inside(from), file = folder_ / to_sub / to;
@@ -83,7 +83,7 @@ class CaptureMaker {
       for (auto& thing : Items(*scenery)) Copy(*Find(thing, "mesh"));
   }
 
-  /// Named parameters start off by the factor, up and down by turns, inside their bounds.
+  /// Frees the named parameters and moves their starts by the factor, alternately up and down, inside their bounds.
   void FreeParameters() {
     JsonValue& object = *Find(root_, "object");
     for (size_t k = 0; k < recipe_.free.size(); ++k) {
@@ -131,7 +131,7 @@ class CaptureMaker {
     path = to.generic_string();
   }
 
-  /// The stated pose; photographs of one true pose share one error, as from one calibration.
+  /// The stated pose; photographs of one true pose share one error, as from a single calibration.
   JsonValue StatedPose(size_t photograph) {
     const auto& photos = recipe_.capture.photographs;
     size_t first = photograph;

@@ -1,5 +1,5 @@
 #pragma once
-// A recipe: a capture whose every value is known, and how its photographs are to be made.
+// A recipe: a capture whose every value is known, and how to make its photographs.
 
 #include <filesystem>
 #include <string>
@@ -28,7 +28,7 @@ struct Recipe {
   SynthesisErrors error;
 };
 
-/// Throws InputError; a parameter that is not fixed is one.
+/// Throws InputError, also for a parameter that is not fixed.
 Recipe ReadRecipe(const std::filesystem::path& file);
 
 }  // namespace crownfit

@@ -1,6 +1,5 @@
 #pragma once
-// Captures with a known answer: photographs by the path model, sensor noise, calibration that is wrong by a stated
-// amount.
+// Captures with a known answer: path-traced photographs, sensor noise, and calibration with a stated error.
 
 #include <filesystem>
 #include <functional>
