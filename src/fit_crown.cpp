@@ -24,7 +24,7 @@
 namespace crownfit {
 namespace {
 
-/// The cheapest model that suffices, unless one was asked for; goes on to it, and says why.
+/// Chooses the cheapest model that suffices, unless one was requested; finishes the fit with it, and records why.
 void FitByTheModelThatSuffices(const FitProblem& problem, CrownInput& input, FitState& at, CrownFit& fit,
                                Progress& progress) {
   const Model asked = problem.options.model;
@@ -34,14 +34,14 @@ void FitByTheModelThatSuffices(const FitProblem& problem, CrownInput& input, Fit
     fit.model = Model::kShader;
     fit.model_choice += "; path explains the photographs less well, as if shader had rendered them";
     if (at.converged) return;
-    FitOptions to_its_end = problem.options;  // walks needed but a start; what others know is of the path model
+    FitOptions to_its_end = problem.options;  // walks needed only a start; others know the path model
     to_its_end.model = Model::kShader;
     at = FitByShader({problem.capture, problem.free, problem.errors, to_its_end}, input, progress);
     fit.seen_by_shader = MaterialAt(problem.free, at.x);
   }
 }
 
-/// Of scattering that channels share: where it would go, were it free in each. Asked where a fit has ended.
+/// Departures from shared scattering, once every channel is free. Called where a fit has ended.
 std::vector<LawDeparture> DeparturesOf(const FitProblem& problem, CrownInput& input, FitState& at, bool is_by_walks,
                                        Progress& progress) {
   if (!at.converged || !KeepsALaw(problem.capture)) return {};
@@ -68,9 +68,9 @@ std::vector<LawDeparture> DeparturesOf(const FitProblem& problem, CrownInput& in
                             std::max(1.0, at.knowledge.inflation) * s.covariance.topLeftCorner(n, n));
 }
 
-/// Of every weak entry: by fits with the rest free where the model is cheap, by derivatives at half as
-/// many places where pictures are walked; else, and where the model does not hold, a parabola. `at` and `input` are
-/// left elsewhere.
+/// Profiles of every weak entry. Where the model is cheap, they are fits of the rest; where it is path-traced, they
+/// come from derivatives at half as many points. Otherwise, and where the model does not fit the photographs, they are
+/// parabolas. Changes the state of `at` and `input`.
 std::vector<LikelihoodProfile> ProfilesOf(const FitProblem& problem, CrownInput& input, FitState& at,
                                           const CrownFit& fit, Progress& progress) {
   const auto& [capture, free, errors, options, others] = problem;
@@ -115,7 +115,7 @@ CrownFit FitCrown(const Capture& stated, const FitOptions& options, Progress& pr
     fit.left_out.push_back(part.name);
     fit.caveats.push_back(std::move(part.finding));
   }
-  fit.capture = input.capture;  // with bounds that its crown sets
+  fit.capture = input.capture;  // with bounds that follow from its crown
   FreeParameters free = FreeParametersOf(fit.capture);
   if (!options.prior.empty()) TakePriors(options.prior, fit.capture, free);
   if (beside.start.size() > 0) StartFrom(beside.start, free);
@@ -128,7 +128,7 @@ CrownFit FitCrown(const Capture& stated, const FitOptions& options, Progress& pr
   fit.material = MaterialAt(free, at.x);
   fit.knowledge = at.knowledge;
   fit.uncertainty = Quantify(fit.capture, free, at.x, at.knowledge.With(beside.others), options.use_priors);
-  if (beside.start.size() == 0)  // together with others it is asked of each alone
+  if (beside.start.size() == 0)  // a joint fit uses each capture's own test
     fit.departures = DeparturesOf(problem, input, at, fit.is_by_walks(), progress);
   fit.scales = at.scales;
   fit.iterations = at.iterations;
@@ -141,7 +141,7 @@ CrownFit FitCrown(const Capture& stated, const FitOptions& options, Progress& pr
   fit.rival_roughness = at.rival_roughness;
   fit.converged = at.converged;
   fit.mean_thickness_mm = at.cast.crown->thickness_mm;
-  for (size_t l = 0; l < fit.capture.layers.size(); ++l)  // a field was built with its scale, a mesh is as it is
+  for (size_t l = 0; l < fit.capture.layers.size(); ++l)  // a field was built with its scale; a mesh is used as given
     if (fit.capture.layers[l].thickness_field) fit.mean_thickness_mm[l] /= at.cast.thickness_mm[l];
   fit.ends_at_neck = !at.cast.crown->cut.triangles.empty();
   fit.messages = input.source.messages;

@@ -6,7 +6,7 @@
 
 namespace crownfit {
 
-/// Fits the material of one capture. Never prints; how far it has come is shown by `progress`. Throws InputError.
+/// Fits the material of one capture. Never prints; shows its progress in `progress`. Throws InputError.
 CrownFit FitCrown(const Capture& capture, const FitOptions& options, Progress& progress,
                   const KnownBeside& beside = {});
 

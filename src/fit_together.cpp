@@ -27,7 +27,7 @@ std::vector<std::string> SharedNames(const std::vector<FreeEntry>& entries) {
 
 std::string NameOf(const Capture& capture) { return std::filesystem::weakly_canonical(capture.folder).filename(); }
 
-/// Folders' names, numbered where two are the same.
+/// The folders' names, numbered where two are the same.
 std::vector<std::string> NamesOf(const std::vector<Capture>& captures) {
   std::vector<std::string> names;
   for (const Capture& c : captures) {
@@ -38,8 +38,7 @@ std::vector<std::string> NamesOf(const std::vector<Capture>& captures) {
   return names;
 }
 
-/// Layers of the same name must be stated alike: what is free in one is free in all, what is fixed is fixed to the
-/// same.
+/// Layers of the same name must be stated alike: the same parameters are free, and fixed ones have the same value.
 void CheckSameMaterial(const Capture& first, const Capture& other) {
   const auto refuse = [&](const std::string& key, const std::string& what) {
     throw InputError(other.file, key, what + " " + first.file.string(),
@@ -69,7 +68,7 @@ void CheckSharesALayer(const std::vector<Capture>& captures, size_t i) {
                    "Give layers of one material the same name in all captures, or fit this capture by itself.");
 }
 
-/// It would count twice.
+/// A photograph in two captures would count twice.
 void CheckNoPhotographTwice(const std::vector<Capture>& captures) {
   std::map<std::string, std::string> seen;
   for (const Capture& capture : captures)
@@ -82,7 +81,7 @@ void CheckNoPhotographTwice(const std::vector<Capture>& captures) {
     }
 }
 
-/// Nor do readings count twice.
+/// Readings must not count twice either.
 void CheckNoReadingTwice(const std::vector<Capture>& captures) {
   const auto are_same = [](const std::optional<Reading>& a, const std::optional<Reading>& b) {
     return a.has_value() == b.has_value() && (!a || (a->value == b->value && a->stddev == b->stddev));
@@ -100,7 +99,7 @@ void CheckNoReadingTwice(const std::vector<Capture>& captures) {
                 "They would count twice. Measure the sample again for the second capture.");
 }
 
-/// Whether a photograph that is fitted has a part of the scene that is to be left out; what is unneeded any may have.
+/// Whether a fitted photograph has a part of the scene that is to be left out; any capture may have unneeded parts.
 bool Has(const Capture& capture, const std::string& name) {
   const std::vector<ScenePart> parts = PartsOf(capture);
   const ScenePart* part = PartNamed(name, parts);
@@ -109,7 +108,7 @@ bool Has(const Capture& capture, const std::string& name) {
   });
 }
 
-/// Before minutes are spent.
+/// Checked before minutes of computation.
 void CheckPartsToLeaveOut(const std::vector<Capture>& captures, const std::vector<std::string>& parts) {
   for (const std::string& part : parts)
     if (std::none_of(captures.begin(), captures.end(), [&](const Capture& c) { return Has(c, part); }))
@@ -121,7 +120,7 @@ class Together {
  public:
   Together(const std::vector<Capture>& captures, const FitOptions& options, Progress& progress)
       : captures_(captures), names_(NamesOf(captures)), options_(options), progress_(progress) {
-    options_.advises = false;  // a photograph that one lacks another may have
+    options_.advises = false;  // one capture may have the photograph that another lacks
   }
 
   std::vector<CrownFit> Run() {
@@ -129,7 +128,7 @@ class Together {
       fits_.push_back(Fit(i, {}));
       inflation_alone_.push_back(fits_[i].knowledge.inflation);
     }
-    if (options_.model == Model::kAuto) {  // the walks that one of them needs all get
+    if (options_.model == Model::kAuto) {  // if one capture needs random walks, all get them
       const auto by_path =
           std::find_if(fits_.begin(), fits_.end(), [](const CrownFit& f) { return f.model == Model::kPath; });
       options_.model = by_path == fits_.end() ? Model::kShader : Model::kPath;
@@ -143,7 +142,7 @@ class Together {
         const Eigen::VectorXd start = Start(i);
         const Eigen::VectorXd before = fits_[i].best;
         CrownFit together = Fit(i, {KnownByOthers(i), start});
-        // What channels share was asked of each alone, by the model that it was fitted by.
+        // Shared scattering was tested for each capture alone, with the model of its own fit.
         if (together.model == fits_[i].model) together.departures = fits_[i].departures;
         fits_[i] = std::move(together);
         settled &= HasSettled(i, round == 0 ? start : before);
@@ -167,7 +166,8 @@ class Together {
 
   GaussianInformation Known(size_t i) const { return fits_[i].knowledge.Of(fits_[i].entries); }
 
-  /// As readings know it without what the others' pull makes them miss: intervals hold that, a comparison must not.
+  /// Information from readings, without the inflation by the pull of other captures. Intervals include that inflation;
+  /// a comparison must not.
   GaussianInformation KnownUnpulled(size_t i) const {
     GaussianInformation known = Known(i);
     if (fits_[i].model != Model::kLayered) return known;
@@ -185,7 +185,7 @@ class Together {
   }
   GaussianInformation KnownByOthers(size_t i) const { return ByOthers(i, &Together::Known); }
 
-  /// Where all photographs together put a capture's entries.
+  /// A capture's entries at the optimum of all photographs together.
   Eigen::VectorXd Start(size_t i) const {
     GaussianInformation all = KnownByOthers(i);
     Add(all, Known(i));
@@ -209,8 +209,8 @@ class Together {
     return ((fits_[i].best - before).cwiseAbs().array() <= kSettled * stddev.array()).all();
   }
 
-  /// Holds what every capture's photographs alone say of what it shares against what those of the others say, both as
-  /// seen from where they agreed: alone a capture may have ended at a bound, where photographs say little.
+  /// For every capture compares the information of its own photographs on shared entries with that of all others. Both
+  /// are taken around the joint optimum: alone, a capture may have ended at a bound, where photographs say little.
   void Compare() {
     for (size_t i = 0; i < fits_.size(); ++i) {
       const std::vector<std::string> names = SharedNames(fits_[i].entries);
@@ -227,12 +227,12 @@ class Together {
     }
   }
 
-  /// Puts the capture where all together put it, which its own last fit differs from by the noise of its walks.
+  /// Moves the capture to the joint optimum; its own last fit differs from it by Monte Carlo noise.
   void Settle(size_t i, bool settled) {
     CrownFit& fit = fits_[i];
     const Eigen::VectorXd x = Start(i);
     FreeParameters free = FreeParametersOf(fit.capture);
-    free.entries = fit.entries;  // with priors from elsewhere
+    free.entries = fit.entries;  // with priors from a file
     fit.best = x;
     fit.material = MaterialAt(free, x);
     fit.uncertainty = Quantify(fit.capture, free, x, fit.knowledge.With(KnownByOthers(i)), options_.use_priors);
@@ -250,7 +250,7 @@ class Together {
   std::vector<Finding> contradictions_;
 };
 
-/// What a capture has that `joint` does not list.
+/// Parameters of a capture that `joint` does not list.
 std::vector<FittedParameter> OwnParameters(const CrownFit& fit, const Capture& joint) {
   const auto is_listed = [&](size_t layer) {
     return std::any_of(joint.layers.begin(), joint.layers.end(),
@@ -277,7 +277,7 @@ std::vector<CrownFit> FitTogether(const std::vector<Capture>& captures, const Fi
 
 CrownFit Joined(const std::vector<CrownFit>& fits) {
   if (fits.size() == 1) return fits[0];
-  // Photographs are of one model; of readings alone nothing else is asked.
+  // All photographs were fitted with one model; captures of readings alone use another.
   const auto first =
       std::find_if(fits.begin(), fits.end(), [](const CrownFit& f) { return f.model != Model::kLayered; });
   CrownFit all = first == fits.end() ? fits[0] : *first;
@@ -323,7 +323,7 @@ CrownFit Joined(const std::vector<CrownFit>& fits) {
     if (all.advice.empty()) all.advice = f.advice;
   }
   Judge(all);
-  if (all.usable) Judge(all, refused);  // what refuses one refuses all
+  if (all.usable) Judge(all, refused);  // a refusal of one capture refuses all
   return all;
 }
 

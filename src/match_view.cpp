@@ -14,13 +14,13 @@
 namespace crownfit {
 namespace {
 
-constexpr double kSeen = 0.05;  // of a picture's brightness: by how much pixels may be off before they pull
+constexpr double kSeen = 0.05;  // share of a picture's brightness: smaller differences have little influence
 
 bool IsChosen(size_t layer, const ParameterRow& row) {
   return layer < 2 && (row.quantity == Quantity::kReducedScattering || row.quantity == Quantity::kAbsorption);
 }
 
-/// The capture with the material's values, all fixed but those that the shader may choose to look right.
+/// The capture with the material's values. Only those that the shader may adapt for appearance are free.
 Capture WithValues(Capture capture, const Material& material) {
   for (const ParameterRow& row : kParameters) {
     const auto quantity = static_cast<size_t>(row.quantity);
@@ -39,9 +39,9 @@ Capture WithValues(Capture capture, const Material& material) {
   return capture;
 }
 
-/// The walks as a photograph whose weights are the eye's: a difference counts by the picture's brightness with a power
-/// of 2/3, as lightness does, and dark pictures count as bright ones do. The walks' noise stays out of the weights: a
-/// small lamp's picture would count for nothing beside a dome's.
+/// The path-traced picture as a photograph with perceptual weights. A difference counts relative to the picture's
+/// brightness to the power of 2/3, as lightness does, so dark pictures count as much as bright ones. Monte Carlo noise
+/// does not enter the weights: a small lamp's picture would then count for nothing beside a dome's.
 Photograph PhotographOf(const PathPhotograph& walked) {
   Photograph photo;
   photo.linear = photo.variance = Image(walked.width, walked.height, 3);

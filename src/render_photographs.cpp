@@ -62,7 +62,7 @@ std::vector<ImageLayer> DerivativeLayers(const DifferentiatedPhotograph& d, cons
         slope.values[3 * p + c] = static_cast<float>(photo.exposure_scale * of_pixel.value);
         stddev.values[3 * p + c] = static_cast<float>(photo.exposure_scale * of_pixel.stddev);
       }
-    if (photo.blur) {  // errors of a polynomial go together over more pixels than a lens spreads light
+    if (photo.blur) {  // a polynomial's errors are correlated over more pixels than the blur spreads light
       slope = Seen(slope, *photo.blur, threads);
       stddev = Seen(stddev, *photo.blur, threads);
     }
@@ -121,7 +121,7 @@ std::vector<std::string> RenderByPath(const CrownInput& input, const Material& m
   return {LossesInWords(counters)};
 }
 
-/// As cameras with larger pixels see it.
+/// The capture with larger pixels in all cameras.
 Capture AtScale(Capture capture, double scale) {
   for (PhotographSpec& photo : capture.photographs) {
     Camera& camera = photo.camera;

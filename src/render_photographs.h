@@ -1,5 +1,5 @@
 #pragma once
-// Predicted photographs of a capture, by any model.
+// Predicted photographs of a capture, with any model.
 
 #include <functional>
 #include <optional>
@@ -16,13 +16,13 @@ struct RenderOptions {
   Model model = Model::kShader;
   std::optional<size_t> photograph;  ///< only this one
   int paths_per_pixel = 256;         ///< models path and diffusion
-  int collisions = 10;               ///< model diffusion: of a walk before diffusion takes over
+  int collisions = 10;               ///< model diffusion: of a walk before the switch to diffusion
   bool twelve_taps = false;          ///< model shader: 13 blur taps in place of 49
   bool fine = false;                 ///< model shader: four times the light samples
   uint64_t seed = 1;
   int threads = 0;
   bool derivatives = false;  ///< model path
-  double scale = 1;          ///< of the pictures' width and height
+  double scale = 1;          ///< factor on the pictures' width and height
 };
 
 /// What the camera would record, the photograph's exposure_scale included.
@@ -30,13 +30,13 @@ struct RenderedPhotograph {
   size_t photograph;
   Image picture;
   std::optional<Image> variance;  ///< model path: of the picture's noise
-  /// Per parameter the derivative of the picture, "enamel.absorption_per_mm", and its standard deviation,
+  /// The picture's derivative by each parameter, "enamel.absorption_per_mm", and its standard deviation,
   /// "enamel.absorption_per_mm.stddev".
   std::vector<ImageLayer> derivatives;
-  std::vector<uint8_t> on_object;  ///< 1: the ray through the pixel's centre meets the object
+  std::vector<uint8_t> on_object;  ///< 1: the ray through the pixel's centre hits the object
 };
 
-/// Renders and hands over one photograph after the other. Returns remarks for the user.
+/// Renders the photographs and passes them on one by one. Returns notes for the user.
 std::vector<std::string> RenderPhotographs(const Capture& capture, const Material& material,
                                            const RenderOptions& options, Progress& progress,
                                            const std::function<void(const RenderedPhotograph&)>& done);

@@ -8,12 +8,12 @@
 namespace crownfit {
 namespace {
 
-/// Where the camera stands and what it calls right and up, about the object's middle.
+/// The camera's position and its right and up directions, about the object's middle.
 struct Studio {
   glm::dvec3 middle, right, up, front;
   double size_mm;
 
-  /// Towards a place at so many degrees around the upright axis from the camera, and above it.
+  /// Direction to a point `around_deg` around the upright axis from the camera, and `above_deg` above it.
   glm::dvec3 Direction(double around_deg, double above_deg) const {
     const double a = around_deg * std::numbers::pi / 180, b = above_deg * std::numbers::pi / 180;
     return std::cos(b) * (std::sin(a) * right + std::cos(a) * front) + std::sin(b) * up;

@@ -25,7 +25,7 @@ struct BatchCommand {
   std::string program;  ///< as it was called
 };
 
-/// What the batch must know of `fit`, and what the user said for all crowns.
+/// The batch's settings for `fit`, and the user's options for all crowns.
 BatchOptions BatchOf(const BatchCommand& asked, const std::vector<CLI::Option*>& fit_options) {
   BatchOptions options = asked.batch;
   options.threads = asked.common.threads;
@@ -47,7 +47,7 @@ BatchOptions BatchOf(const BatchCommand& asked, const std::vector<CLI::Option*>&
     if (said->count() == 0) continue;
     if (is_flag) options.fit.defaults.push_back(dashed);
     for (std::string value : said->results()) {
-      // Its status, its summary and a cluster's nodes may be asked for from another folder.
+      // The path is made absolute: status, summary and cluster nodes may use another working directory.
       if (dashed == "--prior") value = std::filesystem::absolute(value).lexically_normal().string();
       if (!is_flag) options.fit.defaults.insert(options.fit.defaults.end(), {dashed, value});
     }
@@ -84,7 +84,7 @@ void Print(const BatchNews& news, bool as_json) {
   std::fprintf(stderr, "%s\n", line.c_str());
 }
 
-/// What became of a batch, on stdout; the exit code.
+/// Prints the outcome of a batch on stdout; returns the exit code.
 int PrintOutcome(const BatchOutcome& outcome, const std::filesystem::path& folder) {
   std::map<std::string, std::string> ids;
   size_t usable = 0;
@@ -143,7 +143,7 @@ int FitHere(const BatchOptions& batch, ProgressMode mode) {
     std::fprintf(stderr, "crownfit: stopped by signal %d. Run the same command to continue.\n", outcome.signal);
     return outcome.signal == SIGTERM ? 75 : 3;
   }
-  if (batch.shard) return 0;  // `batch collect` judges
+  if (batch.shard) return 0;  // `batch collect` decides the exit code
   return PrintOutcome(outcome, batch.output);
 }
 

@@ -28,7 +28,7 @@ std::string Cell(const std::optional<double>& value) { return value ? Number(*va
 
 size_t SeriesOf(const TradeOffRow& row) { return row.model == "shader" ? 0 : row.model == "diffusion" ? 1 : 2; }
 
-/// The rows that have figures, as points: `y` of each.
+/// The rows with results, as points: `y` of each.
 std::vector<ScatterPoint> Points(const std::vector<TradeOffRow>& rows,
                                  const std::function<double(const TradeOffRow&)>& y) {
   std::vector<ScatterPoint> points;

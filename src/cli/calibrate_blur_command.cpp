@@ -16,7 +16,7 @@ struct BlurTask {
   bool is_linear = false;
 };
 
-/// The part of a picture from (x, y) on.
+/// The part of a picture that starts at (x, y).
 Image Part(const Image& image, int x0, int y0, int width, int height) {
   Image part(width, height, image.channels);
   for (int y = 0; y < height; ++y)

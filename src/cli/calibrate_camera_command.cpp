@@ -12,7 +12,7 @@ struct CameraTask {
   ProductOptions product;
   std::vector<std::filesystem::path> images;
   BoardOptions board;
-  std::string distortion;  ///< empty: as much as the corners tell
+  std::string distortion;  ///< empty: as many coefficients as the corners determine
 };
 
 int RunCamera(const CameraTask& asked) {

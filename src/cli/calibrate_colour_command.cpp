@@ -16,13 +16,13 @@ struct ColourTask {
   std::string chart = "colorchecker_classic_2014";
   std::vector<double> chart_corners;                ///< x, y of four corners
   std::vector<double> grey_card;                    ///< x, y, width, height in pixels
-  std::optional<double> card_reflectance;           ///< of the grey card; 0.18 where not said
-  std::optional<std::filesystem::path> flat_field;  ///< of a white card
+  std::optional<double> card_reflectance;           ///< of the grey card; default 0.18
+  std::optional<std::filesystem::path> flat_field;  ///< picture of a white card
   std::optional<std::filesystem::path> noise;
   bool is_linear = false;
 };
 
-/// Divides by a white card's picture, smoothed over a twentieth of its width; its middle keeps its value.
+/// Divides by a white card's picture, smoothed over a twentieth of its width; the middle keeps its value.
 void Flatten(Image& image, const Image& card) {
   const int radius = std::max(1, image.width / 40);
   const Image smooth = BoxMean(card, radius);
@@ -60,7 +60,7 @@ int RunColour(const ColourTask& asked) {
       throw InputError(*asked.flat_field, "--flat-field", Text(share, "%") + " of its values are saturated",
                        "Expose the white card to half of full scale.");
     for (size_t i = 0; i < linear.values.size(); ++i)
-      if (is_saturated(linear, i)) linear.values[i] = 1e9f;  // still to be seen when the card has changed its value
+      if (is_saturated(linear, i)) linear.values[i] = 1e9f;  // stays recognisable after division by the card
     Flatten(linear, card);
     saturation = glm::dvec3(1e6);
   }

@@ -12,7 +12,7 @@ namespace {
 struct ExposuresTask {
   ProductOptions product;
   std::vector<std::filesystem::path> images, darks;
-  std::vector<double> times;  ///< of the images
+  std::vector<double> times;  ///< exposure times of the images
   std::optional<std::filesystem::path> noise;
   bool is_linear = false;
 };

@@ -20,10 +20,10 @@ struct LightsTask {
   std::filesystem::path camera, rig, card_poses;
   double ball_mm = 0;
   int ball_count = 1;
-  std::vector<double> balls;               ///< x, y, radius of each, in pixels
-  double lamp_mm = 0;                      ///< radius of the lamps; 0: seen under a degree
-  std::vector<double> card_mm;             ///< low x, low y, high x, high y of the part to read
-  std::optional<double> card_reflectance;  ///< 0.9 where not said
+  std::vector<double> balls;               ///< x, y, radius of each ball, in pixels
+  double lamp_mm = 0;                      ///< radius of the lamps; 0: 1 degree, seen from the balls
+  std::vector<double> card_mm;             ///< low x, low y, high x, high y of the area to read
+  std::optional<double> card_reflectance;  ///< default 0.9
   bool refine = false;
   std::optional<std::filesystem::path> noise;
   bool is_linear = false;

@@ -9,8 +9,8 @@ namespace {
 struct NoiseTask {
   ProductOptions product;
   std::vector<std::filesystem::path> images, darks;
-  bool is_series = false;  ///< neighbours in the list are pairs
-  bool is_linear = false;  ///< the files are proportional to the light, whatever they say of themselves
+  bool is_series = false;  ///< neighbours in the list form pairs
+  bool is_linear = false;  ///< the files are linear, whatever they state
 };
 
 int RunNoise(const NoiseTask& asked) {

@@ -1,5 +1,5 @@
 #pragma once
-// What the tasks of `crownfit calibrate` share.
+// Shared code of the tasks of `crownfit calibrate`.
 
 #include <filesystem>
 #include <optional>
@@ -14,7 +14,7 @@
 
 namespace crownfit {
 
-/// Of every task that makes a calibration product.
+/// Options of every task that makes a calibration product.
 struct ProductOptions {
   std::filesystem::path output;
   std::optional<std::filesystem::path> picture;
@@ -25,7 +25,7 @@ struct ProductOptions {
 /// Adds a task with those options.
 CLI::App* AddProduct(CLI::App* calibrate, ProductOptions& options, const char* name, const std::string& what);
 
-/// Writes the file unless it was refused, and the picture; prints figures, notes and refusals. The exit code.
+/// Writes the file unless it was refused, and the picture; prints values, notes and refusals. Returns the exit code.
 int Finish(const Product& product, const std::vector<std::filesystem::path>& inputs, const ProductOptions& options);
 
 void AddImages(CLI::App* task, std::vector<std::filesystem::path>& images, const char* what);
@@ -49,16 +49,16 @@ void RequireOneSize(const Image& image, const Image& first, const std::filesyste
 void RequireSizeOf(const Camera& camera, const Image& image, const std::filesystem::path& file,
                    const std::filesystem::path& camera_file);
 
-/// The file. Throws InputError naming the option where it is empty.
+/// Returns the file. Throws InputError naming the option if it is empty.
 std::filesystem::path Required(const std::filesystem::path& file, const char* option);
 
-/// Linear pictures. Throws InputError for encoded ones that are not to be taken as linear.
+/// Reads linear pictures. Throws InputError for encoded ones that are not `taken_as_linear`.
 std::vector<ImageFile> ReadLinear(const std::vector<std::filesystem::path>& files, bool taken_as_linear);
 
-/// Subtracts the black level of noise.json, where one is given; the levels from which its channels are saturated.
+/// Subtracts the black level of noise.json, if given; returns the saturation level of each channel.
 glm::dvec3 RemoveBlack(Image& image, const std::optional<std::filesystem::path>& noise_file);
 
-/// Of the tasks, one file each.
+/// The tasks, one file each.
 void AddCalibrateBlur(CLI::App& calibrate, Command& command);
 void AddCalibrateCamera(CLI::App& calibrate, Command& command);
 void AddCalibrateColour(CLI::App& calibrate, Command& command);

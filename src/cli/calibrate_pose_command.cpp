@@ -16,9 +16,9 @@ struct PoseTask {
   std::vector<std::filesystem::path> images;
   std::filesystem::path camera, jig;
   BoardOptions board;
-  std::vector<std::filesystem::path> meshes;  ///< the scan, in place of markers
+  std::vector<std::filesystem::path> meshes;  ///< the scan, instead of markers
   std::filesystem::path start;
-  std::vector<double> placed;  ///< x, y, z in mm, a rotation vector in degrees: the object's frame in the start's
+  std::vector<double> placed;  ///< x, y, z in mm, a rotation vector in degrees: the object's frame in that of `start`
   bool together = false;
   double search_mm = 5, search_deg = 5;
 };

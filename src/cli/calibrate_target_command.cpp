@@ -10,8 +10,8 @@ namespace {
 
 struct TargetTask {
   std::filesystem::path output;
-  BoardOptions board;     ///< of kind jig too
-  double inside_mm = 16;  ///< of a jig: width of the place for the crown
+  BoardOptions board;     ///< includes kind jig
+  double inside_mm = 16;  ///< of a jig: inner width, for the crown
 };
 
 int RunTarget(const TargetTask& asked) {

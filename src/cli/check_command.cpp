@@ -70,7 +70,7 @@ std::string AsJson(const Capture& capture, const CaptureCheck& check) {
                         {"seconds", JsonValue::Object{{"shader", check.shader_s}, {"path", check.path_s}}}});
 }
 
-/// ", 31 % of its surface outside 'enamel', by up to 0.90 mm", as roots and scans of different frames are.
+/// ", 31 % of its surface outside 'enamel', by up to 0.90 mm": typical of roots, and of scans in different frames.
 std::string StandsOut(const Capture& capture, const Crown& crown, size_t layer) {
   constexpr double kFew = 0.01;
   if (layer == 0) return "";

@@ -1,5 +1,5 @@
 #pragma once
-// `crownfit check`, which also follows `crownfit capture`.
+// `crownfit check`, which also runs after `crownfit capture`.
 
 #include <filesystem>
 

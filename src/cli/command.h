@@ -1,5 +1,5 @@
 #pragma once
-// The commands of the program: each adds its options to the parser, and parsing leaves what is to be run.
+// The commands of the program. Each adds its options to the parser; parsing stores the function to run.
 
 #include <filesystem>
 #include <functional>
@@ -11,14 +11,14 @@ class App;
 
 namespace crownfit {
 
-/// What the user asked for.
+/// The parsed command.
 struct Command {
   std::string line;               ///< the whole command line, for run.json
-  std::filesystem::path program;  ///< as it was called
+  std::filesystem::path program;  ///< argv[0]
   std::function<int()> run;       ///< reads, runs, writes and prints; returns the exit code. Throws InputError.
 };
 
-/// Each adds one command: its file says what it does and holds its options. `command` must outlive parsing.
+/// Each adds one command; its file documents it and holds its options. `command` must outlive parsing.
 void AddBatch(CLI::App& app, Command& command);
 void AddBenchmark(CLI::App& app, Command& command);
 void AddCalibrate(CLI::App& app, Command& command);

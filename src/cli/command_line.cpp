@@ -14,7 +14,7 @@ constexpr void (*kCommands[])(CLI::App&, Command&) = {
     AddFit,    AddReport,  AddCheck,  AddRender,    AddView,  AddMatch,      AddCalibrate, AddCapture,
     AddExport, AddPredict, AddShades, AddBenchmark, AddBatch, AddSynthesize, AddSlab,      AddCompare};
 
-/// CLI11's own checks of a range let `nan` pass. The first option that has it, or infinity, for a number.
+/// The first option with `nan` or infinity for a number: CLI11's own range checks let `nan` pass.
 const CLI::Option* NotFinite(const CLI::App& app) {
   for (const CLI::Option* option : app.get_options()) {
     if (option->get_type_name().find("FLOAT") == std::string::npos) continue;

@@ -1,5 +1,5 @@
 #pragma once
-// What the user asked for.
+// The user's command line.
 
 #include <optional>
 
@@ -7,8 +7,8 @@
 
 namespace crownfit {
 
-/// Parses. Where that has answered already (--help, --version, a wrong option), help and complaints are printed and
-/// the command only returns the exit code.
+/// Parses the command line. Where parsing is already the answer (--help, --version, a wrong option), it prints help or
+/// the error, and the command only returns the exit code.
 Command ParseCommandLine(int argc, char** argv);
 
 }  // namespace crownfit

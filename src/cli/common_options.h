@@ -1,5 +1,5 @@
 #pragma once
-// Options that several commands have.
+// Options shared by several commands.
 
 #include <CLI/CLI.hpp>
 #include <cstdint>
@@ -24,16 +24,16 @@ void AddCommonOptions(CLI::App* app, CommonOptions& common);
 /// --model, one of `known`.
 CLI::Option* AddModel(CLI::App* app, Model& model, const std::vector<Model>& known, const std::string& help);
 
-/// --collisions, of commands that have model diffusion.
+/// --collisions, for commands with model diffusion.
 CLI::Option* AddCollisions(CLI::App* app, int& collisions);
 
-/// When `app` was parsed, the command is to run with these options.
+/// Runs the command with these options once `app` was parsed.
 template <class Options>
 void RunWith(CLI::App* app, Command& command, const std::shared_ptr<Options>& options, int (*run)(const Options&)) {
   app->final_callback([=, &command] { command.run = [=] { return run(*options); }; });
 }
 
-/// "note: ..." on stderr, a line each.
+/// Prints "note: ..." on stderr, a line each.
 void PrintNotes(const std::vector<std::string>& notes);
 
 }  // namespace crownfit

@@ -1,5 +1,5 @@
 #pragma once
-// `crownfit fit`, as far as `batch` needs it.
+// The part of `crownfit fit` that `batch` needs.
 
 #include <filesystem>
 #include <string>

@@ -1,5 +1,5 @@
 #pragma once
-// Options of a fit, which `batch` takes for all crowns and a manifest for each.
+// Options of a fit. `batch` takes them for all crowns, a manifest for each.
 
 #include <optional>
 #include <string>
@@ -10,7 +10,7 @@
 
 namespace crownfit {
 
-/// A fit's options as they are parsed.
+/// A fit's options as parsed.
 struct FitText {
   FitOptions fit;
   std::vector<std::string> fixes, shares;  ///< NAME=VALUE, NAME=LAW
@@ -18,10 +18,10 @@ struct FitText {
   bool no_priors = false;
 };
 
-/// What `fit` and `batch` share: every one of these may be a column of a manifest.
+/// Options shared by `fit` and `batch`: each may be a column of a manifest.
 std::vector<CLI::Option*> AddFitOptions(CLI::App* fit, FitText& options);
 
-/// Throws InputError naming the option.
+/// Converts the text. Throws InputError naming the option.
 FitOptions FitOptionsOf(const FitText& text);
 
 }  // namespace crownfit

@@ -1,18 +1,18 @@
 #pragma once
-// How a material is laid up as a flat piece, measured and compared: options of `predict`, `report` and `shades`.
+// How a material is made into a flat piece, measured and compared: options of `predict`, `report` and `shades`.
 
 #include "cli/common_options.h"
 #include "dental/lay_up.h"
 
 namespace crownfit {
 
-/// What it is made of and how it is measured.
+/// Options for its layers and the measurement.
 void AddLayUp(CLI::App* app, LayUp& lay_up);
 
-/// How intervals are found.
+/// Options for its intervals.
 void AddDraws(CLI::App* app, LayUp& lay_up);
 
-/// What it is compared with.
+/// Options for the targets it is compared with.
 void AddTargets(CLI::App* app, LayUp& lay_up);
 
 }  // namespace crownfit

@@ -1,4 +1,4 @@
-// crownfit <command>: parses, runs the command, and says what became of errors.
+// crownfit <command>: parses the command line, runs the command, and reports errors.
 
 #include <cstdio>
 #include <exception>

@@ -11,7 +11,7 @@ namespace {
 struct MatchCommand {
   std::filesystem::path material, capture, output;
   int paths = 256;  ///< per pixel
-  int pixels = 64;  ///< of a picture's side
+  int pixels = 64;  ///< width and height of a picture
   uint64_t seed = 1;
   CommonOptions common;
 };

@@ -1,5 +1,5 @@
 #pragma once
-// NAME=FILE, as options write it.
+// NAME=FILE, the format of some options.
 
 #include <filesystem>
 #include <string>

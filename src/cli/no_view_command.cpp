@@ -1,4 +1,4 @@
-// `crownfit view` of a program that was built without the viewer.
+// `crownfit view` of a program built without the viewer.
 
 #include "base/error.h"
 #include "cli/common_options.h"

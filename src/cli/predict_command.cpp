@@ -19,14 +19,14 @@ struct PredictCommand {
 };
 
 std::string TextOf(const FlatFigure& figure) {
-  const auto number = [](double v) {  // infinite: nothing up to the thickest that was tried
+  const auto number = [](double v) {  // infinite: none up to the thickest that was tried
     return std::isnan(v) ? "none" : std::isinf(v) ? Printed(">%g", kThickest_mm) : Number(v, 4);
   };
   const std::string value = number(figure.value) + " " + figure.unit;
   return figure.stddev ? value + "  95 % [" + number(*figure.low95) + ", " + number(*figure.high95) + "]" : value;
 }
 
-/// What is left to JSON, so that a page holds the rest.
+/// Figures that only the JSON output has, so that the printed ones fit on a page.
 bool IsForMachines(const FlatFigure& figure) {
   return figure.name.find(".linear_") != std::string::npos || figure.name.find(".srgb_") != std::string::npos;
 }

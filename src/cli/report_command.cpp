@@ -16,11 +16,11 @@ namespace {
 struct ReportCommand {
   std::filesystem::path result;
   LayUp lay_up;
-  bool lays_up_anew = false;  ///< any option of the flat piece was given
+  bool lays_up_anew = false;  ///< an option of the flat piece was given
   CommonOptions common;
 };
 
-/// Camera colours as the capture states them, if it does; what shows as white is a white surface.
+/// Writes the camera's colours, if the capture states them; a white surface appears white.
 void WriteColour(const std::filesystem::path& folder, const Capture& capture) {
   for (const PhotographSpec& p : capture.photographs) {
     if (!p.has_colour_file) continue;

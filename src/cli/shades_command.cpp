@@ -16,7 +16,7 @@
 namespace crownfit {
 namespace {
 
-/// A set of tabs to be written.
+/// A set of tabs to write.
 struct TabSet {
   std::filesystem::path input, output;
   std::string note;
@@ -62,7 +62,7 @@ glm::dvec3 MeanOf(const Photograph& photo, const Rectangle& r, const std::string
 
 constexpr int kBlock = 8;
 
-/// Mean colour of a tab's patch, and how its blocks of pixels scatter about it: what a tab's own unevenness does.
+/// Mean colour of a tab's patch, and the scatter of its blocks of pixels: the effect of the tab's own unevenness.
 ShadeTab TabOf(const std::string& name, const Photograph& photo, const Rectangle& r, const std::string& key,
                const std::function<glm::dvec3(const glm::dvec3&)>& rgb) {
   if (r[2] < 2 * kBlock || r[3] < 2 * kBlock)

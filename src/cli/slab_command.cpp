@@ -22,9 +22,9 @@ struct SlabCommand {
   CommonOptions common;
 };
 
-/// What would take hours is refused: for adding-doubling many indices, each of which brings directions of its own; for
-/// walks light that nothing absorbs. A way through a layer is 2 d n^2 long in the mean, whatever scatters (Blanco and
-/// Fournier 2003), or some lengths of absorption.
+/// Refuses what would take hours. For adding-doubling that is many indices, as each adds its own directions. For random
+/// walks it is light that nothing absorbs. The mean path length through a layer is 2 d n^2, whatever scatters (Blanco
+/// and Fournier 2003), or a few absorption lengths.
 void CheckSlabCanBeSolved(const std::filesystem::path& file, const Slab& slab, Model model) {
   constexpr size_t kMostIndices = 8;
   constexpr double kMostCollisions = 1e6;  // of a photon: 20 ms

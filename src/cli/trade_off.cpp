@@ -23,7 +23,7 @@ struct Configuration {
   std::vector<std::string> arguments;
 };
 
-/// A further model, or another setting of one, is one more row: of `crownfit render` ...
+/// The configurations of `crownfit render`; each model and each setting of it is a row ...
 const std::vector<Configuration>& Predictions() {
   static const std::vector<Configuration> table{
       {"13 taps, half size", "shader", {"--twelve-taps", "--scale", "0.5"}},
@@ -45,7 +45,7 @@ const std::vector<Configuration>& Predictions() {
   return table;
 }
 
-/// ... and of `crownfit fit`. Where no truth is known the last row stands in for it.
+/// ... and those of `crownfit fit`. Where no truth is known the last row replaces it.
 const std::vector<Configuration>& Fits() {
   static const std::vector<Configuration> table{
       {"13 taps", "shader", {"--twelve-taps", "--profiles", "0"}},
@@ -74,7 +74,7 @@ std::string FirstLine(const std::filesystem::path& file) {
   return line;
 }
 
-/// Runs the program with one row's arguments; `folder` takes what it writes.
+/// Runs the program with one row's arguments; its output goes to `folder`.
 class Runner {
  public:
   Runner(const std::filesystem::path& program, const std::filesystem::path& capture, int threads, size_t runs,
@@ -107,7 +107,7 @@ class Runner {
     done.cpu_s = end.cpu_s;
     done.wall_s = end.wall_s;
     done.peak_MiB = end.peak_MiB;
-    const bool is_fit_refused = std::string(command) == "fit" && end.exit_code == 1;  // a result all the same
+    const bool is_fit_refused = std::string(command) == "fit" && end.exit_code == 1;  // has a result nevertheless
     if (end.exit_code != 0 && !is_fit_refused) done.fault = Words(end, {}) + ": " + FirstLine(said);
     return done;
   }
@@ -119,7 +119,7 @@ class Runner {
   Progress& progress_;
 };
 
-/// By repeated pixels: a picture of fewer as it is shown at full size.
+/// Enlarges by repeating pixels: a smaller picture as it is shown at full size.
 Image Enlarged(const Image& image, int width, int height) {
   Image large(width, height, image.channels);
   for (int y = 0; y < height; ++y)
@@ -129,12 +129,12 @@ Image Enlarged(const Image& image, int width, int height) {
   return large;
 }
 
-/// Pixels whose square lies whole on the object, per photograph.
+/// Pixels that lie wholly on the object, per photograph.
 std::vector<std::vector<uint8_t>> ObjectMasks(const Capture& capture, const Material& material, int threads,
                                               Progress& progress) {
   const CrownInput input = ReadInput(capture, threads, /*with_images=*/false);
   CastOptions options;
-  options.strata = options.gather_strata = 1;  // light is not looked at
+  options.strata = options.gather_strata = 1;  // light is not needed
   options.threads = threads;
   const CastState state = CastAll(input, ThicknessesOf(input.capture, material), options, progress);
   std::vector<std::vector<uint8_t>> masks;
@@ -147,7 +147,7 @@ std::vector<std::vector<uint8_t>> ObjectMasks(const Capture& capture, const Mate
   return masks;
 }
 
-/// The path model's pictures, in two halves with walks of their own, whose difference tells their noise.
+/// The path model's pictures, in two halves with independent walks, whose difference gives their noise.
 class Reference {
  public:
   Reference(const Capture& capture, std::vector<std::vector<uint8_t>> masks,
@@ -186,7 +186,7 @@ class Reference {
     }
     return images;
   }
-  /// Photographs weigh as they have blocks.
+  /// Photographs are weighted by their number of blocks.
   std::array<double, 3> Off(const std::vector<Image>& from, const std::vector<Image>& to) const {
     double median = 0, p95 = 0, worst = 0, blocks = 0;
     for (size_t i = 0; i < from.size(); ++i) {
@@ -206,7 +206,7 @@ class Reference {
   double noise_median_ = 0, noise_p95_ = 0;
 };
 
-/// What a fit ended at beside what is true.
+/// Compares a fit's values with the true ones.
 void CompareValues(const MaterialRecord& fitted, const Material& truth, TradeOffRow& row) {
   std::vector<double> errors;
   const auto compare = [&](const Material::Layer& mine, const Material::Layer& goal,
@@ -244,7 +244,7 @@ TradeOff MeasureTradeOff(const std::filesystem::path& program, const std::filesy
   TradeOff result;
   result.rendered = material_file.empty() ? "the capture's own values" : material_file.filename().string();
 
-  // All runs come before this process reads pictures: a child's peak memory is at least what its parent had.
+  // All runs come before this process reads pictures: a child's peak memory is at least that of its parent.
   Runner runner(program, capture.file, options.threads, Predictions().size() + 2 + (options.fits ? Fits().size() : 0),
                 progress);
   std::vector<std::string> with_material;
@@ -254,7 +254,7 @@ TradeOff MeasureTradeOff(const std::filesystem::path& program, const std::filesy
   for (size_t h = 0; h < 2; ++h) {
     const Configuration half{"reference", "path", {"--paths", std::to_string(options.reference_paths / 2)}};
     std::vector<std::string> more = with_material;
-    more.insert(more.end(), {"--seed", std::to_string(1000001 + h)});  // walks that no other row has
+    more.insert(more.end(), {"--seed", std::to_string(1000001 + h)});  // walks independent of all other rows
     const TradeOffRow done = runner.Run("render", half, more, halves[h]);
     if (!done.fault.empty()) throw InputError(capture.file, "", "its photographs can't be rendered: " + done.fault);
   }

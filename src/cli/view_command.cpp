@@ -16,13 +16,13 @@ namespace {
 
 struct ViewCommand {
   std::filesystem::path material, capture;
-  std::vector<std::filesystem::path> meshes;  ///< in place of a capture, outermost first
+  std::vector<std::filesystem::path> meshes;  ///< instead of a capture, outermost first
   std::string photograph;                     ///< empty: the first
   std::optional<std::filesystem::path> screenshot;
   std::string size;          ///< WxH; empty: the camera's
   int benchmark_frames = 0;  ///< 0: none
   std::filesystem::path save_to = ".";
-  bool physical = false;  ///< not the block "viewer"
+  bool physical = false;  ///< ignores the block "viewer"
   bool print_layout = false;
   CommonOptions common;
 };

@@ -7,9 +7,9 @@
 namespace crownfit {
 namespace {
 
-constexpr int kFewNodes = 400;  // of the coarsest lattice, solved at once
+constexpr int kFewNodes = 400;  // largest number of nodes of the coarsest lattice, which is solved directly
 
-/// What several right-hand sides have at one node; and at all of them.
+/// Values of several right-hand sides at one node, and at all nodes.
 template <size_t N>
 using Values = std::array<double, N>;
 template <size_t N>
@@ -23,7 +23,7 @@ Values<N> Dot(const Columns<N>& a, const Columns<N>& b) {
   return sum;
 }
 
-/// What a row of a matrix makes of its neighbours.
+/// Product of one matrix row with the neighbours' values.
 template <size_t N>
 Values<N> RowTimes(const double* row, const int* beside, const Values<N>* x) {
   Values<N> sum{};
@@ -40,7 +40,7 @@ void MultiplyColumns(const LatticeNodes& nodes, const LatticeMatrix& m, const Va
     y[i] = RowTimes<N>(&m[i * LatticeNodes::kBeside], &nodes.beside[i * LatticeNodes::kBeside], x);
 }
 
-/// The coarse nodes of which a fine one is a mean, and their weights.
+/// The coarse nodes that interpolate a fine node, and their weights.
 struct Parents {
   std::array<int, 8> node;
   std::array<double, 8> weight;
@@ -59,7 +59,7 @@ Parents ParentsOf(const LatticeNodes& coarse, const glm::ivec3& fine) {
   return p;
 }
 
-/// Every second node of each row, where a fine one in use needs it.
+/// Every second node of each row, where a fine node in use needs it.
 LatticeNodes Coarser(const LatticeNodes& fine) {
   const glm::ivec3 size = fine.size / 2 + 1;
   std::vector<uint8_t> is_used(static_cast<size_t>(size.x) * size.y * size.z, 0);
@@ -100,10 +100,10 @@ void Multiply(const LatticeNodes& nodes, const LatticeMatrix& m, std::span<const
 
 struct LatticeSolver::Level {
   const LatticeNodes* nodes;
-  std::unique_ptr<LatticeNodes> owned;  ///< of all but the finest
+  std::unique_ptr<LatticeNodes> owned;  ///< the nodes of all levels but the finest
   LatticeMatrix matrix;
-  std::vector<Parents> parents;  ///< per node, in the next level; empty in the last
-  Eigen::MatrixXd inverse;       ///< of the last
+  std::vector<Parents> parents;  ///< of every node, in the next level; empty in the coarsest level
+  Eigen::MatrixXd inverse;       ///< of the coarsest level's matrix
 
   template <size_t N>
   void Sweep(const Columns<N>& b, Columns<N>& x, bool forward) const {
@@ -115,7 +115,7 @@ struct LatticeSolver::Level {
     }
   }
 
-  /// x = about the inverse times b, by this level and those after it.
+  /// Multigrid cycle: approximates x = inverse times b with this level and the coarser ones.
   template <size_t N>
   static void Cycle(std::span<const Level> levels, const Columns<N>& b, Columns<N>& x) {
     const Level& level = levels[0];

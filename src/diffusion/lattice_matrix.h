@@ -11,14 +11,14 @@
 
 namespace crownfit {
 
-/// The nodes in use of a regular lattice, and who stands beside whom.
+/// The nodes in use of a regular lattice, and their neighbours.
 struct LatticeNodes {
   static constexpr int kBeside = 27, kSelf = 13;
   glm::ivec3 size{0};             ///< of the whole lattice
-  std::vector<int> number;        ///< per place of the lattice, row by row; -1: not in use
-  std::vector<glm::ivec3> place;  ///< per node
-  /// Index 27 node + (dx + 1) + 3 (dy + 1) + 9 (dz + 1). Where there is none: the node itself, with which a matrix then
-  /// has nothing in common there.
+  std::vector<int> number;        ///< node number per lattice site, row by row; -1: not in use
+  std::vector<glm::ivec3> place;  ///< lattice site of every node
+  /// Index 27 node + (dx + 1) + 3 (dy + 1) + 9 (dz + 1). Missing neighbours hold the node itself; their matrix entries
+  /// are 0.
   std::vector<int> beside;
 
   LatticeNodes() = default;
@@ -31,13 +31,13 @@ struct LatticeNodes {
   }
 };
 
-/// What nodes have in common with their neighbours: index as LatticeNodes::beside.
+/// Matrix entries that couple nodes with their neighbours: index as LatticeNodes::beside.
 using LatticeMatrix = std::vector<double>;
 
 /// y = m x.
 void Multiply(const LatticeNodes& nodes, const LatticeMatrix& m, std::span<const double> x, std::span<double> y);
 
-/// Of one matrix, made once for many right-hand sides.
+/// Solver for one matrix, set up once for many right-hand sides.
 class LatticeSolver {
  public:
   /// `nodes` must outlive it.
@@ -45,8 +45,9 @@ class LatticeSolver {
   ~LatticeSolver();
   LatticeSolver(LatticeSolver&&) noexcept;
 
-  /// x of every b, begun from what it holds, until each residual is `tolerance` times its b. Returns the number of
-  /// iterations. Several at once take little longer than one: the matrix is read once for all.
+  /// Solves for every b, starting from the x passed in, until each residual norm is `tolerance` times that of its b.
+  /// Returns the number of iterations. Several right-hand sides take little longer than one, as the matrix is read once
+  /// for all.
   int Solve(std::span<const std::vector<double>> b, std::span<std::vector<double>> x, double tolerance) const;
 
  private:

@@ -10,16 +10,16 @@
 namespace crownfit {
 namespace {
 
-constexpr int kPoints = 4;            // along an element, of its quadrature: Gauss's two in either half
-constexpr double kFictitious = 1e-4;  // conduction outside, over the element's length: the same for every material
+constexpr int kPoints = 4;            // quadrature points along an element: two-point Gauss in either half
+constexpr double kFictitious = 1e-4;  // conductivity outside, over the element's length: the same for every material
 
-/// Number of a neighbour as LatticeNodes::beside has it, from corner a to corner b of one element.
+/// Index of a neighbour in LatticeNodes::beside, from corner a to corner b of one element.
 constexpr int BesideOf(int a, int b) {
   const int dx = (b & 1) - (a & 1), dy = (b >> 1 & 1) - (a >> 1 & 1), dz = (b >> 2) - (a >> 2);
   return (dx + 1) + 3 * (dy + 1) + 9 * (dz + 1);
 }
 
-/// Trilinear functions of the eight corners at a place in [0, 1]^3, and their gradients there.
+/// Trilinear shape functions of the eight corners at a point in [0, 1]^3, and their gradients.
 struct Corners {
   std::array<double, 8> value;
   std::array<glm::dvec3, 8> gradient;
@@ -86,7 +86,7 @@ double VolumeLattice::ElementFor(const std::vector<TriangleMesh>& surfaces, doub
   constexpr double kLongest = 0.35, kOfThickness = 0.5, kOfPath = 0.8, kMostElements = 4e5, kShortest = 0.12;
   const auto [low, high] = Bounds(surfaces[0]);
   const glm::dvec3 size = high - low;
-  const double thickness = 2.0 * std::abs(Volume(surfaces[0])) / Area(surfaces[0]);  // of a plate; of others less
+  const double thickness = 2.0 * std::abs(Volume(surfaces[0])) / Area(surfaces[0]);  // of a plate; else less
   const double finest = std::max(kShortest, std::cbrt(size.x * size.y * size.z / kMostElements));
   const double wanted = std::max(finest, std::min(kOfThickness * thickness, kOfPath * shortest_mm));
   double element = kLongest;

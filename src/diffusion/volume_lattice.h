@@ -1,8 +1,8 @@
 #pragma once
-// The crown's volume on a regular lattice, as trilinear finite cells (Parvizian, Duester and Rank 2007): elements that
-// the surface cuts are integrated over the part inside, by 4 x 4 x 4 points, and what lies outside conducts a little so
-// that their nodes stay determined. No mesh of tetrahedra is made. The lattice stands askew, so that a flat face of the
-// object, which would cut a whole layer of elements between the same points, cuts them everywhere.
+// The crown's volume on a regular lattice, as trilinear finite cells (Parvizian, Duester and Rank 2007). Elements that
+// the surface cuts are integrated over the part inside, by 4 x 4 x 4 points. The outside conducts a little, so that its
+// nodes stay determined. No tetrahedral mesh is needed. The lattice is rotated: otherwise a flat face of the object
+// would cut a whole layer of elements between the same quadrature points.
 
 #include <functional>
 #include <optional>
@@ -14,31 +14,32 @@
 
 namespace crownfit {
 
-/// An element and where in it, each coordinate in [0, 1].
+/// An element and a point in it, each coordinate in [0, 1].
 struct LatticePlace {
   int element;
   glm::vec3 at;
 };
 
-/// The eight nodes around a place, and their trilinear weights.
+/// The eight nodes around a point, and their trilinear weights.
 struct LatticeStencil {
   std::array<int, 8> node;
   std::array<double, 8> weight;
 };
 
-/// A piece of the object's boundary towards the open, small against an element.
+/// A piece of the object's outer boundary, small compared with an element.
 struct BoundaryPiece {
   glm::dvec3 position{0.0}, normal{0.0};  ///< unit, outward
   double area_mm2;
-  int layer;    ///< just inside
-  bool is_cut;  ///< of the neck of an open scan
+  int layer;    ///< the layer just inside
+  bool is_cut;  ///< belongs to the cut that closes the neck of an open scan
   LatticeStencil stencil;
 };
 
 class VolumeLattice {
  public:
-  /// `surfaces`: closed, outermost layer first; the innermost that holds a point wins. `is_exposed`: per surface and
-  /// triangle, which of the deeper ones' may lie in the open. `textures`: per layer, factors on its absorption.
+  /// `surfaces`: closed, outermost layer first; a point belongs to the innermost surface that holds it. `is_exposed`:
+  /// per surface and triangle, whether a deeper layer may reach the outside there. `textures`: factors on each layer's
+  /// absorption.
   VolumeLattice(const std::vector<TriangleMesh>& surfaces, const std::vector<std::vector<uint8_t>>& is_exposed,
                 const std::vector<std::shared_ptr<const AbsorptionTexture>>& textures, double element_mm, int threads);
 
@@ -46,24 +47,24 @@ class VolumeLattice {
   int layers() const { return layers_; }
   const LatticeNodes& nodes() const { return nodes_; }
   const std::vector<BoundaryPiece>& pieces() const { return pieces_; }
-  /// Volume of the object that a node stands for, mm^3.
+  /// Volume of the object assigned to a node, mm^3.
   double volume_mm3(int node) const { return volume_mm3_[node]; }
-  /// Nothing where no element is in use.
+  /// Empty where no element is in use.
   std::optional<LatticePlace> PlaceOf(const glm::dvec3& p) const;
   LatticeStencil StencilOf(const LatticePlace& place) const;
   glm::dvec3 PositionOf(const LatticePlace& place) const;
 
-  /// sum over layers of conduction x gradients' products + sink x values' products, + over boundary pieces of leak x
-  /// values' products. Per layer; `leak` (mm^2 of each piece are counted here): per piece. Sinks follow the layers'
-  /// textures of `channel`.
+  /// Sum over layers of conduction x products of gradients + sink x products of values, and over boundary pieces of
+  /// leak x products of values. `conduction` and `sink` are per layer; sinks follow the layers' textures of `channel`.
+  /// `leak` is per boundary piece and is multiplied by its area here.
   LatticeMatrix Matrix(std::span<const double> conduction, std::span<const double> sink, std::span<const double> leak,
                        int channel) const;
-  /// Of one layer alone, by what it is multiplied with: for derivatives.
+  /// The matrix of one layer alone, applied to x: for derivatives.
   void AddConduction(int layer, double factor, std::span<const double> x, std::span<double> y) const;
   void AddSink(int layer, int channel, double factor, std::span<const double> x, std::span<double> y) const;
 
-  /// The longest element that resolves `shortest_mm`, the shortest transport mean free path, and the object; one of a
-  /// few sizes, so that small changes of a material keep it.
+  /// The longest element that resolves the object and the shortest transport mean free path `shortest_mm`. It is one of
+  /// a few sizes, so that small changes of a material keep it.
   static double ElementFor(const std::vector<TriangleMesh>& surfaces, double shortest_mm);
 
  private:
@@ -81,11 +82,11 @@ class VolumeLattice {
   int layers_;
   LatticeNodes nodes_;
   std::vector<std::array<int, 8>> corners_;             ///< per element of the lattice; -1: not in use
-  std::vector<LatticeMatrix> gradients_;                ///< per layer
-  std::vector<std::array<LatticeMatrix, 3>> products_;  ///< per layer and channel; only the first without texture
+  std::vector<LatticeMatrix> gradients_;                ///< stiffness matrices, per layer
+  std::vector<std::array<LatticeMatrix, 3>> products_;  ///< mass matrices, likewise; one channel without texture
   std::vector<uint8_t> is_textured_;
   std::vector<double> volume_mm3_;
-  LatticeMatrix outside_;  ///< gradients' products of what lies outside
+  LatticeMatrix outside_;  ///< stiffness matrix of the outside
   std::vector<BoundaryPiece> pieces_;
 };
 

@@ -10,7 +10,7 @@ namespace crownfit {
 namespace {
 
 constexpr double kHalfSpace_mm = 1000.0;
-constexpr double kClear_per_mm = 1e-6;  // paths in clear layers are long, but numbers
+constexpr double kClear_per_mm = 1e-6;  // keeps paths in clear layers finite
 
 SlabLayer SlabLayerOf(const ExportedLayer& layer, int channel) {
   return {layer.ior,
@@ -23,7 +23,7 @@ SlabLayer SlabLayerOf(const ExportedLayer& layer, int channel) {
 
 double ReflectanceOf(const Slab& slab) { return SolveByAddingDoubling(slab).value.reflectance_collimated; }
 
-/// The absorption of a slab of one layer with which it returns `reflectance`; less comes back the more is absorbed.
+/// The absorption with which a slab of one layer returns `reflectance`, which falls with absorption.
 double AbsorptionForReflectance(Slab slab, double reflectance) {
   double& absorption = slab.layers[0].absorption_per_mm;
   double low = 1e-6, high = 100.0;

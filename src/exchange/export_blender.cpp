@@ -4,7 +4,7 @@
 #include "exchange/equivalents.h"
 #include "exchange/exporters.h"
 
-// A Python script for Blender: the numbers of this export, then src/exchange/blender_scene.py as it stands.
+// A Python script for Blender: the numbers of this export, then src/exchange/blender_scene.py unchanged.
 
 namespace crownfit {
 
@@ -57,7 +57,7 @@ JsonValue PhotographJson(const ExportedPhotograph& photo, const std::vector<std:
 
 void WriteBlender(const ExportScene& with_neck, const std::filesystem::path& folder) {
   ExportScene scene = with_neck;
-  scene.neck_is_opaque = false;  // volumes want closed meshes
+  scene.neck_is_opaque = false;  // volumes need closed meshes
   WriteMeshes(scene, folder);
   const MeshNames meshes = MeshNamesOf(scene);
   const ExportedLayer one = OneMediumFor(scene);
@@ -74,8 +74,9 @@ void WriteBlender(const ExportScene& with_neck, const std::filesystem::path& fol
   }
   for (size_t p = 0; p < scene.photographs.size(); ++p)
     photographs.push_back(PhotographJson(scene.photographs[p], meshes.lamp[p], meshes.thing[p]));
-  // Cycles walks with the extinction 1 / (radius (1 - g)), and without g here: its formula from albedo to scattering
-  // ends at 0.7 for g = 0.9. The similarity relation carries over: reduced scattering, isotropic.
+  // Cycles walks with the extinction 1 / (radius (1 - g)), and without g here: its conversion from albedo to scattering
+  // is inaccurate for g = 0.9, where it ends at 0.7. By the similarity relation reduced, isotropic scattering is
+  // exported.
   const JsonValue numbers =
       JsonValue::Object{{"one_medium", JsonValue::Object{{"ior", one.ior / scene.outside_ior},
                                                          {"albedo", List(AlbedoBehindSurface(one, scene.outside_ior))},

@@ -8,7 +8,7 @@
 namespace crownfit {
 namespace {
 
-/// A field as RFC 4180 has it.
+/// A field quoted by RFC 4180.
 std::string Quoted(const std::string& text) {
   if (text.find_first_of(",\"\n\r") == std::string::npos) return text;
   std::string quoted = "\"";

@@ -16,15 +16,15 @@ constexpr double kMetres = 1e-3;
 
 JsonValue Rgb(const glm::dvec3& v) { return std::vector<double>{v.x, v.y, v.z}; }
 
-/// Shares of light that enters at the front: what comes back and what goes through, as a flat sample of the layers has
-/// them. (1 - f) base = reflectance and f colour x attenuation = transmittance, both without what the surface mirrors.
+/// Shares of light that enters at the front and is reflected or transmitted, for a flat sample of the layers. (1 - f)
+/// base = reflectance and f colour x attenuation = transmittance, both without the surface's specular reflection.
 JsonValue::Object MaterialJson(const ExportScene& scene) {
   const Translucency t = TranslucencyOf(scene);
   const glm::dvec3 entered(1.0 / (1.0 - t.specular));
   const glm::dvec3 back = entered * t.reflectance, through = entered * t.transmittance,
                    clear = t.thickness_mm ? entered * t.transmittance_without_absorption : glm::dvec3(0.0);
   const auto largest = [](const glm::dvec3& v) { return std::max({v.x, v.y, v.z}); };
-  // As much as transmission needs, where base can still be at most 1 in every channel.
+  // As large as transmission needs, as long as base stays at most 1 in every channel.
   const double sum = largest(back) + largest(clear),
                share = std::min(sum > 0 ? largest(clear) / sum : 0.0, std::max(0.0, 1.0 - largest(back)));
   const glm::dvec3 base = share < 1 ? glm::min(back / (1.0 - share), 1.0) : glm::dvec3(0.0);
@@ -49,7 +49,7 @@ JsonValue::Object MaterialJson(const ExportScene& scene) {
       {"extensions", extensions}};
 }
 
-/// Positions, then normals, of three corners a triangle.
+/// Positions, then normals, of three corners per triangle.
 std::string Corners(const TriangleMesh& mesh) {
   std::string bytes;
   const auto put = [&](const glm::dvec3& v) {
@@ -66,7 +66,7 @@ std::string Corners(const TriangleMesh& mesh) {
 void AddMesh(const TriangleMesh& mesh, size_t bytes, JsonValue::Object& root) {
   const double corners = 3.0 * static_cast<double>(mesh.triangles.size()), half = static_cast<double>(bytes) / 2;
   const auto [low, high] = Bounds(mesh);
-  const auto single = [](const glm::dvec3& v) {  // as the buffer has them
+  const auto single = [](const glm::dvec3& v) {  // rounded as in the buffer
     JsonValue::Array list;
     for (int k = 0; k < 3; ++k) list.emplace_back(static_cast<double>(static_cast<float>(kMetres * v[k])));
     return list;
@@ -128,7 +128,7 @@ void PutNumber(std::string& bytes, size_t number) {
   bytes.append(raw, 4);
 }
 
-/// `type`: four characters, a closing zero among them.
+/// `type`: four characters, which may include a closing zero.
 std::string Chunk(const char* type, std::string bytes, char padding) {
   bytes.resize((bytes.size() + 3) / 4 * 4, padding);
   std::string chunk;

@@ -16,9 +16,9 @@
 namespace crownfit {
 namespace {
 
-constexpr int kReferencePixels = 128;  // of a reference picture's longer side, at most
+constexpr int kReferencePixels = 128;  // largest width or height of a reference picture
 
-/// Layers that the capture knows nothing of would be lost without a word.
+/// Layers that the capture lacks would be lost silently.
 void CheckSameLayers(const MaterialOutline& outline, const Capture& capture, const std::filesystem::path& file) {
   for (const std::string& name : outline.layers) {
     const bool known = std::any_of(capture.layers.begin(), capture.layers.end(),
@@ -41,7 +41,7 @@ void MeasureThicknesses(ExportScene& scene) {
   }
 }
 
-/// Layers of which a part lies outside of what should hold them.
+/// Notes layers that partly lie outside the layer around them.
 void NoteRoots(const ExportScene& scene, std::vector<std::string>& left_out) {
   for (size_t l = 1; l < scene.surfaces.size(); ++l) {
     const TriangleMesh &outer = scene.surfaces[l - 1], &inner = scene.surfaces[l];
@@ -63,7 +63,7 @@ struct Reference {
   double median_stderr_share = 0;             ///< of a pixel on the object
 };
 
-/// A camera that sees the same with pixels k times as wide; what does not fill one at the right and below is cut off.
+/// A camera with the same view and pixels k times as wide; partial pixels at the right and below are cut off.
 Camera Coarser(Camera camera, int k) {
   camera.width /= k, camera.height /= k;
   camera.fx /= k, camera.fy /= k, camera.cx /= k, camera.cy /= k;

@@ -8,7 +8,7 @@
 namespace crownfit {
 namespace {
 
-/// As it is written, without the numbers that vertices carry beside.
+/// Writes the mesh without its per-vertex properties.
 void WriteShape(const std::filesystem::path& file, TriangleMesh mesh) {
   mesh.vertex_properties.clear();
   WritePly(file, mesh);

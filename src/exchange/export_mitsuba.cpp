@@ -6,7 +6,7 @@
 #include "base/files.h"
 #include "exchange/exporters.h"
 
-// What has to be said to Mitsuba 3 so that it means what crownfit means:
+// How crownfit's quantities are expressed for Mitsuba 3:
 // * Lamps of crownfit block nothing and the camera does not see them. Area emitters carry the BSDF `null` (rays run
 //   through and collect the radiance on the way), and the integrator hides emitters at depth 0.
 // * An inner surface lies between two media and names both; its indices are those of the two layers.
@@ -46,7 +46,7 @@ void Refer(Node parent, const std::string& id, const char* name = "") {
   node.append_attribute("id") = id.c_str();
 }
 
-/// Rows of camera-to-world, or of a ball's scale.
+/// Rows of the camera-to-world matrix, or of a ball's scale matrix.
 void SetMatrix(Node parent, const glm::dmat3& columns, const glm::dvec3& origin) {
   std::string text;
   for (int row = 0; row < 3; ++row) {
@@ -75,7 +75,7 @@ void AddMedium(Node parent, const ExportedLayer& layer, const std::string& id) {
     return;
   }
   Node blend = Add(medium, "phase", "blendphase");
-  SetFloat(blend, "weight", layer.isotropic_fraction);  // of the second
+  SetFloat(blend, "weight", layer.isotropic_fraction);  // of the second phase function
   SetFloat(Add(blend, "phase", "hg"), "g", layer.asymmetry);
   Add(blend, "phase", "isotropic");
 }

@@ -4,7 +4,8 @@
 #include "exchange/equivalents.h"
 #include "exchange/exporters.h"
 
-// pbrt-v4. Its camera looks along +z with x to the right and y up. Its lamps are things: they block light and are seen.
+// pbrt-v4. Its camera looks along +z with x to the right and y up. Its lamps are objects: they block light and are
+// visible.
 
 namespace crownfit {
 namespace {
@@ -102,7 +103,7 @@ void WritePbrt(const ExportScene& scene, const std::filesystem::path& folder) {
     for (size_t i = 0; i < photo.things.size(); ++i)
       text += InBlock(Diffuse(photo.things[i].reflectance) + Mesh(meshes.thing[p][i]));
     for (size_t i = 0; i < photo.lamps.size(); ++i)
-      if (!std::holds_alternative<EnvironmentLamp>(photo.lamps[i].shape))  // its maps are squares of equal area
+      if (!std::holds_alternative<EnvironmentLamp>(photo.lamps[i].shape))  // its maps are equal-area squares
         text += LampText(photo.lamps[i], meshes.lamp[p][i]);
     WriteTextFile(folder / (names[p] + ".pbrt"), text);
   }

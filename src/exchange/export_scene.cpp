@@ -14,10 +14,10 @@ namespace crownfit {
 namespace {
 
 constexpr double kPi = std::numbers::pi;
-constexpr double kFar_mm = 1e5;  // where lamps stand that are infinitely far: parallax 1e-4 rad over a crown
+constexpr double kFar_mm = 1e5;  // distance of lamps at infinity: parallax 1e-4 rad over a crown
 constexpr double kLeastRadius_rad = 1e-4;
 
-/// A flat ring or disk of the same area as the round one.
+/// A polygonal ring or disk with the same area as the round one.
 TriangleMesh RingMesh(const glm::dvec3& centre, const glm::dvec3& normal, double inner, double outer) {
   constexpr int kCorners = 256;
   const double step = 2 * kPi / kCorners, same_area = std::sqrt(step / std::sin(step));
@@ -35,7 +35,7 @@ TriangleMesh RingMesh(const glm::dvec3& centre, const glm::dvec3& normal, double
 }
 
 struct ShapeOf {
-  double factor;  ///< from radiance to what is exported
+  double factor;  ///< from radiance to the exported value
   const std::string& name;
 
   ExportedLamp operator()(const DirectionalLight& l) const {
@@ -62,7 +62,7 @@ struct ShapeOf {
     constexpr int kWidth = 1024, kHeight = 512;
     Image picture(kWidth, kHeight, kChannels);
     for (int y = 0; y < kHeight; ++y)
-      for (int x = 0; x < kWidth; ++x) {  // the centre lies along +z, a quarter to its left along +x; +y is up
+      for (int x = 0; x < kWidth; ++x) {  // the centre is along +z, a quarter to its left along +x; +y is up
         const double azimuth = 2 * kPi * (0.5 - (x + 0.5) / kWidth), polar = kPi * (y + 0.5) / kHeight;
         const glm::dvec3 way(std::sin(polar) * std::sin(azimuth), std::cos(polar), std::sin(polar) * std::cos(azimuth));
         const glm::dvec3 radiance = LightAlong(l, glm::dvec3(0.0), way)->radiance;
@@ -72,7 +72,7 @@ struct ShapeOf {
   }
 };
 
-/// By how far the camera's distortion moves the picture's content at most, px.
+/// Largest displacement of the picture's content by the camera's distortion, px.
 double LargestDistortion_px(const Camera& camera) {
   Camera pinhole = camera;
   pinhole.distortion = {};

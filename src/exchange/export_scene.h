@@ -1,6 +1,6 @@
 #pragma once
-// What exporters are given: a material in the terms that other programs share and, with a capture, the scene of every
-// photograph. Lengths in mm, coefficients in 1/mm, in the frame of the object.
+// The input of exporters: a material in terms that other programs share and, with a capture, the scene of every
+// photograph. Lengths in mm, coefficients in 1/mm, in the object's frame.
 
 #include <optional>
 #include <string>
@@ -22,7 +22,7 @@ struct ExportedLayer {
   std::string name;
   double ior = 1, asymmetry = 0, isotropic_fraction = 0;
   glm::dvec3 scattering_per_mm{0.0}, absorption_per_mm{0.0};
-  std::optional<double> thickness_mm;  ///< mean; nothing: not known, taken as a half space
+  std::optional<double> thickness_mm;  ///< mean; empty: not known, treated as a half space
   glm::dvec3 reduced_scattering_per_mm() const {
     return scattering_per_mm * (1.0 - (1.0 - isotropic_fraction) * asymmetry);
   }
@@ -34,17 +34,17 @@ struct BallLamp {
 };
 struct DomeLamp {};
 struct EnvironmentLamp {
-  Image radiance;  ///< latitude-longitude in the object's frame, as EnvironmentMap has it; stands for the lamp's own
+  Image radiance;  ///< latitude-longitude in the object's frame, as EnvironmentMap; replaces the lamp's own
 };
 
 /// One-sided (towards the mesh's outside), of constant radiance.
 struct ExportedLamp {
   std::string name;
-  glm::dvec3 radiance{0.0};  ///< times pi and the exposure: a picture of radiances is then the photograph
+  glm::dvec3 radiance{0.0};  ///< times pi and the exposure: so a radiance picture equals the photograph
   std::variant<TriangleMesh, BallLamp, DomeLamp, EnvironmentLamp> shape;
 };
 
-/// Opaque and Lambertian from both sides.
+/// Opaque and Lambertian on both sides.
 struct ExportedThing {
   std::string name;
   TriangleMesh mesh;
@@ -64,30 +64,30 @@ struct ExportScene {
   std::array<double, kChannels> wavelengths_nm{};
   std::vector<ExportedLayer> layers;  ///< outermost first
   double roughness = 0, outside_ior = 1;
-  MaterialRecord record;              ///< what the file says of every value
-  std::vector<std::string> warnings;  ///< such as: the material says of itself that it must not be used
+  MaterialRecord record;              ///< the file's data on every value
+  std::vector<std::string> warnings;  ///< for example: the material states that it must not be used
   /// The rest is empty without a capture.
   std::vector<TriangleMesh> surfaces;  ///< of every layer, closed
   bool neck_is_opaque = false;         ///< where is_cut: black from outside, Lambertian from inside
   glm::dvec3 neck_reflectance{0.0};
   std::vector<ExportedPhotograph> photographs;
-  std::vector<std::string> left_out;  ///< what of the capture no format here carries
+  std::vector<std::string> left_out;  ///< parts of the capture that no format here can hold
 };
 
 /// Below this roughness a surface is smooth, as it is for the path model.
 inline constexpr double kSmoothBelow = 0.001;
 
-/// The capture and the material as other programs can hold them: no polarisers, lens distortion, blur, film of water,
-/// textures, optical contact; square pixels. What was there and goes is said in `left_out`.
+/// Reduces the capture and the material to what other programs support: no polarisers, lens distortion, blur, film of
+/// water, textures or optical contact; square pixels. Lists what was removed in `left_out`.
 void LeaveOutWhatOthersLack(Capture& capture, Material& material, std::vector<std::string>& left_out);
 
 /// The layers of a material; thicknesses where `record`'s file or the capture states them.
 ExportScene SceneOfMaterial(const Capture& capture, const MaterialRecord& record);
 
-/// Adds the photographs' cameras, lamps and things. `scenery`: the meshes of all of the capture's, in its order.
+/// Adds the photographs' cameras, lamps and objects. `scenery`: all meshes of the capture's scenery, in its order.
 void AddPhotographs(const Capture& capture, const std::vector<TriangleMesh>& scenery, ExportScene& scene);
 
-/// Names with letters, digits, - and _ only, each once and none `taken`: for files and identifiers.
+/// Unique names of letters, digits, - and _ only, none equal to `taken`: for files and identifiers.
 std::vector<std::string> FileNames(const std::vector<std::string>& names, const std::string& taken = "");
 
 }  // namespace crownfit

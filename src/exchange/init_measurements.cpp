@@ -19,7 +19,7 @@ struct Sample {
   std::array<RxtRow, kChannels> bands;
 };
 
-/// Between the neighbours of a wavelength, on a straight line.
+/// Linear interpolation between the neighbours of a wavelength.
 RxtRow RowAt(const MeasuredParts& parts, const std::map<double, RxtRow>& rows, double wavelength_nm) {
   const auto above = rows.lower_bound(wavelength_nm);
   if (above != rows.end() && above->first == wavelength_nm) return above->second;
@@ -74,7 +74,7 @@ Sample SampleOfRows(const MeasuredParts& parts, const RxtFile& file) {
   return sample;
 }
 
-/// The one value that all bands of all samples have.
+/// The value, which must be the same in all bands of all samples.
 double TheOne(const MeasuredParts& parts, const std::vector<Sample>& samples, const char* what, auto value) {
   for (const Sample& s : samples)
     for (const RxtRow& row : s.bands)

@@ -15,7 +15,7 @@ namespace {
 
 using Path = std::filesystem::path;
 
-/// The words of every line that has any, without comments.
+/// The words of every non-empty line, without comments.
 struct Line {
   size_t number;
   std::vector<std::string> words;
@@ -49,7 +49,7 @@ double NumberIn(const Path& file, size_t line, const std::string& word, double l
   return value;
 }
 
-/// Letters of the columns as iad has them; a number of columns stands for the first of r, t, u.
+/// Column letters as in iad; a number of columns means the first of r, t, u.
 std::string ColumnsOf(const Path& file, const Line& line) {
   std::string letters;
   for (const std::string& word : line.words)
@@ -82,7 +82,7 @@ RxtFile ReadRxt(const Path& file) {
   RxtFile rxt;
   RxtRow common;
   double spheres = 0;
-  // Index and thickness of sample and slides, beam, standard, number of spheres; then five of each sphere.
+  // Index and thickness of sample and slides, beam, standard, number of spheres; then five values per sphere.
   constexpr size_t kHeader = 17;
   const struct {
     const char* what;
@@ -123,7 +123,7 @@ RxtFile ReadRxt(const Path& file) {
   for (; at < lines.size(); ++at) {
     const Line& line = lines[at];
     std::string letters = columns;
-    // Without letters a first number above 1 is the wavelength.
+    // Without letters an additional first number, above 1, is the wavelength.
     if (is_counted && line.words.size() == columns.size() + 1) letters = "L" + columns;
     if (line.words.size() != letters.size())
       throw InputError(file, Where(line.number),

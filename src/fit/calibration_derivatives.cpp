@@ -12,7 +12,7 @@
 namespace crownfit {
 namespace {
 
-/// Takes out the pixels that are not kept.
+/// Removes the pixels that are not kept.
 void Keep(const std::vector<uint8_t>& kept, FitPixels& p, CalibrationDerivatives& derivatives) {
   std::vector<int> which, rows;
   for (size_t i = 0; i < p.pixels.size(); ++i) {
@@ -63,7 +63,7 @@ std::vector<CalibrationDerivatives> CalibrationDerivativesOf(
                 side * weight * values[k][c] / (2 * kStep);
         }
     };
-    std::vector<PhotographCast> views;  // in the same light: predicted at once
+    std::vector<PhotographCast> views;  // in the same light: predicted together
     std::vector<std::pair<Eigen::Index, double>> column_and_side;
     for (size_t e = 0; e < of.errors.size(); ++e)
       for (const double side : {-1.0, 1.0}) {
@@ -73,7 +73,7 @@ std::vector<CalibrationDerivatives> CalibrationDerivativesOf(
         Capture moved = Moved(stated, errors, amounts_there);
         std::vector<size_t>& lights = moved.photographs[p.photograph].lights;
         const std::optional<size_t> lamp = errors[of.errors[e]].light;
-        if (lamp) lights = {*lamp};  // the others' light stays
+        if (lamp) lights = {*lamp};  // the other lights do not change
         if (!lamp &&
             std::none_of(lights.begin(), lights.end(), [&](size_t l) { return moved.lights[l].in_camera_frame; })) {
           views.push_back(CastPixels(moved, *state.crown, input.scenery, p.photograph, options, here, wanted));
@@ -100,7 +100,7 @@ std::vector<CalibrationDerivatives> CalibrationDerivativesOf(
 }
 
 bool MoveCalibration(const LinearScales& scales, CalibrationState& calibration) {
-  constexpr double kNear = 0.3;  // standard deviations, over which derivatives are straight
+  constexpr double kNear = 0.3;  // standard deviations over which the model is linear
   bool far = scales.calibration.size() != calibration.amounts.size();
   for (size_t e = 0; e < scales.calibration.size(); ++e) {
     calibration.amounts[e] += scales.calibration[e];
@@ -129,7 +129,7 @@ std::vector<MovedCalibration> HowFarScaled(const Capture& capture, const std::ve
   };
   int exposures = 0;
   for (const FitPixels& p : pixels) {
-    if (p.exposure < exposures) continue;  // exact, or told with another photograph
+    if (p.exposure < exposures) continue;  // exact, or already listed with another photograph
     exposures = p.exposure + 1;
     const PhotographSpec& spec = capture.photographs[p.photograph];
     if (spec.exposure_stddev > 0)

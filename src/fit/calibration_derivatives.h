@@ -1,5 +1,5 @@
 #pragma once
-// What errors of the stated calibration change in the photographs, and how far a fit has moved it.
+// Derivatives of the photographs by errors of the stated calibration, and how far a fit has moved it.
 
 #include <vector>
 
@@ -14,24 +14,24 @@
 namespace crownfit {
 
 inline constexpr int kStrataOfMoved =
-    4;  ///< of a lamp, and of the half-space: CalibrationDerivativesOf's two sides share directions
+    4;  ///< per lamp, and over the half-space: both sides of CalibrationDerivativesOf use the same directions
 
-/// What moving the calibration by its stated errors changes, by casting again half a standard deviation to either side
-/// of `amounts`. Pixels that some of these put off the object are taken out of `pixels`. `stated`: the capture as it
-/// came; `state`: cast with its calibration moved by `amounts`.
+/// Derivatives of pixels by stated errors: casts again half a standard deviation to either side of `amounts`. Pixels
+/// that leave the object in one of these casts are removed from `pixels`. `stated`: the capture as given; `state`: cast
+/// with its calibration moved by `amounts`.
 std::vector<CalibrationDerivatives> CalibrationDerivativesOf(
     const CrownInput& input, const Capture& stated, const std::vector<CalibrationError>& errors,
     const std::vector<double>& amounts, const CastState& state, const Material& material,
     const std::vector<double>& light_scale, CastOptions options, std::vector<FitPixels>& pixels, Progress& progress);
 
-/// Moves the calibration by what the fit found; true when that is so far that photographs should be cast again, or when
-/// the fit had no derivatives yet.
+/// Moves the calibration by the fit's result. True when photographs should be cast again: it moved far, or the fit had
+/// no derivatives yet.
 bool MoveCalibration(const LinearScales& scales, CalibrationState& calibration);
 
-/// Per thing that may be wrong: how far the fit moved it.
+/// How far the fit moved each pose and lamp with a stated error.
 std::vector<MovedCalibration> HowFarMoved(const std::vector<CalibrationError>& errors,
                                           const std::vector<double>& amounts);
-/// The same of exposures and intensities that are known within an error.
+/// The same for exposures and intensities with a stated error.
 std::vector<MovedCalibration> HowFarScaled(const Capture& capture, const std::vector<FitPixels>& pixels,
                                            const LinearScales& scales);
 

@@ -11,15 +11,16 @@
 namespace crownfit {
 namespace {
 
-/// Variance that a prediction near the neck's cut adds to a photograph's: what lies beyond is not known. Replacing one
-/// plausible root by another moves the light there by about 30 % at the cut and by little 3 mm away.
+/// Variance of a prediction near the neck's cut, added to the photograph's, as the surroundings beyond the cut are
+/// unknown. Replacing one plausible root by another changes the light there by about 30 % at the cut and by little 3 mm
+/// away.
 double NeckVariance(const PixelCast& pixel, double value) {
   const double relative = 0.3 * std::max(0.0, 1.0 - pixel.from_cut_mm / kNeckReachMm);
   return relative * relative * value * value;
 }
 
-/// Per pixel of a photograph with stated blur: whether more than a hundredth of what it shows comes from where nothing
-/// is known, the object's rim and what lies behind it. Blur would decide there.
+/// Per pixel of a photograph with stated blur: whether more than a hundredth of its value comes from unknown areas, the
+/// object's rim and what lies behind it. There the blur would decide the value.
 std::vector<uint8_t> IsBlurredIntoTheUnknown(const PhotographSpec& spec, const PhotographCast& cast, int threads) {
   Image unknown(spec.camera.width, spec.camera.height, 1, 1.0f);
   for (const BackgroundPixel& b : cast.background) unknown.at(b.x, b.y, 0) = 0.0f;
@@ -31,7 +32,7 @@ std::vector<uint8_t> IsBlurredIntoTheUnknown(const PhotographSpec& spec, const P
   return is;
 }
 
-/// Which sharp pixels the lens spreads into the chosen ones.
+/// Finds the sharp pixels that the lens spreads into the chosen ones.
 void AddBlur(const PhotographSpec& spec, const PhotographCast& cast, const Photograph& photo, FitPixels& p) {
   if (!spec.blur) {
     p.sources = p.pixels;
@@ -52,7 +53,7 @@ void AddBlur(const PhotographSpec& spec, const PhotographCast& cast, const Photo
     at[static_cast<size_t>(b.y) * width + b.x] = kScenery;
     for (int c = 0; c < kChannels; ++c) scenery.at(b.x, b.y, c) = static_cast<float>(b.value[c]);
   }
-  glm::dvec3 mean(0.0);  // of what veils the picture
+  glm::dvec3 mean(0.0);  // veiling glare is a share of this mean
   for (size_t i = 0; i < photo.linear.values.size(); ++i)
     mean[static_cast<int>(i % 3)] += photo.linear.values[i] / (static_cast<double>(width) * height);
 
@@ -78,7 +79,7 @@ void AddBlur(const PhotographSpec& spec, const PhotographCast& cast, const Photo
         source_of[k] = static_cast<int>(p.sources.size());
         p.sources.push_back(k);
       }
-      // What little is unknown looks like its surroundings.
+      // The small unknown share is taken to look like its surroundings.
       p.terms.push_back({source_of[k], static_cast<float>(weight / (1.0 - unknown))});
     }
     p.first_term.push_back(static_cast<int>(p.terms.size()));

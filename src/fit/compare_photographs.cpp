@@ -12,8 +12,8 @@
 namespace crownfit {
 namespace {
 
-/// A prediction as the lens shows it. Around the object stands what scenery shows, and elsewhere the photograph itself,
-/// which is blurred already: wrong within a blur's width of the rim, where nothing is known.
+/// A prediction as the lens shows it. Around the object it shows the predicted scenery, and elsewhere the photograph
+/// itself, which is already blurred. Within a blur's width of the rim, where nothing is known, it is wrong.
 Image SeenOverPhotograph(const Image& prediction, const PhotographCast& cast, const Photograph& photo, const Blur& blur,
                          double exposure, int threads) {
   Image whole = photo.linear;
@@ -33,8 +33,8 @@ glm::dvec3 ValueAt(const Image& image, const PixelCast& pixel) {
   return {image.at(pixel.x, pixel.y, 0), image.at(pixel.x, pixel.y, 1), image.at(pixel.x, pixel.y, 2)};
 }
 
-/// Sum of what is seen over sum of what is predicted: by walks, whose own noise would make least squares too dark. How
-/// well it is known, by what blocks of 8 x 8 pixels differ in.
+/// Sum of the measured values over the sum of the predicted ones. Least squares would be too dark, because path-traced
+/// predictions have noise. The standard deviation comes from the scatter of blocks of 8 x 8 pixels.
 class BrightnessRatio {
  public:
   void Add(const PixelCast& pixel, const glm::dvec3& seen, const glm::dvec3& predicted) {
@@ -47,7 +47,7 @@ class BrightnessRatio {
     const glm::dvec2 all = Sums();
     return all.y > 0 ? all.x / all.y : 1.0;
   }
-  /// Infinite where a single block tells.
+  /// Infinite for a single block.
   double stddev() const {
     const double n = static_cast<double>(of_blocks_.size()), ratio = value(), predicted = Sums().y;
     if (n < 2 || !(predicted > 0)) return HUGE_VAL;
@@ -90,7 +90,7 @@ std::vector<PhotographResult> ComparePhotographs(const CrownInput& input, const 
                                                  const LinearScales& stddev) {
   std::vector<PhotographResult> results(input.capture.photographs.size());
   const std::optional<LongAxis> axis = LongAxisOf(input.capture, *input.source.meshes[0]);
-  // The exposure of a group that was fitted holds for its held-out photographs too.
+  // The fitted exposure of a group holds for its held-out photographs too.
   std::map<std::string, int> exposure_of_group;
   for (const FitPixels& p : fitted)
     if (p.exposure >= 0) exposure_of_group[ExposureGroup(input.capture.photographs[p.photograph])] = p.exposure;
@@ -114,7 +114,7 @@ std::vector<PhotographResult> ComparePhotographs(const CrownInput& input, const 
       r.exposure = scales.exposure[group->second];
       if (!stddev.exposure.empty()) r.exposure_stddev = stddev.exposure[group->second];
     } else if (spec.exposure_is_free) {
-      BrightnessRatio own;  // a held-out photograph of its own exposure
+      BrightnessRatio own;  // a held-out photograph with its own exposure
       for (size_t k = 0; k < values.size(); ++k)
         if (IsUsable(photo, cast_pixels[k])) own.Add(cast_pixels[k], ValueAt(photo.linear, cast_pixels[k]), values[k]);
       if (own.value() > 0) r.exposure = own.value();

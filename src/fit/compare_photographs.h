@@ -1,5 +1,5 @@
 #pragma once
-// Predicted photographs beside the measured ones, as a result has them.
+// Predicted photographs beside the measured ones, for a result.
 
 #include <functional>
 #include <vector>
@@ -14,10 +14,10 @@ namespace crownfit {
 /// A photograph's pixels at exposure 1, in the order of its cast.
 struct PredictedPixels {
   std::vector<glm::dvec3> values;
-  std::vector<glm::dvec3> variances = {};  ///< by the model's own random walks; empty: it has none
+  std::vector<glm::dvec3> variances = {};  ///< of the model's random walks; empty: it uses none
 };
 using Predictor = std::function<PredictedPixels(size_t photograph)>;
-/// All must outlive it.
+/// All arguments must outlive the predictor.
 Predictor PredictorByShader(const CrownInput& input, const CastState& state, const Material& material,
                             const LinearScales& scales, int threads);
 

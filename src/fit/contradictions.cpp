@@ -10,18 +10,19 @@
 namespace crownfit {
 namespace {
 
-constexpr double kSceneryOff = 0.05;   // of tiles and scenery beside the object, whose reflectance is stated
-constexpr double kNotExplained = 1.5;  // of the square of noise, in patches of a photograph
+constexpr double kSceneryOff = 0.05;   // relative; of tiles and scenery beside the object, whose reflectance is stated
+constexpr double kNotExplained = 1.5;  // times the squared noise, in patches of a photograph
 
-/// 1 and -1: brighter and darker than stated, beyond doubt; 0: as stated.
+/// 1 and -1: certainly brighter and darker than stated; 0: as stated.
 int IsOff(const SceneryLevel& level, int channel) {
   const double off = level.ratio[channel] - 1;
   const double limit = std::max(kSceneryOff, kLevelCertain * std::hypot(level.stddev[channel], level.stated));
   return std::abs(off) <= limit ? 0 : off > 0 ? 1 : -1;
 }
 
-/// Whether things of several reflectances are off by the same factor, so that it is no reflectance that is stated
-/// wrongly but the light (dark ones whose reflectance was guessed, or under a veil, are not).
+/// Whether objects of several reflectances are off by the same factor. Then the light is wrong, and not a stated
+/// reflectance. (Dark objects, whose reflectance was guessed or which a veil brightens, are not off by the same
+/// factor.)
 bool DenyTheirLight(const std::vector<const SceneryLevel*>& levels) {
   std::set<std::vector<std::string>> kinds;
   std::array<double, kChannels> mean{};

@@ -1,12 +1,12 @@
 #pragma once
-// What a fit has found out about itself and its input, as data; report/finding_words.h says it.
+// Findings of a fit about itself and its input, as data; report/finding_words.h puts them into words.
 
 #include <string>
 #include <vector>
 
 namespace crownfit {
 
-/// Behind each: what Finding::numbers holds (N) and what Finding::names holds.
+/// Each kind lists the contents of Finding::numbers (N) and of Finding::names.
 enum class FindingKind {
   // Photographs and their files.
   kWhiteBalanceDiffers,  ///< names: two photographs
@@ -17,19 +17,18 @@ enum class FindingKind {
   kColourNotCalibrated,  ///< display-encoded photographs without a colour file
   kEveryExposureFree,
   kNoiseAssumed,
-  // What photographs say against what the capture states.
-  kCalibrationMoved,  ///< N: by how many stated errors; names: what
-  kErrorsInflated,    ///< N: CalibrationKind, factor, then as kCalibrationMoved of the furthest, its share; names: it
-  kPhotographLevel,   ///< N: brighter than predicted by this factor; names: the photograph
-  kHoldoutLevel,      ///< the same of one that was held out
-  kPhotographsNotExplained,  ///< names: photographs; N: for each, squares over those of noise in patches and in image
-                             ///< regions, 0 where noise explains them
-  kSceneryOff,               ///< names: photographs; N: for each, brighter than predicted by channel
+  // Contradictions between photographs and what the capture states.
+  kCalibrationMoved,  ///< N: distance in stated errors; names: of what
+  kErrorsInflated,    ///< N: CalibrationKind, factor, then of the furthest: kCalibrationMoved's N, share; names: it
+  kPhotographLevel,   ///< N: measured over predicted brightness; names: the photograph
+  kHoldoutLevel,      ///< the same for a held-out photograph
+  kPhotographsNotExplained,  ///< names: photographs; N: for each, chi2 of patches and regions, 0 if explained by noise
+  kSceneryOff,               ///< names: photographs; N: for each, measured over predicted brightness by channel
   kPriorsContradicted,       ///< names: entries; N: by how many standard deviations
-  kCapturesDisagree,         ///< names: capture, entry; N: chi2, freedom, value alone, value by the others
+  kCapturesDisagree,         ///< names: capture, entry; N: chi2, degrees of freedom, value alone, value by the others
   // What the model leaves out, and how the fit was made.
-  kOpenNeck,             ///< N: reach of what is assumed there, mm
-  kPartLeftOut,          ///< names: the part; N: nothing where it was asked for, else CIEDE2000 and standard deviations
+  kOpenNeck,             ///< N: reach of the assumed surroundings, mm
+  kPartLeftOut,          ///< names: the part; N: empty where it was requested, else CIEDE2000 and standard deviations
   kSwitchesToDiffusion,  ///< N: collisions
   kNotMovedByWalks,      ///< names: the entry
   kRivalRoughness,       ///< N: the other roughness
@@ -44,12 +43,11 @@ enum class FindingKind {
   kChi2,                    ///< N: reduced chi2, limit; names: of what
   kPatchChi2,               ///< N: chi2 of patches, limit
   kRegionChi2,              ///< N: chi2 of image regions, limit
-  kStatementContradicted,   ///< N: CalibrationKind, largest factor that was tried, then as kErrorsInflated; names:
-                            ///< likewise
-  kLampsContradictScenery,  ///< N: how many lamps, then as kSceneryOff; names: lamps, then photographs
-  kSharingRejected,   ///< N: whether one value was shared, then each channel's departure, %; names: the parameter,
-                      ///< the law to try, by what it is rejected
-  kNothingFitted,     ///< names: of what, and the prior's file where it says everything
+  kStatementContradicted,   ///< N: CalibrationKind, largest factor tried, then as kErrorsInflated; names: likewise
+  kLampsContradictScenery,  ///< N: number of lamps, then as kSceneryOff; names: lamps, then photographs
+  kSharingRejected,   ///< N: whether one value was shared, then each channel's departure, %; names: the parameter, the
+                      ///< law to try, the data that reject it
+  kNothingFitted,     ///< names: the data, and the prior's file where it determines everything
   kAtBound,           ///< names: parameters; not a reason by itself
   kCaptureNotUsable,  ///< names: the capture, of several
 };

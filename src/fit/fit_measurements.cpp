@@ -12,7 +12,7 @@
 namespace crownfit {
 namespace {
 
-/// Layers without a thickness of their own get the samples' mean: what `predict` then starts from.
+/// Layers without a thickness of their own get the samples' mean, from which `predict` starts.
 void SetThicknesses(Capture& capture, CrownFit& fit) {
   const double samples = static_cast<double>(capture.measurements.size());
   for (size_t l = 0; l < capture.layers.size(); ++l) {
@@ -25,7 +25,8 @@ void SetThicknesses(Capture& capture, CrownFit& fit) {
   }
 }
 
-/// Profiles of every weak entry, by fits, which cost milliseconds; parabolas where others know of the material too.
+/// Profiles of every weak entry: by fits, which take milliseconds; parabolas where other captures constrain the
+/// entries.
 std::vector<LikelihoodProfile> ProfilesOf(const ImageResiduals& residuals, const FreeParameters& free,
                                           const CrownFit& fit, bool alone) {
   std::vector<LikelihoodProfile> profiles;
@@ -44,7 +45,7 @@ const CastState kNoCast{};
 const std::vector<FitPixels> kNoPixels{};
 const CalibrationState kNoCalibration{};
 
-/// What else holds entries: priors, other captures. Empty: nothing.
+/// Precision of what else constrains entries: priors, other captures. Empty: nothing.
 Eigen::MatrixXd HeldBy(const FreeParameters& free, bool use_priors, const GaussianInformation& others) {
   Eigen::MatrixXd held = Eigen::MatrixXd::Zero(free.count(), free.count());
   for (int k = 0; use_priors && k < free.count(); ++k) held(k, k) = std::pow(free.entries[k].prior_stddev, -2.0);
@@ -52,7 +53,7 @@ Eigen::MatrixXd HeldBy(const FreeParameters& free, bool use_priors, const Gaussi
   return held.isZero() ? Eigen::MatrixXd() : held;
 }
 
-/// Of scattering that channels share: where it would go, were it free in each.
+/// Departures from shared scattering, found by a fit in which every channel is free.
 std::vector<LawDeparture> DeparturesOf(const CrownFit& fit) {
   if (!fit.converged || !KeepsALaw(fit.capture)) return {};
   const Capture freed = WithoutLaws(fit.capture, fit.material);

@@ -1,5 +1,5 @@
 #pragma once
-// Fits by what instruments have read of flat samples.
+// Fits to instrument readings of flat samples.
 
 #include "base/progress.h"
 #include "capture/capture.h"
@@ -12,10 +12,10 @@ namespace crownfit {
 CrownFit FitMeasurements(const Capture& capture, const FitOptions& options, Progress& progress,
                          const KnownBeside& beside = {});
 
-/// What such a fit would know of each free entry at the capture's start values: its covariance.
+/// Expected information of such a fit on the free entries, at the capture's start values: their covariance.
 DataEstimate ForeseeMeasurements(const Capture& capture, const FreeParameters& free, int threads);
 
-/// Every reading of the capture beside what the material would give, held-out ones included.
+/// Every reading of the capture with the material's prediction of it, held-out ones included.
 std::vector<ReadingResult> CompareMeasurements(const Capture& capture, const Material& material);
 
 }  // namespace crownfit

@@ -1,5 +1,5 @@
 #pragma once
-// What a user can ask of a fit.
+// Options of a fit.
 
 #include <cstdint>
 #include <filesystem>
@@ -17,19 +17,19 @@ struct FitOptions {
   FitOverrides overrides;
   std::vector<std::string> leave_out;  ///< parts of the scene, as scene_parts.h names them; "unneeded"
   bool use_priors = true;
-  std::filesystem::path prior;  ///< material file that priors come from; empty: the parameters' own
+  std::filesystem::path prior;  ///< material file with priors; empty: the parameters' own
   uint64_t seed = 1;
   int threads = 0;
   size_t max_pixels_per_photograph = 6000;  ///< the fit takes every n-th pixel of larger ones; figures show them all
   size_t paths_per_photograph = 1250000;    ///< model path: walks of each of its last runs
-  int collisions = 10;                      ///< model diffusion: of a walk before diffusion takes over
-  std::optional<double> target_de00, budget_s;  ///< for what model and walks are chosen before the fit (fit_plan.h)
-  std::string model_choice = "chosen with --model";  ///< why `model`, where it is not auto
+  int collisions = 10;                      ///< model diffusion: of a walk before the switch to diffusion
+  std::optional<double> target_de00, budget_s;       ///< by which model and walks are chosen (fit_plan.h)
+  std::string model_choice = "chosen with --model";  ///< reason for `model`, unless it is auto
   bool twelve_taps = false;                          ///< blur by the thesis's 13 taps in place of 49
-  bool advises = true;     ///< foresees which photograph would tell more, where something is weak
-  int profile_points = 2;  ///< to either side, of likelihood profiles by fits; 0: parabolas
+  bool advises = true;     ///< predicts which photograph would add information, where something is weak
+  int profile_points = 2;  ///< per side, of likelihood profiles by fits; 0: parabolas
 
-  /// Long runs of a fit by walks: more pixels tell more, for the same number of paths.
+  /// Long runs of a path-traced fit: more pixels add information, at the same number of paths.
   size_t max_pixels_by_walks() const { return 2 * max_pixels_per_photograph; }
   bool is_planned() const { return target_de00 || budget_s; }
 };

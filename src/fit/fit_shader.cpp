@@ -14,8 +14,8 @@
 namespace crownfit {
 namespace {
 
-/// True when a fitted thickness is so far from the cast one that lengths should be cast again: by more than 0.1 % and
-/// more than a tenth of its standard deviation.
+/// True when a fitted thickness requires a new cast: it differs from the cast one by more than 0.1 % and more than a
+/// tenth of its standard deviation.
 bool GeometryIsStale(const FreeParameters& free, const Eigen::VectorXd& cast_at, const Eigen::VectorXd& x,
                      const DataEstimate& knowledge) {
   constexpr double kMoved = 1e-3;
@@ -28,8 +28,8 @@ bool GeometryIsStale(const FreeParameters& free, const Eigen::VectorXd& cast_at,
   return false;
 }
 
-/// x with the thicknesses half way between cast and fitted: lengths that scale on one cast overshoot about as much as
-/// they correct, and full steps go back and forth (seen: 0.6013, 0.5989, 0.6013, ... around 0.6000).
+/// x with the thicknesses half way between cast and fitted. Scaling the lengths of one cast overshoots about as much as
+/// it corrects, so full steps oscillate (seen: 0.6013, 0.5989, 0.6013, ... around 0.6000).
 Eigen::VectorXd HalfWay(const FreeParameters& free, const Eigen::VectorXd& cast_at, Eigen::VectorXd x) {
   for (int k = 0; k < free.count(); ++k)
     if (free.entries[k].moves_surface) x[k] = 0.5 * (cast_at[k] + x[k]);
@@ -46,12 +46,12 @@ FitState FitByShader(const FitProblem& problem, CrownInput& input, Progress& pro
   cast_options.shade_scenery = AnyBlurred(capture);  // a lens spreads its light over the object
   SolveOptions solve_options;
   solve_options.use_priors = options.use_priors;
-  if (options.model == Model::kShader) solve_options.others = others;  // else they know the path model's values
+  if (options.model == Model::kShader) solve_options.others = others;  // otherwise they hold values of the path model
 
   FitState at;
   at.x = StartVector(free);
   at.calibration.amounts.assign(errors.size(), 0.0);
-  // Calibration errors make a cast three times as dear, and walks begin at the stated calibration in any case.
+  // Calibration errors triple a cast's cost, and random walks begin at the stated calibration anyway.
   const int casts_before_walks = errors.empty() ? 3 : options.model == Model::kAuto ? 2 : 1;
   for (bool again = true; again && at.casts < kMostCasts; ++at.casts) {
     if (at.casts >= casts_before_walks && GoesOnToWalks(problem, at)) break;

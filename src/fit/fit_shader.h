@@ -1,5 +1,5 @@
 #pragma once
-// A fit by model `shader`: the start of every fit of photographs, and all of it where that model suffices.
+// A fit with model `shader`: the start of every fit to photographs, and the whole fit where that model suffices.
 
 #include <string>
 #include <vector>
@@ -9,29 +9,29 @@
 
 namespace crownfit {
 
-inline constexpr int kMostCasts = 10;  ///< by shader, until what is cast again stays where it is
+inline constexpr int kMostCasts = 10;  ///< upper limit, by shader
 
-/// Casts and fits by turns, until thicknesses and calibration stay where they were cast; before walks, which need but a
-/// start, a few times.
+/// Alternates casts and fits until thicknesses and calibration agree with the cast. Before random walks, which need
+/// only a start, it stops after a few rounds.
 FitState FitByShader(const FitProblem& problem, CrownInput& input, Progress& progress);
 
 struct ModelChoice {
   bool suffices = false;
   std::string why;
 };
-/// Whether a fit by shader explains the photographs: patches within their noise, and no lamp, pose or entry moved
-/// further from what is known of it than by chance, where a model's errors hide. `block_chi2`: of patches' squares over
-/// their noise's; `off_prior`: OffNarrowPriors.
+/// Whether a shader fit explains the photographs: patches agree within their noise, and no lamp, pose or entry moved
+/// further than chance allows, where a model's errors would hide. `block_chi2`: squares of patches over those of their
+/// noise; `off_prior`: OffNarrowPriors.
 ModelChoice WhetherShaderSuffices(double block_chi2, const std::vector<MovedCalibration>& moved, double off_prior = 0);
 
-/// The furthest that `x` is from priors that say more than what is usual (kParameters), in their standard deviations;
-/// exponents of power laws left out.
+/// The largest distance of `x` from priors that are narrower than the usual ones (kParameters), in their standard
+/// deviations; exponents of power laws left out.
 double OffNarrowPriors(const FreeParameters& free, const Eigen::VectorXd& x);
 
-/// The same of where a fit by shader stands.
+/// The same for the current state of a shader fit.
 ModelChoice ChoiceAfter(const FitProblem& problem, const FitState& by_shader);
 
-/// Whether a fit goes on to random walks from there: because it was asked to, or because shader does not suffice.
+/// Whether a fit goes on to random walks: because it was requested, or because shader does not suffice.
 bool GoesOnToWalks(const FitProblem& problem, const FitState& by_shader);
 
 }  // namespace crownfit

@@ -1,5 +1,5 @@
 #pragma once
-// What a fit is given, and where it stands.
+// The input of a fit, and its current state.
 
 #include "capture/calibration_error.h"
 #include "fit/compare_photographs.h"
@@ -15,25 +15,25 @@ struct FitProblem {
   const FreeParameters& free;
   const std::vector<CalibrationError>& errors;
   const FitOptions& options;
-  GaussianInformation others = {};  ///< of the free entries, in their order; empty: nothing
+  GaussianInformation others = {};  ///< on the free entries, in their order; empty: nothing
 };
 
 struct FitState {
   Eigen::VectorXd x;
-  LinearScales scales;           ///< `calibration` in it: further than `calibration` below
-  CalibrationState calibration;  ///< how far the stated calibration is moved
+  LinearScales scales;           ///< its `calibration`: change since `calibration` below
+  CalibrationState calibration;  ///< how far the calibration is from the stated one
   CastState cast;
   std::vector<FitPixels> pixels;
   DataEstimate knowledge;
   std::vector<ShaderIteration> iterations_by_shader;
   std::vector<WalkedFitStep> steps;
-  std::vector<std::vector<glm::dvec3>> walked;  ///< values of `pixels`' sharp pixels by walks, at the solution
-  ResidualChi2 residual_chi2;                   ///< by walks, at the solution
+  std::vector<std::vector<glm::dvec3>> walked;  ///< path-traced values of `pixels`' sharp pixels, at the solution
+  ResidualChi2 residual_chi2;                   ///< path-traced, at the solution
   std::vector<ResidualChi2> residual_chi2_of;   ///< of `pixels`' photographs
   int iterations = 0, casts = 0;
   double walked_paths = 0;
-  InflatedErrors inflation{1, 1, 1, 1};  ///< what steps by walks take stated errors for
-  std::vector<double> rival_roughness;   ///< of other optima, as good as where the fit stands
+  InflatedErrors inflation{1, 1, 1, 1};  ///< factors on stated errors in path-traced steps
+  std::vector<double> rival_roughness;   ///< of other optima as good as the current state
   bool converged = false;
 };
 

@@ -47,7 +47,7 @@ Eigen::VectorXd ValuesRead(const FlatMeasurement& m) {
 
 FlatResiduals::FlatResiduals(const Capture& capture, const FreeParameters& free, int threads)
     : capture_(capture), free_(free), threads_(threads) {
-  std::map<std::pair<std::string, size_t>, int> columns;  // of a sample's layers
+  std::map<std::pair<std::string, size_t>, int> columns;  // key: sample and layer
   for (const FlatMeasurement& m : capture.measurements) {
     if (m.is_holdout) continue;
     auto group = std::find_if(groups_.begin(), groups_.end(),
@@ -92,7 +92,7 @@ void FlatResiduals::Evaluate(const Group& group, const Eigen::VectorXd& x, Evalu
          (Values(group.members[i], bands, group.members.size() + k) - Values(group.members[i], bands, i)) / stddevs);
   }
   if (e.jacobian.size() == 0) return;
-  // Coefficients change by small steps of the free parameters; readings by their exact derivatives by coefficients.
+  // Coefficients change by finite differences of the free parameters; readings by exact derivatives by coefficients.
   std::vector<MaterialStep> steps;
   Eigen::VectorXd width(free_.count());
   for (int p = 0; p < free_.count(); ++p) {
@@ -123,7 +123,7 @@ FlatResiduals::Evaluation FlatResiduals::Evaluate(const Eigen::VectorXd& x, bool
   Evaluation e;
   e.residuals.resize(rows_);
   if (with_jacobian) e.jacobian.setZero(rows_, free_.count());
-  Eigen::MatrixXd shared = Eigen::MatrixXd::Zero(rows_, shared_);  // per standard deviation of each
+  Eigen::MatrixXd shared = Eigen::MatrixXd::Zero(rows_, shared_);  // per standard deviation of each shared error
   ParallelFor(groups_.size(), threads_, [&](size_t g) { Evaluate(groups_[g], x, e, shared); });
   const Eigen::LLT<Eigen::MatrixXd> root(
       Eigen::MatrixXd(Eigen::MatrixXd::Identity(rows_, rows_) + shared * shared.transpose()));

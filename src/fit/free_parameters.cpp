@@ -48,7 +48,7 @@ void AddEntries(const Capture& capture, const ParameterSpec& spec, const Paramet
   entry.low = InScale(row.scale, spec.low);
   entry.high = InScale(row.scale, spec.high);
   const bool is_thickness = row.quantity == Quantity::kThickness;
-  // A thickness has no population value: its prior is what the capture starts from.
+  // A thickness has no population value: its prior mean is the capture's start value.
   entry.prior_mean = InScale(row.scale, spec.prior_mean.value_or(is_thickness ? spec.value[0] : row.prior_mean));
   entry.prior_stddev = spec.prior_log_stddev.value_or(row.prior_stddev);
   const auto start = [&](double value) { return std::clamp(InScale(row.scale, value), entry.low, entry.high); };
@@ -94,7 +94,7 @@ void AddEntries(const Capture& capture, const ParameterSpec& spec, const Paramet
   free.entries.push_back(exponent);
 }
 
-/// ln(wavelength / 540 nm), the lever of the power law's exponent.
+/// ln(wavelength / 540 nm), the factor of the power law's exponent.
 double Lever(const FreeParameters& free, int channel) {
   return std::log(free.wavelengths_nm[channel] / kReferenceWavelength_nm);
 }
@@ -184,7 +184,7 @@ Material MaterialAt(const FreeParameters& free, const Eigen::VectorXd& x) {
     } else if (e.role != FreeEntry::Role::kPowerExponent) {
       v.fill(value);
     } else {
-      // Its level stands just before it in the list.
+      // Its level precedes it in the list.
       for (int c = 0; c < kChannels; ++c) v[c] *= std::exp(-x[k] * Lever(free, c));
     }
   }

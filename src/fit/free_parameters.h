@@ -1,5 +1,5 @@
 #pragma once
-// The vector that the optimiser moves, and what each of its entries means.
+// The optimiser's parameter vector, and the meaning of its entries.
 
 #include <Eigen/Core>
 #include <optional>
@@ -22,14 +22,14 @@ struct FreeEntry {
   Scale scale;
   double start, low, high;  ///< in the entry's own scale
   double prior_mean, prior_stddev;
-  bool moves_surface = false;  ///< a thickness that makes the next layer's surface: geometry is cast again for it
+  bool moves_surface = false;  ///< a thickness that shapes the next layer's surface: geometry is cast again for it
 };
 
-/// Whether walks give derivatives by it: not by a film, the neck's return, the isotropic share, and depths that come
-/// from a mesh.
+/// Whether random walks give derivatives by it. They do not for a film, the neck's reflectance, the isotropic share,
+/// and depths that come from a mesh.
 bool IsToldByWalks(const FreeEntry& entry);
 
-/// Entries that a fit by walks holds where it began, as neither walks nor readings of flat samples tell them.
+/// Entries that a path-traced fit holds at their start: neither walks nor readings of flat samples identify them.
 std::vector<int> HeldByWalks(const Capture& capture, const std::vector<FreeEntry>& entries);
 
 struct FreeParameters {
@@ -51,8 +51,8 @@ void ApplyOverrides(Capture& capture, const FitOverrides& overrides);
 /// Throws InputError where a power law has but one wavelength.
 FreeParameters FreeParametersOf(const Capture& capture);
 
-/// ln value = level - exponent ln(wavelength / 540 nm): the least-squares line's level and exponent are so much of the
-/// channels' logarithms. Infinite where all wavelengths are the same.
+/// ln value = level - exponent ln(wavelength / 540 nm): the weights of the channels' logarithms in the level and the
+/// exponent of the least-squares line. Infinite where all wavelengths are the same.
 struct PowerLawWeights {
   std::array<double, kChannels> level, exponent;
 };
@@ -60,10 +60,10 @@ PowerLawWeights WeightsOfPowerLaw(const std::array<double, kChannels>& wavelengt
 
 Eigen::VectorXd StartVector(const FreeParameters& free);
 
-/// Makes fits start at x, as far as bounds allow; priors stay where they are.
+/// Sets the start of fits to x, as far as bounds allow; priors stay unchanged.
 void StartFrom(const Eigen::VectorXd& x, FreeParameters& free);
 
-/// All values at x.
+/// The material at x.
 Material MaterialAt(const FreeParameters& free, const Eigen::VectorXd& x);
 
 /// d(value of one parameter in one channel) / d(x), a row of length count().

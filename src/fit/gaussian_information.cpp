@@ -69,7 +69,7 @@ Eigen::VectorXd MeanOf(const GaussianInformation& knowledge, const Eigen::Vector
 
 Disagreement Compared(const GaussianInformation& a, const GaussianInformation& b) {
   Check(a.names == b.names, "the same entries");
-  // The inverse of the sum of both covariances, which is 0 along directions that one of them knows nothing of.
+  // Inverse of the sum of both covariances; 0 along directions that only one of them constrains, or none.
   const Eigen::MatrixXd of_difference = a.precision * SeenDirections(a.precision + b.precision).Inverse() * b.precision;
   const SeenDirections common(0.5 * (of_difference + of_difference.transpose()));
   const Eigen::VectorXd nowhere = Eigen::VectorXd::Zero(a.weighted_mean.size());

@@ -1,5 +1,5 @@
 #pragma once
-// What is known of free entries beside the photographs at hand: from other captures of the same material.
+// Information on free entries from elsewhere than the photographs at hand: from other captures of the same material.
 
 #include <Eigen/Core>
 #include <string>
@@ -9,7 +9,8 @@
 
 namespace crownfit {
 
-/// The directions that a precision (symmetric, no negative eigenvalue but by rounding) knows something of, and others.
+/// The directions that a precision matrix constrains, and the others. It is symmetric, without negative eigenvalues
+/// except by rounding.
 struct SeenDirections {
   explicit SeenDirections(const Eigen::MatrixXd& precision);
   /// 0 along unseen directions.
@@ -19,8 +20,8 @@ struct SeenDirections {
   double condition = 0;          ///< largest over smallest standard deviation of the seen ones
 };
 
-/// A Gaussian over entries in their own scales, in its information form, so that knowledge from independent sources
-/// adds up, and directions of which nothing is known have precision 0.
+/// A Gaussian over entries in their own scales, in information form: independent sources add up, and unconstrained
+/// directions have precision 0.
 struct GaussianInformation {
   std::vector<std::string> names;  ///< as FreeEntry::name
   Eigen::MatrixXd precision;
@@ -29,36 +30,36 @@ struct GaussianInformation {
 
 std::vector<std::string> NamesOf(const std::vector<FreeEntry>& entries);
 
-/// Nothing known of these.
+/// No information on these.
 GaussianInformation NothingOf(const std::vector<std::string>& names);
 
-/// The same about `names` alone, of those it knows: the others are integrated out.
+/// The marginal over those of `names` that it holds: the others are integrated out.
 GaussianInformation Marginal(const GaussianInformation& knowledge, const std::vector<std::string>& names);
 
-/// Adds what `more` knows of `knowledge`'s names, and nothing of others.
+/// Adds the information of `more` on `knowledge`'s names; its other names are integrated out.
 void Add(GaussianInformation& knowledge, const GaussianInformation& more);
 
-/// Where the knowledge stands; along directions that nothing is known of, as near to `otherwise` as possible.
+/// The mean; along unconstrained directions as close to `otherwise` as possible.
 Eigen::VectorXd MeanOf(const GaussianInformation& knowledge, const Eigen::VectorXd& otherwise);
 
-/// What fits of other captures of the same material know, and where to start from: both in the order of the free
-/// entries, or empty.
+/// Information from fits of other captures of the same material, and the start: both in the order of the free entries,
+/// or empty.
 struct KnownBeside {
   GaussianInformation others;
   Eigen::VectorXd start;
 };
 
-/// How far two independent sources are apart in what both know something of.
+/// How far two independent sources are apart, along directions that both constrain.
 struct Disagreement {
   double chi2 = 0;
   int freedom = 0;
-  std::string name;            ///< the entry that most of it is about
-  double here = 0, there = 0;  ///< where they put that entry
+  std::string name;            ///< the entry that contributes most
+  double here = 0, there = 0;  ///< the two values of that entry
 };
-/// `a` and `b` know of the same entries.
+/// `a` and `b` must have the same entries.
 Disagreement Compared(const GaussianInformation& a, const GaussianInformation& b);
 
-/// What chi2 exceeds by chance in this share of all cases.
+/// The chi2 that is exceeded by chance with this probability.
 double UnlikelyChi2(int freedom, double by_chance = 1e-4);
 
 }  // namespace crownfit

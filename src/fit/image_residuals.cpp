@@ -12,7 +12,7 @@
 namespace crownfit {
 namespace {
 
-constexpr int kFewSlots = 6;  // that most fits move: derivatives by as many are twice as quick as by all
+constexpr int kFewSlots = 6;  // slots of most fits: derivatives by this many are twice as fast as by all
 
 /// Huber's loss as a residual: its square is rho(r^2), so plain least squares minimises the robust sum.
 double Robust(double r, double width) {

@@ -1,6 +1,6 @@
 #pragma once
-// Whitened differences between photographs and predictions, and their derivatives, with the nuisances solved and
-// projected out; and those of the capture's measurements after them.
+// Whitened differences between photographs and predictions, and their derivatives, with the nuisances solved for and
+// projected out. Those of the capture's measurements follow.
 
 #include <Eigen/Core>
 #include <vector>
@@ -32,12 +32,12 @@ class ImageResiduals {
   ImageResiduals(const Capture& capture, const CastState& state, const FreeParameters& free,
                  const std::vector<FitPixels>& pixels, const CalibrationState& calibration,
                  const ResidualOptions& options);
-  /// Keeps what the next call may need again: by one thread at a time.
+  /// Caches data for the next call: one thread at a time.
   Evaluation Evaluate(const Eigen::VectorXd& x, bool with_jacobian) const;
   int count() const { return rows_ + nuisances_.count() + flat_.count(); }
 
  private:
-  /// `group`: of lights, as a column of PredictPerScale; the first has the scenery's light too.
+  /// `group`: of lights, as a column of PredictPerScale; the first includes the scenery's light.
   void Predict(const Material& material, const std::vector<double>& light_scale, int group,
                Eigen::Ref<Eigen::VectorXd> prediction) const;
   void PredictWithDerivatives(const Eigen::VectorXd& x, const LinearScales& scales, Evaluation& out) const;
@@ -54,7 +54,7 @@ class ImageResiduals {
   const FreeParameters& free_;
   const std::vector<FitPixels>& pixels_;
   ResidualOptions options_;
-  std::vector<std::vector<int>> vertices_;  ///< per entry of `pixels`: around what its pixels show
+  std::vector<std::vector<int>> vertices_;  ///< per entry of `pixels`: vertices around the points that its pixels show
   Nuisances nuisances_;
   FlatResiduals flat_;
   std::vector<int> first_row_;  ///< per entry of `pixels`
@@ -64,7 +64,7 @@ class ImageResiduals {
     Eigen::VectorXd x;
     Eigen::MatrixXd parts;
   };
-  mutable Parts last_;  ///< a step is tried without derivatives first, and taken with them
+  mutable Parts last_;  ///< a step is evaluated without derivatives first, and with them once accepted
 };
 
 }  // namespace crownfit

@@ -9,10 +9,10 @@
 namespace crownfit {
 namespace {
 
-constexpr double kLevelDrift = 0.08;  // of a photograph: twice what model `shader` is off by
-constexpr double kMostOfWalks = 0.8;  // of a variance
+constexpr double kLevelDrift = 0.08;  // of a photograph: twice the error of model `shader`
+constexpr double kMostOfWalks = 0.8;  // share of a variance
 
-/// Whether the circumstance explains a refusal, so that it belongs to its reasons.
+/// Whether the finding explains a refusal, so that it belongs to the refusal's reasons.
 bool ExplainsRefusal(const Finding& finding) {
   return finding.kind == FindingKind::kLightNotCalibrated || finding.kind == FindingKind::kColourNotCalibrated;
 }
@@ -98,7 +98,7 @@ void Judge(CrownFit& fit, std::vector<Finding> refusals) {
   const Uncertainty& u = fit.uncertainty;
   const char* source = SourceOf(fit);
   if (!fit.converged) fit.reasons.push_back({FindingKind::kNotConverged});
-  // Of few readings a larger one is no rarity.
+  // With few readings a larger value is not rare.
   const double limit =
       u.freedom > 0 ? std::max(kChi2Limit, UnlikelyChi2(static_cast<int>(u.freedom)) / u.freedom) : kChi2Limit;
   if (u.reduced_chi2 > limit) fit.reasons.push_back({FindingKind::kChi2, {u.reduced_chi2, limit}, {source}});

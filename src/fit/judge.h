@@ -1,5 +1,5 @@
 #pragma once
-// What to make of a fit: what can not be trusted, and whether it may be used.
+// Judges a fit: what cannot be trusted, and whether the result is usable.
 
 #include <vector>
 
@@ -9,19 +9,19 @@
 
 namespace crownfit {
 
-/// What the photographs' files and their calibration make doubtful.
+/// Doubts about the photographs' files and their calibration.
 std::vector<Finding> PhotographFindings(const Capture& capture, const std::vector<Photograph>& photographs);
 
-/// What the model leaves out, and what the fit had to move.
+/// Omissions of the model, and what the fit had to move.
 std::vector<Finding> ModelFindings(const CrownFit& fit);
 
-/// Fills `usable` and `reasons` from the rest (the contract's rules). `refusals`: such as are known beforehand.
+/// Fills `usable` and `reasons` from the rest (the contract's rules). `refusals`: reasons known beforehand.
 void Judge(CrownFit& fit, std::vector<Finding> refusals = {});
 
-/// "photographs", "measurements", or both: what speaks in this fit.
+/// "photographs", "measurements", or both: the data of this fit.
 const char* SourceOf(const CrownFit& fit);
 
-/// Names of the parameters of a status, with the channels where not all of them are of it.
+/// Names of the parameters with this status, with the channels where only some have it.
 std::vector<std::string> NamesOfStatus(const CrownFit& fit, Status status);
 
 }  // namespace crownfit

@@ -16,7 +16,7 @@ struct Gaussian1 {
   double mean, stddev;
 };
 
-/// Of a parameter in one channel, in the scale that the fit moves it in.
+/// Prior of a parameter in one channel, in the scale of the fit.
 std::optional<Gaussian1> Stated(const ParameterRecord& record, double value, Scale scale, size_t channel) {
   if (record.stddev.empty()) return {};
   const std::optional<double> stddev = record.stddev[record.stddev.size() == 1 ? 0 : channel];
@@ -25,8 +25,8 @@ std::optional<Gaussian1> Stated(const ParameterRecord& record, double value, Sca
   return value > 0 ? std::optional(Gaussian1{std::log(value), *stddev / value}) : std::nullopt;
 }
 
-/// Of a linear combination of what is stated in each channel: as uncertain as where the channels err each by itself or
-/// all together, whichever is more.
+/// Prior of a linear combination of the channels' values. Its error assumes independent or fully correlated channels,
+/// whichever gives more.
 std::optional<Gaussian1> Combined(const ParameterRecord& record, const ChannelValues& values, Scale scale,
                                   const std::array<double, kChannels>& weights) {
   double mean = 0, apart = 0, together = 0;

@@ -1,5 +1,5 @@
 #pragma once
-// What an earlier fit, or a class of materials, says of the free entries: --prior.
+// Priors of the free entries, from an earlier fit or for a class of materials: --prior.
 
 #include <filesystem>
 
@@ -7,8 +7,8 @@
 
 namespace crownfit {
 
-/// Takes mean and standard deviation of every free entry from what a material file states with a standard deviation, in
-/// ln for what is fitted in ln; what it does not state so keeps its prior. Throws InputError when it states none.
+/// Takes mean and standard deviation of every free entry from a material file, where the file states a standard
+/// deviation; in ln for what is fitted in ln. Other entries keep their prior. Throws InputError when it states none.
 void TakePriors(const std::filesystem::path& file, const Capture& capture, FreeParameters& free);
 
 }  // namespace crownfit

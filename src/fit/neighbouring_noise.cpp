@@ -6,8 +6,8 @@
 namespace crownfit {
 namespace {
 
-/// By which power of the light variances go: 0 read noise, 1 shot noise, 2 a share of the light (and most renderers').
-/// Slope of their logarithms over all pixels; 1 where all are equally bright.
+/// Exponent of the variance as a power of the light: 0 read noise, 1 shot noise, 2 a share of the light (and most
+/// renderers'). Slope of their logarithms over all pixels; 1 where all are equally bright.
 glm::dvec3 PowerOfLight(const std::vector<glm::dvec3>& stddev, const std::vector<glm::dvec3>& brightness) {
   glm::dvec3 power(1.0);
   for (int c = 0; c < kChannels; ++c) {
@@ -23,7 +23,7 @@ glm::dvec3 PowerOfLight(const std::vector<glm::dvec3>& stddev, const std::vector
   return power;
 }
 
-/// Fitted pixels by their place.
+/// Fitted pixels by position.
 class FittedAt {
  public:
   FittedAt(const FitPixels& p, const PhotographCast& cast) {
@@ -33,7 +33,7 @@ class FittedAt {
     for (size_t i = 0; i < p.pixels.size(); ++i)
       at_[PlaceOf(cast.pixels[p.pixels[i]].x, cast.pixels[p.pixels[i]].y)] = static_cast<int>(i);
   }
-  /// Calls visit(pixel) for those at most `reach` pixels away, but for those at most `gap` away; how many there were.
+  /// Calls visit(pixel) for pixels more than `gap` and at most `reach` pixels away; returns their number.
   template <class Visit>
   size_t Around(const PixelCast& here, int gap, int reach, const Visit& visit) const {
     size_t count = 0;
@@ -57,7 +57,7 @@ class FittedAt {
 
 std::vector<glm::dvec3> NoiseOfNeighbours(const FitPixels& p, const PhotographCast& cast,
                                           const std::vector<glm::dvec3>& stated, const std::vector<glm::dvec3>& light) {
-  constexpr int kSmoothed = 5, kFurthest = 80;  // pixels; further away where a fit takes but every n-th
+  constexpr int kSmoothed = 5, kFurthest = 80;  // pixels; further away where a fit uses only every n-th
   constexpr size_t kFewest = 8;
   constexpr double kDark = 1e-3;  // of the mean
   std::vector<glm::dvec3> brightness = light;
@@ -65,12 +65,12 @@ std::vector<glm::dvec3> NoiseOfNeighbours(const FitPixels& p, const PhotographCa
   for (const glm::dvec3& v : light) floor += kDark / static_cast<double>(light.size()) * glm::abs(v);
   for (glm::dvec3& v : brightness) v = glm::max(v, floor);
   const glm::dvec3 power = PowerOfLight(stated, brightness);
-  for (glm::dvec3& v : brightness) v = glm::pow(v, power);  // what the variance goes with
+  for (glm::dvec3& v : brightness) v = glm::pow(v, power);  // proportional to the variance
 
   const FittedAt fitted(p, cast);
   std::vector<glm::dvec3> stddev = stated;
   for (size_t i = 0; i < p.pixels.size(); ++i) {
-    // Of the ring around what it may have entered; on something smaller of all but the pixel.
+    // From the ring outside the smoothing width; on smaller objects from all pixels but this one.
     const auto of_ring = [&](int gap, int reach) {
       glm::dvec3 variance(0.0), around(0.0);
       const size_t count = fitted.Around(cast.pixels[p.pixels[i]], gap, reach,

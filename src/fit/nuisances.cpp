@@ -121,7 +121,7 @@ std::vector<Nuisances::Block> Nuisances::Blocks(const Eigen::MatrixXd& parts, co
   return blocks;
 }
 
-/// Exact for one kind of factor alone; and a start from which Gauss-Newton finds both.
+/// Exact where only one kind of factor is free; otherwise the start from which Gauss-Newton finds both.
 void Nuisances::SetExposuresAlone(const Eigen::MatrixXd& parts, LinearScales& scales) const {
   const Eigen::VectorXd prediction = Prediction(parts, scales);
   Eigen::VectorXd top = Eigen::VectorXd::Zero(exposures_), bottom = top;
@@ -157,7 +157,7 @@ LinearScales Nuisances::Solve(const Eigen::MatrixXd& parts, double huber_width) 
     const Eigen::VectorXd step = ShortestNearest(normal, right);
     double change = 0;
     int k = 0;
-    const auto move_factor = [&](double& factor) {  // that stays positive
+    const auto move_factor = [&](double& factor) {  // and keeps it positive
       const double next = std::max(0.1 * factor, factor + step[k++]);
       change = std::max(change, std::abs(next / factor - 1.0));
       factor = next;

@@ -8,7 +8,7 @@
 namespace crownfit {
 namespace {
 
-constexpr int kDrawn = 10;  // places to either side of what is no fit each
+constexpr int kDrawn = 10;  // points per side, where not every point is a fit
 
 void StartAtLeast(LikelihoodProfile& profile) {
   const double least = *std::min_element(profile.delta_chi2.begin(), profile.delta_chi2.end());
@@ -65,7 +65,7 @@ Profiler::Profiler(const ImageResiduals& residuals, const FreeParameters& free, 
   normal_.diagonal() += prior_precision_;
 }
 
-/// `gradient`: half of it, with the derivatives at x_.
+/// `gradient`: half the gradient, with the derivatives at x_.
 double Profiler::Chi2At(const Eigen::VectorXd& x, Eigen::VectorXd& gradient) const {
   const Evaluation e = residuals_.Evaluate(x, false);
   if (!e.finite) return HUGE_VAL;
@@ -77,7 +77,7 @@ double Profiler::Chi2At(const Eigen::VectorXd& x, Eigen::VectorXd& gradient) con
 
 double Profiler::SmallestChi2(Eigen::VectorXd x, int held) const {
   constexpr int kMostSteps = 6;
-  constexpr double kEnough = 0.05;  // of what one standard deviation adds: less than that is not looked for
+  constexpr double kEnough = 0.05;  // tolerance, relative to the increase at one standard deviation
   Eigen::MatrixXd normal = normal_;
   normal.row(held).setZero();
   normal.col(held).setZero();
@@ -100,14 +100,14 @@ double Profiler::SmallestChi2(Eigen::VectorXd x, int held) const {
 
 LikelihoodProfile Profiler::Of(int entry, double stddev, int points_a_side) const {
   Eigen::VectorXd along = SolveSymmetric(normal_, Eigen::VectorXd::Unit(free_.count(), entry));
-  if (!along.allFinite() || !(along[entry] > 0))  // a direction that nothing is known of
+  if (!along.allFinite() || !(along[entry] > 0))  // an unidentified direction
     along = stddev * stddev * Eigen::VectorXd::Unit(free_.count(), entry);
   const double reach = kProfileReach * std::min(std::sqrt(inflation_ * along[entry]), stddev);
   LikelihoodProfile profile{entry, LikelihoodProfile::By::kFits, {}, {}};
   for (int i = -points_a_side; i <= points_a_side; ++i) {
     const double off = reach * i / points_a_side, value = x_[entry] + off;
     if (value < free_.entries[entry].low || value > free_.entries[entry].high) continue;
-    Eigen::VectorXd start = x_ + off / along[entry] * along;  // where the others go if all is linear
+    Eigen::VectorXd start = x_ + off / along[entry] * along;  // the others' optimum in the linear model
     for (int k = 0; k < free_.count(); ++k)
       start[k] = std::clamp(start[k], free_.entries[k].low, free_.entries[k].high);
     profile.at.push_back(value);

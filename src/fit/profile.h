@@ -1,5 +1,5 @@
 #pragma once
-// Likelihood profiles: how much worse the photographs fit when one free entry is held away from its best value.
+// Likelihood profiles: the increase of chi2 when one free entry is held away from its best value.
 
 #include <vector>
 
@@ -8,8 +8,8 @@
 namespace crownfit {
 
 struct LikelihoodProfile {
-  enum class By { kParabola, kFits, kSlopes };  ///< the others were fitted again at every point; or its slope is known
-  int entry = 0;                                ///< of the free parameters
+  enum class By { kParabola, kFits, kSlopes };  ///< fits: the others are refitted at every point; slopes: integrated
+  int entry = 0;                                ///< index of the free parameter
   By by = By::kParabola;
   std::vector<double> at;          ///< ascending, in the entry's own scale
   std::vector<double> delta_chi2;  ///< above the smallest; priors included, over the variance inflation
@@ -18,30 +18,29 @@ struct LikelihoodProfile {
 /// Standard deviations to either side, somewhat beyond the 95 % interval.
 inline constexpr double kProfileReach = 2.5;
 
-/// Of chi2, by an entry held so far off the solution: its slope and its curvature there.
+/// Slope and curvature of chi2 along an entry that is held at offset `off` from the solution.
 struct SlopeAt {
   double off, slope, curvature;
 };
-/// Chi2 at ten places to either side, between those where its slope is known: the integral of the cubic through
-/// derivatives and curvatures (Hermite). `derivatives`: ascending, two or more.
+/// Chi2 at ten points per side, between offsets with known slope: the integral of the cubic through slopes and
+/// curvatures (Hermite). `derivatives`: ascending, two or more.
 LikelihoodProfile ProfileOfSlopes(const std::vector<SlopeAt>& derivatives);
 
 /// Whether an entry's 95 % interval is wider than a factor 1.5.
 bool IsWeak(const FreeEntry& entry, double best, double stddev);
 
-/// What the covariance says: a parabola, to 2.5 standard deviations.
+/// The parabola of the covariance, to 2.5 standard deviations.
 LikelihoodProfile QuadraticProfile(const FreeParameters& free, const Eigen::VectorXd& x,
                                    const Eigen::MatrixXd& covariance, int entry);
 
-/// Fits everything else again with an entry held away from x. Derivatives are those at x (chord steps: Ortega and
-/// Rheinboldt 1970, chapter 7), so a point costs one to three predictions; thicknesses keep the geometry of
-/// `residuals`.
+/// Refits all other entries with one held away from x. Derivatives are those at x (chord steps: Ortega and Rheinboldt
+/// 1970, chapter 7), so a point costs one to three predictions. Thicknesses keep the geometry of `residuals`.
 class Profiler {
  public:
-  /// x: where a fit converged. All but x must outlive it.
+  /// x: where a fit converged. All arguments but x must outlive it.
   Profiler(const ImageResiduals& residuals, const FreeParameters& free, const Eigen::VectorXd& x, double inflation,
            bool use_priors);
-  /// At `points_a_side` values to either side, to 2.5 standard deviations of this chi2, at most of `stddev`.
+  /// With `points_a_side` points per side, to 2.5 standard deviations of this chi2, or of `stddev` if that is smaller.
   LikelihoodProfile Of(int entry, double stddev, int points_a_side) const;
 
  private:

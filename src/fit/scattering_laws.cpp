@@ -11,13 +11,13 @@ namespace {
 
 constexpr Quantity kScattering = Quantity::kReducedScattering;
 
-/// Enamel's exponent is 3.7 between 543 and 632 nm and 2.7 between 632 and 1053 nm (Fried et al. 1995): over a camera's
-/// bands, the value in the middle one is so far off a power law through all.
+/// Enamel's exponent is 3.7 between 543 and 632 nm and 2.7 between 632 and 1053 nm (Fried et al. 1995). Over a camera's
+/// bands, the value in the middle band departs from a power law through all by this share.
 constexpr double kOffPowerLaw = 0.02;
 
-/// Of the logarithms of three channels: unit directions, as columns, that a law does not know.
+/// Unit directions (columns) in the logarithms of three channels that a law cannot follow.
 Eigen::MatrixXd DirectionsBeyond(Sharing law, const std::array<double, kChannels>& wavelengths_nm) {
-  Eigen::Matrix3d directions;  // a level, a power law's slope, and what is left
+  Eigen::Matrix3d directions;  // a level, a power law's slope, and the remainder
   directions.col(0).setOnes();
   for (int c = 0; c < kChannels; ++c) directions(c, 1) = std::log(wavelengths_nm[c] / wavelengths_nm[0]);
   directions.col(1).array() -= directions.col(1).mean();
@@ -38,7 +38,7 @@ Eigen::MatrixXd LogarithmGradients(size_t layer, const FreeParameters& free) {
   return gradients;
 }
 
-/// As far as exponents of published teeth lie from 0, by the prior of the exponent.
+/// Departure of published teeth: as far as their exponents lie from 0, by the exponent's prior.
 double Published(Sharing law, const FreeParameters& free, const Eigen::RowVectorXd& departure) {
   if (law == Sharing::kPowerLaw) return kOffPowerLaw;
   double published = 0;
@@ -47,7 +47,7 @@ double Published(Sharing law, const FreeParameters& free, const Eigen::RowVector
   return published;
 }
 
-/// `free` has one number more than the law leaves.
+/// `free` has one parameter more than the law.
 SharedScattering Ask(Sharing law, size_t layer, const FreeParameters& free, const DataEstimate& knowledge) {
   const Eigen::MatrixXd beyond = DirectionsBeyond(law, free.wavelengths_nm);
   const Eigen::MatrixXd departures = beyond * (beyond.transpose() * LogarithmGradients(layer, free));
@@ -64,7 +64,7 @@ SharedScattering Ask(Sharing law, size_t layer, const FreeParameters& free, cons
   constexpr double kItself = 1e-6;
   for (int k = 0; k < free.count(); ++k) {
     const double before = covariance(k, k), under_law = before - std::pow(with[k] / asked.told, 2);
-    if (under_law < kItself * before) continue;  // the law states this one
+    if (under_law < kItself * before) continue;  // the law itself determines this one
     const double narrows = std::sqrt(before / under_law);
     if (narrows > asked.narrows) asked.narrows = narrows, asked.narrowed = free.entries[k].name;
   }
@@ -112,7 +112,7 @@ Capture WithoutLaws(Capture capture, const Material& material) {
       spec.value = material.layers[l].values[i];
       if (!kParameters[i].per_channel) continue;
       spec.sharing = Sharing::kNone;
-      spec.low = std::min(spec.low, *std::ranges::min_element(spec.value));  // a law's channels may lie outside
+      spec.low = std::min(spec.low, *std::ranges::min_element(spec.value));  // values under a law may lie outside
       spec.high = std::max(spec.high, *std::ranges::max_element(spec.value));
     }
     if (!capture.surface[i].fixed) capture.surface[i].value = material.surface.values[i];
@@ -147,7 +147,7 @@ std::vector<LawDeparture> DeparturesFromLaws(const Capture& fitted, const FreePa
 std::vector<LawDeparture> DeparturesFromLaws(const Capture& fitted, const FreeParameters& freed,
                                              const DataEstimate& knowledge) {
   Eigen::MatrixXd precision = knowledge.Precision();
-  for (int k = 0; k < freed.count(); ++k)  // what nothing tells stays finite
+  for (int k = 0; k < freed.count(); ++k)  // keeps unidentified entries finite
     precision(k, k) += 1e-6 * std::pow(freed.entries[k].prior_stddev, -2.0);
   return DeparturesFromLaws(fitted, freed, knowledge.by_photographs - StartVector(freed),
                             InverseOfSymmetric(precision));

@@ -8,8 +8,8 @@
 namespace crownfit {
 namespace {
 
-/// All pixels as one cost function: they are computed in parallel in a fixed order, so the sums do not depend on
-/// threads.
+/// All pixels as one cost function. They are computed in parallel in a fixed order, so the sums do not depend on the
+/// number of threads.
 class ImageCost final : public ceres::CostFunction {
  public:
   ImageCost(const ImageResiduals& residuals, int parameters) : residuals_(residuals), parameters_(parameters) {
@@ -53,7 +53,7 @@ class PriorCost final : public ceres::CostFunction {
   const FreeParameters& free_;
 };
 
-/// What others know, as residuals whose squares are its chi2.
+/// Information from others, as residuals whose squares sum to its chi2.
 class OthersCost final : public ceres::CostFunction {
  public:
   explicit OthersCost(const GaussianInformation& others) {
@@ -81,7 +81,7 @@ class OthersCost final : public ceres::CostFunction {
 
 bool IsKnown(const GaussianInformation& others) { return others.precision.size() > 0 && !others.precision.isZero(); }
 
-/// Reports progress, and stops when a cast thickness is no longer near the fitted one.
+/// Reports progress, and stops when a fitted thickness is too far from the cast one.
 class Watch final : public ceres::IterationCallback {
  public:
   Watch(const FreeParameters& free, const SolveOptions& options, const Eigen::VectorXd& cast_at, const double* x,
@@ -121,14 +121,14 @@ double CostAt(const ImageResiduals& residuals, const FreeParameters& free, const
   return cost;
 }
 
-/// The factor on the body's depth, where it is free (flat samples); -1: none.
+/// Index of the factor on the body's depth, where it is free (flat samples); -1: none.
 int DepthOf(const FreeParameters& free) {
   for (int k = 0; k < free.count(); ++k)
     if (free.entries[k].quantity == Quantity::kThickness && !free.entries[k].moves_surface) return k;
   return -1;
 }
 
-/// A body so many times as deep, of the same optical depth.
+/// The body made `factor` times as deep, at the same optical depth.
 Eigen::VectorXd TimesAsDeep(double factor, int depth, const FreeParameters& free, Eigen::VectorXd x) {
   for (int k = 0; k < free.count(); ++k) {
     const FreeEntry& e = free.entries[k];
@@ -165,7 +165,7 @@ SolveResult SolveFrom(const ImageResiduals& residuals, const FreeParameters& fre
     problem.SetParameterUpperBound(result.x.data(), k, free.entries[k].high);
   }
   ceres::Solver::Options ceres_options;
-  ceres_options.num_threads = 1;  // Ceres sums in another order on two; the residuals are parallel by themselves
+  ceres_options.num_threads = 1;  // with two Ceres sums in another order; the residuals are parallel by themselves
   ceres_options.linear_solver_type = ceres::DENSE_QR;
   ceres_options.dense_linear_algebra_library_type = ceres::EIGEN;
   ceres_options.max_num_iterations = options.max_iterations;
@@ -228,7 +228,7 @@ SolveResult Solve(const ImageResiduals& residuals, const FreeParameters& free, c
     const double before = best.cost;
     const Eigen::VectorXd found = best.x;
     for (const double factor : {0.5, 0.75, 1.33, 2.0}) {
-      if (best.thickness_moved) return best;  // its geometry comes first
+      if (best.thickness_moved) return best;  // its geometry must be cast first
       SolveResult again =
           SolveFrom(residuals, free, start, TimesAsDeep(factor, depth, free, found), options, show_best);
       again.iterations += best.iterations;

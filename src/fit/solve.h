@@ -13,8 +13,8 @@ namespace crownfit {
 struct SolveOptions {
   int max_iterations = 100;
   bool use_priors = true;
-  GaussianInformation others = {};         ///< of the free entries, in their order; empty: nothing
-  double stop_when_thickness_moved = 0.2;  ///< relative to what was cast; the caller casts again
+  GaussianInformation others = {};         ///< on the free entries, in their order; empty: nothing
+  double stop_when_thickness_moved = 0.2;  ///< relative to the cast value; the caller casts again
 };
 
 struct SolveResult {
@@ -28,14 +28,14 @@ struct SolveResult {
 
 using SolveProgress = std::function<void(int iteration, double cost)>;
 
-/// Multiplies groups of parameters (all absorptions, all scatterings, the roughness) by powers of 2 from the start and
-/// keeps what fits best, group after group, so that LM starts on the right side of the valley.
+/// Multiplies groups of parameters (all absorptions, all scatterings, the roughness) by powers of 2 from the start.
+/// Keeps the best fit, group after group, so that LM starts on the right side of the valley.
 Eigen::VectorXd BracketStart(const ImageResiduals& residuals, const FreeParameters& free, const SolveOptions& options,
                              Eigen::VectorXd x);
 
-/// From `start`; where a factor on the body's depth is free, also from half to twice the depth found, of the same
-/// optical depth, as long as that gains: scattering, absorption and 1 / depth do nearly the same, and a solver stops in
-/// that valley.
+/// Solves from `start`. If a factor on the body's depth is free, also solves from half to twice the depth found. The
+/// optical depth is kept, and rounds continue as long as the cost decreases. Scattering, absorption and 1 / depth are
+/// almost interchangeable, and a solver stops in that valley.
 SolveResult Solve(const ImageResiduals& residuals, const FreeParameters& free, const Eigen::VectorXd& start,
                   const SolveOptions& options, const SolveProgress& progress);
 

@@ -14,7 +14,7 @@ namespace {
 
 constexpr double kNullRatio = 1e-7;  // singular values below this share of the largest are null directions
 constexpr double kUnidentifiedFactor = 4.0;
-constexpr double kWeak = 0.35;  // standard deviation from which a direction is named
+constexpr double kWeak = 0.35;  // standard deviation from which a direction is listed
 constexpr double kZ95 = 1.959963984540054;
 // Errors of the model `shader` that many pixels share, relative to the signal: at the true values of the path-traced
 // incisor and disc its level is off by 4 % rms per photograph, its channels by 2 % against each other, its patches by 3
@@ -23,8 +23,8 @@ constexpr double kPatchError = 0.03;       // common to a patch, in one channel
 constexpr double kPhotographError = 0.04;  // common to a photograph
 constexpr double kChannelError = 0.02;     // common to a photograph, in one channel
 
-/// Calls visit(rows) for every patch of neighbouring pixels and every channel: its residuals' indices and the signal
-/// there in standard deviations.
+/// Calls visit(rows) for every patch of neighbouring pixels and every channel: its residuals' indices, and their signal
+/// in standard deviations.
 template <class Visit>
 void ForEachPatch(const CastState& state, const std::vector<FitPixels>& pixels, const Visit& visit) {
   int row = 0;
@@ -151,7 +151,7 @@ DataEstimate KnowledgeByShader(const CastState& state, const FreeParameters& fre
   k.covariance = Eigen::MatrixXd::Zero(n, n);
   k.unseen = Eigen::MatrixXd::Identity(n, n);
   k.by_photographs = x;
-  if (!e.finite) return k;  // nothing was learned
+  if (!e.finite) return k;  // no information
   double fitted = n;
   if (beside.size() > 0) {
     const Eigen::MatrixXd normal = e.jacobian.transpose() * e.jacobian;
@@ -191,7 +191,7 @@ Uncertainty Quantify(const Capture& capture, const FreeParameters& free, const E
   Eigen::VectorXd prior_variance(n), without_prior = Eigen::VectorXd::Zero(n);
   for (int k = 0; k < n; ++k) prior_variance[k] = free.entries[k].prior_stddev * free.entries[k].prior_stddev;
   if (n > 0) {
-    // What the photographs say, plus the priors, or in their place that a value lies in its range.
+    // Information of the photographs plus the priors, or instead of priors that a value lies in its range.
     Eigen::MatrixXd precision = data.Precision();
     const auto [variances, directions] = EigenOfSymmetric(data.covariance);
     const auto unseen = data.unseen.cols();
@@ -206,7 +206,7 @@ Uncertainty Quantify(const Capture& capture, const FreeParameters& free, const E
       precision(k, k) += use_priors ? 1.0 / prior_variance[k] : 1.0 / (range * range);
     }
     posterior = InverseOfSymmetric(precision);
-    // How far from here the photographs alone would put it, were all linear.
+    // Shift to the optimum of the photographs alone, in the linear model.
     for (int k = 0; use_priors && k < n; ++k)
       without_prior += (x[k] - free.entries[k].prior_mean) / prior_variance[k] * data.covariance.col(k);
   }
@@ -227,7 +227,7 @@ Uncertainty Quantify(const Capture& capture, const FreeParameters& free, const E
     struct Interval {
       double low, high;
     };
-    const bool log = row.scale == Scale::kLog;  // where the fit moves in ln; standard deviations are relative then
+    const bool log = row.scale == Scale::kLog;  // where the fit uses ln; standard deviations are relative then
     for (size_t c = 0; c < p.value.size(); ++c) {
       const double value = p.value[c], unit = log ? value : 1.0;
       const Eigen::RowVectorXd g = ValueGradient(free, x, layer, row.quantity, static_cast<int>(c)) / unit;
@@ -235,8 +235,8 @@ Uncertainty Quantify(const Capture& capture, const FreeParameters& free, const E
       const double posterior_sd = std::sqrt((g * posterior * g.transpose())(0, 0));
       const double prior_sd = std::sqrt((g.transpose().cwiseAbs2().cwiseProduct(prior_variance)).sum());
       const double off = g.dot(without_prior);
-      // Light is linear in the logarithm of what there is much of, and in the value itself where there is little: the
-      // lower end allows for both. So does the upper end of an absorption, of twice the deviation in the value itself.
+      // Light is linear in the logarithm of a large coefficient, and in the value itself of a small one: the lower end
+      // allows for both. So does the upper end of an absorption, with twice the deviation in the value itself.
       const bool may_be_little = row.quantity == Quantity::kAbsorption;
       const auto interval = [&](double from, double to) -> Interval {
         const double high = log ? value * std::exp(to) : value + to;
@@ -248,7 +248,7 @@ Uncertainty Quantify(const Capture& capture, const FreeParameters& free, const E
         return log ? !(i.high <= kUnidentifiedFactor * i.low)
                    : !(i.high - i.low <= std::log(kUnidentifiedFactor) * std::max(std::abs(value), row.prior_stddev));
       };
-      // A prior narrow enough to hold the value makes it `prior`; one too wide to do so leaves it not identified.
+      // A prior that is narrow enough to bound the value gives status `prior`; with a wider one it is not identified.
       const bool seen = std::isfinite(data_sd), entry_prior = use_priors && data_sd > 0.5 * prior_sd;
       const bool unidentified = !seen || (is_wide(by_data) && (!entry_prior || is_wide(with_prior)));
       const bool held = seen && entry_prior && !is_wide(with_prior);

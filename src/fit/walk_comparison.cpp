@@ -11,7 +11,7 @@
 namespace crownfit {
 namespace {
 
-constexpr double kShrink = 0.98;  // of correlations: paths that are grey make channels nearly one
+constexpr double kShrink = 0.98;  // of correlations: with grey paths the channels are almost fully correlated
 
 Eigen::Matrix3d Shrunk(const Eigen::Matrix3d& correlation) {
   Eigen::Matrix3d shrunk = kShrink * correlation;
@@ -19,8 +19,8 @@ Eigen::Matrix3d Shrunk(const Eigen::Matrix3d& correlation) {
   return shrunk;
 }
 
-/// How the channels' noise goes together, from differences of neighbouring residuals: walked photographs follow one
-/// path in all channels, and cameras interpolate.
+/// Correlation of the channels' noise, from differences of neighbouring residuals: path-traced photographs use one path
+/// for all channels, and cameras interpolate.
 Eigen::Matrix3d NoiseCorrelation(const FitPixels& p, const PhotographCast& cast,
                                  const std::vector<Eigen::Vector3d>& residual,
                                  const std::vector<Eigen::Vector3d>& stddev) {
@@ -40,7 +40,7 @@ Eigen::Matrix3d NoiseCorrelation(const FitPixels& p, const PhotographCast& cast,
   return root.asDiagonal() * sum * root.asDiagonal();
 }
 
-/// Pixels of the fit, by number, in every square of so many pixels.
+/// Indices of the fitted pixels in every square of this width.
 using Patches = std::map<std::pair<int, int>, std::vector<size_t>>;
 Patches PatchesOf(const FitPixels& p, const PhotographCast& cast, int width) {
   Patches patches;
@@ -49,7 +49,7 @@ Patches PatchesOf(const FitPixels& p, const PhotographCast& cast, int width) {
   return patches;
 }
 
-/// Of squares of which the fitted pixels fill so many; of a small picture's as many as there are patches.
+/// Width of squares of which the fitted pixels' bounding box holds 16; at least that of patches.
 int WidthOfRegions(const FitPixels& p, const PhotographCast& cast) {
   constexpr double kRegions = 16.0;
   int left = INT_MAX, top = INT_MAX, right = 0, bottom = 0;
@@ -66,7 +66,7 @@ int WidthOfRegions(const FitPixels& p, const PhotographCast& cast) {
 struct Whitening {
   const std::vector<Eigen::Vector3d>& stddev;
   Eigen::LLT<Eigen::Matrix3d> root;  ///< of the channels' correlation
-  double of_noise;                   ///< what noise alone makes of a square
+  double of_noise;                   ///< mean square of noise after whitening
 };
 
 /// Sum of a patch's residuals, whitened.
@@ -78,7 +78,7 @@ Eigen::Vector3d SumOf(const std::vector<size_t>& members, const Whitening& w, co
   return sum;
 }
 
-/// By which the sum differs without each group of paths (a column each).
+/// Change of that sum when each group of paths is left out (a column each).
 Eigen::Matrix<double, kChannels, Eigen::Dynamic> OffWithoutGroups(const std::vector<size_t>& members,
                                                                   const Whitening& w, const WalkComparison& c) {
   const Eigen::Index groups = c.off_by_group[members[0]].cols();
@@ -121,7 +121,7 @@ void WeighPatches(const Patches& patches, const Whitening& w, WalkComparison& c)
   }
 }
 
-/// Of pixels, clipped.
+/// Sum of squares of pixels, clipped.
 double PixelChi2(const Whitening& w, const WalkComparison& c) {
   constexpr double kClip = 4.0;
   double chi2 = 0;
@@ -136,7 +136,7 @@ double PixelChi2(const Whitening& w, const WalkComparison& c) {
 }  // namespace
 
 double PatchChi2::StddevByChance() const {
-  // Where more is left, its products with noise scatter it too: a square of mean 1 + m by 1 + 2 m times the variance.
+  // A misfit's product with noise adds scatter: a square of mean 1 + m has 1 + 2 m times the variance.
   const double beside_misfit = std::sqrt(std::max(1.0, 2.0 * chi2 - 1.0));
   return std::hypot(std::sqrt(2.0 / values), stddev / beside_misfit);
 }
@@ -216,7 +216,7 @@ WalkComparison CompareWithWalks(const FitPixels& p, const PhotographCast& cast, 
   WalkComparison c;
   std::vector<Eigen::Vector3d> stddev, of_walks;
   const Patches patches = PatchesOf(p, cast, kPatch);
-  std::vector<double> together(p.pixels.size());  // how many pixels the patch has
+  std::vector<double> together(p.pixels.size());  // number of pixels in the patch
   for (const auto& [place, members] : patches)
     for (const size_t i : members) together[i] = static_cast<double>(members.size());
   for (size_t i = 0; i < p.pixels.size(); ++i) {
@@ -232,7 +232,7 @@ WalkComparison CompareWithWalks(const FitPixels& p, const PhotographCast& cast, 
         off_by_group.col(static_cast<Eigen::Index>(g)) +=
             exposure * weight * Eigen::Vector3d(apart.x, apart.y, apart.z);
       }
-      // Noise that the lens spreads is shared between neighbours: as much as if each had all of it.
+      // Blur shares noise between neighbours: over a patch it adds up as if each pixel had all of it.
       variance += exposure * exposure * weight * glm::dvec3(smooth[rank][0], smooth[rank][3], smooth[rank][5]);
     }
     const glm::dvec3 off = p.values[i] - exposure * predicted;

@@ -1,5 +1,5 @@
 #pragma once
-// A photograph compared with a walked prediction: what is left, how large its noise is, and how much it counts.
+// A photograph compared with a path-traced prediction: residuals, their noise and their weights.
 
 #include <Eigen/Core>
 #include <vector>
@@ -10,55 +10,56 @@
 
 namespace crownfit {
 
-/// What is left in patches: the mean of their squares over that of their noise.
+/// Chi2 of patches: the mean of their squared residuals over that of their noise.
 struct PatchChi2 {
-  double chi2 = 0, share_of_walks = 0, values = 0;  ///< of the walks in that noise; how many squares
-  double stddev = 0;                                ///< of chi2, as other walks would scatter it (jackknife)
-  /// By how much noise alone scatters it, that of the photographs and of the walks.
+  double chi2 = 0, share_of_walks = 0, values = 0;  ///< share of that noise from random walks; number of squares
+  double stddev = 0;                                ///< of chi2, between independent random walks (jackknife)
+  /// Standard deviation of chi2 by noise alone, of the photographs and of the walks.
   double StddevByChance() const;
-  /// Over `limit`, and further from noise than chance makes it.
+  /// Above `limit`, and further above 1 than chance allows.
   bool IsMoreThan(double limit) const;
-  /// Of the difference between two of the same photographs, each by walks of its own.
+  /// Standard deviation of the difference from another chi2 of the same photographs, by independent walks.
   double StddevOfDifference(const PatchChi2& other) const;
-  /// What pictures without noise leave, over the photographs' own, in these units; and what may be told from it.
+  /// Converts `of_photographs`, the chi2 of a noise-free prediction over the photographs' noise alone, to this chi2
+  /// with the walks' noise; adds a margin for what can be told apart.
   double AsSeenByWalks(double of_photographs) const;
 };
 
-/// Of neighbouring pixels (kPatch), and of sixteenths of the picture: walks' noise hides in patches what goes on over
-/// many. Of regions no values: the model's own error would be larger than their noise.
+/// For patches of neighbouring pixels (kPatch), and for 16 image regions: in patches the noise of walks hides errors
+/// that extend over many. For model `diffusion` regions have no values: its own error would exceed their noise.
 struct ResidualChi2 {
   PatchChi2 patches, regions;
-  /// Either is; regions not by chance.
+  /// Either one is; regions only beyond chance.
   bool IsMoreThan(double limit) const { return patches.chi2 > limit || regions.IsMoreThan(limit); }
 };
 
-/// Of the same photographs, each by walks of its own.
+/// Mean over the same photographs, each time by independent walks.
 ResidualChi2 MeanOf(const std::vector<ResidualChi2>& runs);
 
-/// Sums of squares of sums over patches, over noise's own.
+/// Sums of squared patch sums, over those of noise.
 struct SumsOfPatches {
   double chi2 = 0;
   size_t values = 0;
-  std::vector<double> chi2_without;  ///< every group of the prediction's paths, where it keeps groups
+  std::vector<double> chi2_without;  ///< without every group of the prediction's paths, where it keeps groups
   void Add(const SumsOfPatches& other);
   PatchChi2 Left(double share_of_walks) const;
 };
 
 struct WalkComparison {
-  std::vector<Eigen::Vector3d> residual;  ///< observed less predicted, per fitted pixel
-  /// Of the residual, and the share of it that the prediction's walks make.
+  std::vector<Eigen::Vector3d> residual;  ///< measured minus predicted, per fitted pixel
+  /// Covariance of the residual, and the part of it that comes from the prediction's walks.
   std::vector<Eigen::Matrix3d> covariance, of_walks;
-  /// Of the prediction: means of groups of its paths less the mean of all, where it keeps groups (a column each).
+  /// Means of groups of the prediction's paths minus the mean of all, where it keeps groups (a column each).
   std::vector<Eigen::Matrix<double, kChannels, Eigen::Dynamic>> off_by_group;
-  /// Huber's, of the pixel's whole patch (kPatch): less where neighbours are off together by more than noise. A single
-  /// walked pixel has rare large values by nature, and is right only in the mean.
+  /// Huber's weight of the pixel's whole patch (kPatch): lower where neighbours are off together by more than noise. A
+  /// single path-traced pixel has rare large values by nature, and is right only in the mean.
   std::vector<double> weight;
-  double chi2 = 0;            ///< sum of squares of pixels (clipped at 4) over noise's own
+  double chi2 = 0;            ///< sum of squares of pixels (clipped at 4) over that of noise
   double share_of_walks = 0;  ///< in the variances of the residuals; sum over values
   size_t values = 0;
   SumsOfPatches patches, regions;
 
-  /// Several photographs' sums; those that share walks have the same groups.
+  /// Adds another photograph's sums; photographs that share walks have the same groups.
   void AddSums(const WalkComparison& other);
   ResidualChi2 Left() const;
 };
@@ -66,10 +67,10 @@ struct WalkComparison {
 /// Index into the picture of every sharp pixel (FitPixels::sources).
 std::vector<size_t> PlacesOf(const FitPixels& p, const PhotographCast& cast, int width);
 
-/// The same in a picture that has at least those.
+/// The same as ranks in a picture in which those pixels are rendered.
 std::vector<size_t> RanksOf(const FitPixels& p, const PhotographCast& cast, const PathPhotograph& walked);
 
-/// `model_error`: of the prediction, relative, common to a patch; it counts as noise of the patch's sum.
+/// `model_error`: relative error of the prediction, common to a patch; it counts as noise of the patch's sum.
 WalkComparison CompareWithWalks(const FitPixels& p, const PhotographCast& cast, const PathPhotograph& walked,
                                 double exposure, double model_error = 0.0);
 

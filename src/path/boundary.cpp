@@ -23,8 +23,8 @@ glm::dvec3 Refracted(const glm::dvec3& from, const glm::dvec3& normal, double re
   return glm::normalize((c / relative_ior - inside) * normal - from / relative_ior);
 }
 
-/// Between indices so alike light goes straight on, on facets of any slope. Half vectors, whose length is the step, and
-/// densities would be made of rounding.
+/// Between indices this similar, light continues straight whatever the facet's slope. Half vectors (their length is the
+/// index step) and densities would consist of rounding errors.
 bool BendsNothing(double relative_ior) { return std::abs(relative_ior - 1.0) <= kSameIndex; }
 
 glm::dvec3 Mirrored(const glm::dvec3& from, const glm::dvec3& normal) {
@@ -51,7 +51,7 @@ struct Microsurface {
     if (cosine <= 0 || m.z <= 0 || area <= 0) return 0.0;
     return Term::GgxDistribution(m.z, alpha) * cosine / area;
   }
-  /// Dupuy and Benyoub 2023, which also holds for w below the horizon.
+  /// Dupuy and Benyoub 2023, also valid for w below the horizon.
   glm::dvec3 SampleVisibleNormal(const glm::dvec3& w, RandomStream& random) const {
     const glm::dvec3 s = glm::normalize(glm::dvec3(alpha * w.x, alpha * w.y, w.z));
     const double angle = 2.0 * std::numbers::pi * random.Next();
@@ -61,7 +61,7 @@ struct Microsurface {
     return glm::normalize(glm::dvec3(alpha * h.x, alpha * h.y, std::max(h.z, 1e-12)));
   }
   static double Below(double height) { return std::clamp(0.5 * (height + 1.0), 0.0, 1.0); }
-  /// Share of light that leaves upwards along w from `height` unhindered.
+  /// Share of light that leaves upwards along w from `height` without hitting another facet.
   double Unmasked(const glm::dvec3& w, double height) const {
     if (w.z <= 0) return 0.0;
     return std::pow(Below(height), Lambda(w));
@@ -74,7 +74,7 @@ struct Microsurface {
     if (w.z > 0 && (lambda <= 0 || u >= 1.0 - std::pow(Below(height), lambda))) return HUGE_VAL;
     return std::clamp(2.0 * Below(height) * std::pow(1.0 - u, -1.0 / lambda) - 1.0, -1.0, 1.0);
   }
-  /// Density with which one facet sends light from `from` to `to`; both vectors leave the surface.
+  /// Density with which a single facet scatters from `from` to `to`; both vectors point away from the surface.
   double OneFacet(const glm::dvec3& from, const glm::dvec3& to, double relative_ior, bool above, bool to_above) const {
     const double side = above ? 1.0 : -1.0, eta = above ? relative_ior : 1.0 / relative_ior;
     if (above == to_above) {
@@ -93,13 +93,13 @@ struct Microsurface {
     return eta * eta * (1.0 - Term::FresnelReflectance(in, eta)) * VisibleNormals(from * side, m) * out /
            (jacobian * jacobian);
   }
-  /// Density of leaving along `to` after one facet, masked as from any height; `from` is above.
+  /// Density of leaving along `to` after one facet, with masking averaged over heights; `from` is above.
   double FirstBounce(const glm::dvec3& from, const glm::dvec3& to, double relative_ior) const {
     return OneFacet(from, to, relative_ior, true, to.z > 0) / (1.0 + Lambda(to.z > 0 ? to : -to));
   }
 };
 
-/// Towards the boundary's own frame and back; z is `normal`.
+/// Transforms into the boundary's local frame and back; z is `normal`.
 struct Frame {
   glm::dvec3 u, v, n;
   explicit Frame(const glm::dvec3& normal) : n(normal) { std::tie(u, v) = Tangents(normal); }
@@ -124,7 +124,7 @@ Scattered ScatterOnMicrosurface(const glm::dvec3& from, double relative_ior, dou
   const Microsurface surface{roughness};
   for (size_t k = 0; k < targets.size(); ++k)
     densities[k].approximate = surface.FirstBounce(from, targets[k], relative_ior);
-  constexpr int kEndless = 10000;  // no light stays that long; a guard against what rounding might do at the horizon
+  constexpr int kEndless = 10000;  // no light stays that long; guards against rounding at the horizon
   glm::dvec3 w = -from;
   bool above = true;
   double height = 1.0;
@@ -167,8 +167,8 @@ Scattered OuterBoundary::Scatter(const glm::dvec3& direction, const glm::dvec3& 
   return {frame.OutOf(s.direction), s.density};
 }
 
-/// Smooth film surface above, rough boundary below, no distance between them: light goes back and forth until it leaves
-/// to either side. Densities are approximated by the first visit to the rough boundary.
+/// Smooth film surface above, rough boundary below, no distance between them: light is reflected back and forth until
+/// it leaves on either side. Densities are approximated by the first visit to the rough boundary.
 Scattered OuterBoundary::ScatterUnderFilm(const glm::dvec3& direction, const glm::dvec3& normal, RandomStream& random,
                                           std::span<const glm::dvec3> targets,
                                           std::span<TargetDensity> densities) const {
@@ -180,7 +180,7 @@ Scattered OuterBoundary::ScatterUnderFilm(const glm::dvec3& direction, const glm
     return (1.0 - Term::FresnelReflectance(cosine_outside, into_film)) * cosine_outside /
            (into_film * into_film * std::max(cosine_film, 1e-9));
   };
-  std::array<glm::dvec3, kMaxTargets> inner, local;  // targets as seen from within the film, and turned
+  std::array<glm::dvec3, kMaxTargets> inner, local;  // targets as seen from inside the film, and mirrored by `flip`
   std::array<double, kMaxTargets> passed;
   std::array<TargetDensity, kMaxTargets> visit;
   for (size_t k = 0; k < targets.size(); ++k) {
@@ -197,7 +197,7 @@ Scattered OuterBoundary::ScatterUnderFilm(const glm::dvec3& direction, const glm
   const double first_flip = in_layer ? -1.0 : 1.0, first_ior = in_layer ? 1.0 / into_layer : into_layer;
   const glm::dvec3 first_from = -w * first_flip;
   for (bool is_first = true;; is_first = false) {
-    // At the rough boundary; `flip` puts the side the light comes from above.
+    // At the rough boundary; `flip` mirrors directions so that light comes from above.
     const double flip = in_layer ? -1.0 : 1.0, ior = in_layer ? 1.0 / into_layer : into_layer;
     glm::dvec3 from = -w * flip;
     from.z = std::max(from.z, 1e-9);
@@ -216,7 +216,7 @@ Scattered OuterBoundary::ScatterUnderFilm(const glm::dvec3& direction, const glm
         if (is_first) densities[k].approximate = passed[k] * visit[k].approximate;
       }
     }
-    if (w.z < 0) return {frame.OutOf(w), kMirror};  // into the layer, where no lamp is
+    if (w.z < 0) return {frame.OutOf(w), kMirror};  // into the layer, which holds no lamp
     if (random.Next() >= Term::FresnelReflectance(w.z, 1.0 / into_film)) {
       const glm::dvec3 out = Refracted(-w, -up, 1.0 / into_film);
       const double density = is_mirror ? kMirror

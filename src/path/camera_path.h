@@ -1,8 +1,8 @@
 #pragma once
-// One path from the camera through the open, its boundaries and its lamps. Flights inside the layers: walk_pool.h.
+// One path from the camera, outside the object: boundaries and lamps. Flights inside the layers: walk_pool.h.
 //
-// A path serves all photographs of one camera at once: inside the object they are the same, outside they differ by
-// their lamps, and where it meets a thing that only some of them have, it branches.
+// A path serves all photographs of one camera at once. Inside the object they are the same; outside they differ by
+// their lamps. Where the path meets an object that only some of them have, it branches.
 
 #include <algorithm>
 #include <array>
@@ -21,9 +21,9 @@
 
 namespace crownfit {
 
-/// One path from the camera, up to where flights inside the layers take over and from where they end. Every boundary
-/// and every opaque surface looks for the lamps in two ways, by the direction that the path takes and by points on the
-/// lamps, combined by the balance heuristic (Veach and Guibas 1995).
+/// One path from the camera, without the flights inside the layers. Every boundary and every opaque surface samples the
+/// lamps in two ways, by the direction that the path takes and by points on the lamps. The balance heuristic combines
+/// them (Veach and Guibas 1995).
 class CameraPath {
  public:
   CameraPath(const PathContext& context, WalkCounters& counters)
@@ -32,7 +32,7 @@ class CameraPath {
         derivatives_(context.media, context.cut_derivatives, context.polarisers.size()),
         value_(context.polarisers.size()) {}
 
-  /// Starts anew; false when the path ended outside, true when it is on a flight inside.
+  /// Starts a new path; false when it ended outside, true when it is on a flight inside.
   bool Begin(const glm::dvec3& position, const glm::dvec3& direction, int hero, const RandomStream& random) {
     state.Begin(context_.media.size());
     state.position = position;
@@ -46,7 +46,7 @@ class CameraPath {
     return GoOnOutside() || Resume();
   }
 
-  /// To be called when the path ended: true when another branch of it is on a flight inside.
+  /// Call when the path ended: true when another branch of it is on a flight inside.
   bool Resume() {
     while (!branches_.empty()) {
       Branch& b = branches_.back();
@@ -59,7 +59,7 @@ class CameraPath {
     return false;
   }
 
-  /// Inside, at a boundary; false when the branch ended outside.
+  /// Handles a boundary met from inside; false when the branch ended outside.
   bool Meet(const Boundary& b) {
     const int behind = b.behind(state.medium);
     if (IsOpaqueCut(b)) {
@@ -77,7 +77,7 @@ class CameraPath {
     return state.medium != kOutside || GoOnOutside();
   }
 
-  /// Inside, after the last collision: the rest is left to diffuse light, which has lost its polarisation.
+  /// Ends a walk inside after its last collision: adds the diffuse radiance there, which is unpolarised.
   void HandOver() {
     const LightFields& fields = *context_.hand_over.fields;
     const auto here = fields.At(state.position);
@@ -98,7 +98,7 @@ class CameraPath {
   glm::dvec3 value(size_t photograph) const { return std::numbers::pi * value_[photograph]; }
   /// Their derivatives, without the pi.
   const PathDerivatives& derivatives() const { return derivatives_; }
-  /// To be called where flights inside begin and end: what lies between is one stretch of the derivatives' controls.
+  /// Call where flights inside begin and end: each interval is one segment of the derivatives' control variates.
   void OpenStretch() { derivatives_.OpenStretch(state, at_.carried * context_.media.Left(state)); }
   void CloseStretch() {
     const auto controls = derivatives_.CloseStretch(state);
@@ -110,12 +110,12 @@ class CameraPath {
   RandomStream& random() { return random_; }
 
  private:
-  /// What a branch of the path is besides its state.
+  /// A branch of the path, besides its WalkState.
   struct Way {
     PhotographSet serves = 0;
     glm::dvec3 carried{1.0};
     bool only_reflected = true, is_depolarised = false;
-    bool sees_lamps = false;  // the camera does not
+    bool sees_lamps = false;  // camera rays do not
     double density = kMirror;
     std::optional<Boundary> left{};  ///< the opaque boundary it leaves, if it leaves one
     int opaque_bounces = 0, cut_returns = 0;
@@ -126,7 +126,7 @@ class CameraPath {
     Way at;
   };
 
-  /// Flights through the open and what they meet, until one enters the object (true) or the branch ends.
+  /// Follows flights outside until one enters the object (true) or the branch ends.
   bool GoOnOutside() {
     for (;; at_.sees_lamps = true) {
       const auto boundary = NextOutside(state.direction, kFar, at_.serves);
@@ -139,7 +139,7 @@ class CameraPath {
         if (!ScatterAtOpaque(*boundary)) return false;
         continue;
       }
-      if (IsOpaqueCut(*boundary)) return false;  // gum and bone: nothing comes from there
+      if (IsOpaqueCut(*boundary)) return false;  // gum and bone emit nothing
       CrossOuter(*boundary);
       if (state.medium == kOutside) continue;
       ++counters_.walks;
@@ -149,13 +149,13 @@ class CameraPath {
     }
   }
 
-  /// What is met by light of at least one photograph of `set`.
+  /// Next boundary outside that exists in at least one photograph of `set`.
   std::optional<Boundary> NextOutside(const glm::dvec3& direction, double max_mm, PhotographSet set) const {
     return context_.scene.Next(state.position, direction, kOutside, max_mm, at_.left ? &*at_.left : nullptr,
                                [&](int opaque) { return (context_.opaque[opaque].photographs & set) != 0; });
   }
 
-  /// Others go on from here by themselves, later. They may share random numbers with this branch, but no photograph.
+  /// `others` continue from here later, as a branch of their own. Branches may share random numbers, but no photograph.
   void BranchOff(PhotographSet others) {
     if (others == 0) return;
     branches_.push_back({state, random_, at_});
@@ -195,7 +195,7 @@ class CameraPath {
     std::array<const Lamp*, kMaxLamps> lamp;
     size_t count = 0;
   };
-  /// A point on every sampled lamp that stands above the plane of `normal`.
+  /// A point on every sampled lamp above the plane of `normal`.
   LampTargets ChooseTargets(const glm::dvec3& normal) {
     LampTargets t;
     for (const Lamp& lamp : context_.lamps) {
@@ -236,7 +236,7 @@ class CameraPath {
     if (context_.has_diffuse_exits && outer.is_smooth() && was_inside && state.medium == kOutside) ExitDiffusely(b);
   }
 
-  /// Adds what lamps would give if light inside were diffuse; the way on finds them no more.
+  /// Adds the lamps' light as if light inside were diffuse. The continued path then adds no sampled lamp that it hits.
   void ExitDiffusely(const Boundary& b) {
     const double relative_ior = context_.outer[b.inside].inside_ior / context_.outer[b.inside].outside_ior;
     const LampTargets targets = ChooseTargets(b.normal);
@@ -250,7 +250,8 @@ class CameraPath {
 
   bool IsOpaqueCut(const Boundary& b) const { return b.is_cut && context_.cut_is_opaque; }
 
-  /// From inside, back inside, off a Lambertian surface. The roulette sees how little a dark one returns.
+  /// Lambertian reflection of light inside, back inside. The largest reflectance enters `boost`, which the roulette
+  /// sees.
   void ScatterBackInside(const glm::dvec3& normal, const glm::dvec3& rho) {
     const double largest = std::max({rho.x, rho.y, rho.z});
     state.boost *= largest;
@@ -261,7 +262,7 @@ class CameraPath {
 
   bool ScatterAtOpaque(const Boundary& boundary) {
     constexpr double kRouletteBelow = 0.2;
-    constexpr int kRouletteAfter = 64;  // bounces: white things may close a cavity
+    constexpr int kRouletteAfter = 64;  // bounces; white surfaces may form a cavity
     at_.left = boundary;
     at_.only_reflected = false;
     at_.is_depolarised = true;

@@ -10,7 +10,8 @@ PassedMoments PassedBy(const OuterBoundary& b) {
   PassedMoments m;
   const bool is_dense_inside = b.inside_ior >= b.outside_ior;
   if (b.is_smooth() && (is_dense_inside || b.wetness == 0)) {
-    // Over the rare side's cosine, whose root makes the integrand smooth; what passes there passes here too.
+    // Integrates over the square root of the rare side's cosine, which makes the integrand smooth. The transmittance is
+    // the same from both sides.
     const double n = is_dense_inside ? b.inside_ior / b.outside_ior : b.outside_ior / b.inside_ior;
     const WetSurface<double> surface{n, b.wetness, b.outside_ior, b.wetness > 0};
     const Quadrature& q = UnitIntervalQuadrature();

@@ -1,11 +1,11 @@
 #pragma once
-// The outer boundary as diffuse light inside sees it.
+// The outer boundary for diffuse light inside.
 
 #include "path/boundary.h"
 
 namespace crownfit {
 
-/// int T(mu) mu dmu and int T(mu) mu^2 dmu over the directions that come from inside; T: the share that passes.
+/// int T(mu) mu dmu and int T(mu) mu^2 dmu over the directions that come from inside; T: transmittance.
 struct PassedMoments {
   double first = 0, second = 0;
   /// J = n^2 psi / (2 A), over psi = fluence / n^2: the moment form (docs/decisions/0008-boundary-of-the-volume.md).

@@ -33,16 +33,16 @@ void FlightLanes::Fly(const TriangleGrid& facets, int count) {
   }
 #pragma GCC ivdep
   for (int i = 0; i < count; ++i) {
-    // A surface on the way would be no farther from both ends together than the flight is long.
+    // The flight is free if the distances to surfaces from both ends add up to more than its length.
     const double from_here = static_cast<double>(grid.distance_mm[here[i]]) - here_off[i],
                  from_there = static_cast<double>(grid.distance_mm[there[i]]) - there_off[i];
     const double clear = (from_here > 0.0 ? from_here : 0.0) + (from_there > 0.0 ? from_there : 0.0);
     is_free[i] = flight_mm[i] < clear ? 1.0 : 0.0;
-    here[i] = flight_mm[i] < clear ? 0 : here[i];  // of the others alone the slabs are read
+    here[i] = flight_mm[i] < clear ? 0 : here[i];  // only the other flights read their slab
   }
 #pragma GCC ivdep
   for (int i = 0; i < count; ++i) {
-    // Nor does it meet any if it stays near, and on one side of the slab that holds them.
+    // It is also free if it stays in the ball and on one side of the slab that holds the surfaces.
     const int slab = 8 * here[i];
     const double s_nx = grid.slab[slab], s_ny = grid.slab[slab + 1], s_nz = grid.slab[slab + 2],
                  low = grid.slab[slab + 3], high = grid.slab[slab + 4];
@@ -111,7 +111,7 @@ void FlightLanes::ScorePhase(int count) {
   for (int i = 0; i < count; ++i) {
     const double gi = g[i], c = turn_cosine[i], f = isotropic_fraction[i];
     const double square = 1.0 - gi * gi, base = 1.0 + gi * gi - 2.0 * gi * c, ratio = square / (base * std::sqrt(base));
-    const double slope = 3.0 * (c - gi) / base - 2.0 * gi / square;  // of Henyey and Greenstein's ln
+    const double slope = 3.0 * (c - gi) / base - 2.0 * gi / square;  // d ln(Henyey-Greenstein) / d g
     const double score = (1.0 - f) * ratio * slope / (f + (1.0 - f) * ratio);
     phase_score[i] += collides[i] != 0.0 ? score : 0.0;
   }

@@ -20,16 +20,16 @@ struct FlightLanes {
   alignas(64) Lanes<uint64_t> random, random_step;
   alignas(64) Lanes<double> free_path_mm;  ///< of the medium, in the walk's channel
   alignas(64) Lanes<double> g, isotropic_fraction;
-  alignas(64) Lanes<double> needs_search;    ///< 1: no flight is taken as free (a clear or textured medium)
+  alignas(64) Lanes<double> needs_search;    ///< 1: every flight needs a search (a clear or textured medium)
   alignas(64) Lanes<double> flight_mm;       ///< drawn by Fly
-  alignas(64) Lanes<double> length_mm;       ///< flown in this medium
+  alignas(64) Lanes<double> length_mm;       ///< path length in this medium
   alignas(64) Lanes<double> collisions;      ///< in this medium
-  alignas(64) Lanes<double> until_roulette;  ///< collisions
-  alignas(64) Lanes<double> turn_cosine;     ///< of the last collision's turn
+  alignas(64) Lanes<double> until_roulette;  ///< collisions until the roulette
+  alignas(64) Lanes<double> turn_cosine;     ///< cosine of the last scattering angle
   alignas(64) Lanes<double> phase_score;     ///< sum of d ln(phase function) / d g in this medium, by ScorePhase
-  alignas(64) Lanes<double> collides;        ///< 1: the flight ended in a collision. Fly: 0 where facets must be asked
+  alignas(64) Lanes<double> collides;  ///< 1: the flight ended in a collision. Fly sets 0 where facets must be searched
 
-  /// Draws a flight for lanes [0, count), and flies it where the distances prove that nothing is met.
+  /// Samples a flight for lanes [0, count), and moves the lanes whose flights the distances prove free.
   void Fly(const TriangleGrid& grid, int count);
   /// Scatters the lanes that collide.
   void Scatter(int count);

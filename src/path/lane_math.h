@@ -1,13 +1,13 @@
 #pragma once
-// Elementary functions for loops over lanes: without branches, tables or calls, so that compilers make vectors of them,
-// and in operations that every instruction set rounds alike.
+// Elementary functions for loops over lanes. They have no branches, tables or calls, so that compilers vectorise them.
+// They use operations that every instruction set rounds alike.
 
 #include <bit>
 #include <cstdint>
 
 namespace crownfit {
 
-/// The next 64 bits of a lane's stream, and its stream's next state: RandomStream's arithmetic.
+/// The next 64 bits of a lane's stream; advances its state with RandomStream's arithmetic.
 [[gnu::always_inline]] inline uint64_t NextBits(uint64_t& state, uint64_t step) {
   uint64_t x = state += step;
   x = (x ^ (x >> 30)) * 0xbf58476d1ce4e5b9ull;
@@ -15,7 +15,7 @@ namespace crownfit {
   return x ^ (x >> 31);
 }
 
-/// An integer below 2^52 as a double, without an instruction that older vectors lack: as the mantissa of 2^52 + x.
+/// An integer below 2^52 as a double, as the mantissa of 2^52 + x: older vector instruction sets lack the conversion.
 [[gnu::always_inline]] inline double Exactly(uint64_t x) {
   return std::bit_cast<double>(x | 0x4330000000000000ull) - 0x1.0p52;
 }
@@ -59,7 +59,7 @@ struct BinaryPower {
 struct Turn {
   double cosine, sine;
 };
-/// By an angle within [-pi/4, pi/4]: fdlibm's polynomials.
+/// Rotation by an angle within [-pi/4, pi/4]: fdlibm's polynomials.
 [[gnu::always_inline]] inline Turn TurnWithinEighth(double angle) {
   const double r = angle, z = r * r;
   const double sine = r + r * z *
@@ -78,7 +78,7 @@ struct Turn {
   return {cosine, sine};
 }
 
-/// By 2 pi u for u in [0, 1): whole quarters, and the rest.
+/// Rotation by 2 pi u for u in [0, 1): whole quarters, and the remainder.
 [[gnu::always_inline]] inline Turn TurnBy(double u) {
   const double quarters = 4.0 * u, whole = (quarters + 0x1.8p52) - 0x1.8p52;  // rounded
   const auto [cosine, sine] = TurnWithinEighth((quarters - whole) * 1.57079632679489661923);
@@ -87,7 +87,8 @@ struct Turn {
   return {whole == 1.0 || whole == 2.0 ? -c : c, whole == 2.0 || whole == 3.0 ? -s : s};
 }
 
-/// By any angle alike, from 32 random bits: one within an eighth, mirrored at the diagonal or not, turned round or not.
+/// Uniformly distributed rotation from 32 random bits: an angle within an eighth turn, mirrored at the diagonal or not,
+/// reversed or not.
 [[gnu::always_inline]] inline Turn SomeTurn(uint64_t bits) {
   constexpr double kUnit = 1.57079632679489661923 * 0x1.0p-30;
   const auto [cosine, sine] = TurnWithinEighth((Exactly(bits & 0x3fffffffull) - (0x1.0p29 - 0.5)) * kUnit);

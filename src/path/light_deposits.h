@@ -1,5 +1,5 @@
 #pragma once
-// What rays of light leave on the lattice, one channel: fluence, and the source of diffuse light, with derivatives.
+// Fluence and diffuse source that light rays deposit on the lattice, for one channel, with derivatives.
 
 #include <array>
 #include <cmath>
@@ -10,24 +10,24 @@
 
 namespace crownfit {
 
-/// One channel's coefficients, as the diffusion equation has them. Per layer.
+/// One channel's coefficients of the diffusion equation, per layer.
 struct DiffusingMedia {
   std::vector<double> scattering, absorption, index2, conduction, sink;  ///< reduced; (n / n outside)^2; n^2 D; n^2 sa
   std::vector<const AbsorptionTexture*> texture;
   std::vector<double> leak;         ///< per boundary piece
-  std::vector<double> leak_by_cut;  ///< per boundary piece, by ln of what the neck's cut returns; empty: none
+  std::vector<double> leak_by_cut;  ///< per boundary piece: derivative by ln of the neck cut's reflectance; empty: none
   int channel;
 
   double extinction(size_t l) const { return scattering[l] + absorption[l]; }
 };
 
-/// By ln reduced scattering and ln absorption of every layer.
+/// Derivatives by ln reduced scattering and ln absorption of every layer.
 struct ByCoefficient {
   std::vector<double> scattering, absorption;
 };
 
-/// What rays leave at the nodes, one channel: the fluence over n^2, times volume, of light that was not handed over to
-/// diffusion or has just been; and the source of diffuse light. With derivatives.
+/// Deposits of rays at the nodes, one channel, with derivatives. `fluence`: fluence over n^2, times volume, of light up
+/// to the end of the flight after which diffusion takes over. `source`: the source of diffuse light.
 struct Deposits {
   struct Nodes {
     std::vector<double> fluence, source;
@@ -43,7 +43,7 @@ struct Deposits {
     }
   };
   Nodes value;
-  std::vector<Nodes> by;  ///< by scattering and by absorption, layer by layer; none
+  std::vector<Nodes> by;  ///< by scattering and by absorption, layer by layer; empty: no derivatives
   Deposits(size_t layers, size_t nodes, bool derivatives)
       : value(nodes), by(derivatives ? 2 * layers : 0, Nodes(nodes)) {}
   void Add(const Deposits& other) {
@@ -75,7 +75,7 @@ class RayFollower {
 
   size_t layers() const { return media_.scattering.size(); }
 
-  /// Calls visit(step, power x path within the step, its derivatives) along one of the rays, which begins with `power`.
+  /// Calls visit(step, power x path within the step, its derivatives) along one ray, which starts with `power`.
   template <bool kSlopes, class Visit>
   void Follow(const LightRays& rays, const LightRay& ray, double power, const Visit& visit) {
     flown_.assign(layers(), 0.0), reduced_ = collisions_ = flown_;
@@ -111,7 +111,7 @@ class RayFollower {
   }
 
  private:
-  /// Of the way so far in this channel, over that for a random hero.
+  /// Probability density of the path so far in this channel, over that for a random hero channel.
   double Chance() const {
     if (walked_.heroes() == 1) return 1.0;
     std::array<double, kChannels> log_chance{};
@@ -130,7 +130,7 @@ class RayFollower {
   ByCoefficient by_;
 };
 
-/// Rays of lamps, or (`of_pieces`: power that leaves each boundary piece) those that come back.
+/// Deposits rays of lamps, or returning rays (`of_pieces`: power that leaves each boundary piece).
 inline void Deposit(const DiffusingMedia& media, RayFollower& follower, const VolumeLattice& lattice,
                     const LightRays& rays, std::span<const double> of_pieces, Deposits& d) {
   const auto follow = [&](const LightRay& ray, double power, const auto& visit) {
@@ -145,7 +145,7 @@ inline void Deposit(const DiffusingMedia& media, RayFollower& follower, const Vo
       d.value.Add(s, to_fluence * track, to_source * track);
       if (d.by.empty()) return;
       for (size_t k = 0; k < follower.layers(); ++k) {
-        const double direct = k == l ? track : 0.0;  // the source has the coefficient itself as a factor
+        const double direct = k == l ? track : 0.0;  // the source is proportional to the coefficient itself
         d.by[2 * k].Add(s, to_fluence * by.scattering[k], to_source * (by.scattering[k] + direct));
         d.by[2 * k + 1].Add(s, to_fluence * by.absorption[k], to_source * by.absorption[k]);
       }
@@ -153,7 +153,7 @@ inline void Deposit(const DiffusingMedia& media, RayFollower& follower, const Vo
   }
 }
 
-/// Rays that come back, as a sparse matrix from what leaves boundary pieces to sources and fluences at nodes.
+/// Returning rays, as a sparse matrix from the power that leaves boundary pieces to sources and fluences at nodes.
 class Returns {
  public:
   Returns(const DiffusingMedia& media, RayFollower& follower, const VolumeLattice& lattice, const LightRays& rays) {

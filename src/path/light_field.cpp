@@ -14,7 +14,7 @@ namespace {
 
 DiffusingMedia MediaOfChannel(const PathContext& context, const VolumeLattice& lattice,
                               const std::vector<PassedMoments>& passed, int channel) {
-  constexpr double kFarthest = 1e3;  // mm: transport mean free path of what hardly takes light
+  constexpr double kFarthest = 1e3;  // mm: largest transport mean free path, for almost clear layers
   DiffusingMedia m;
   m.channel = channel;
   const double outside = context.media[kOutside].ior;
@@ -28,7 +28,7 @@ DiffusingMedia MediaOfChannel(const PathContext& context, const VolumeLattice& l
     m.sink.push_back(n2 * medium.absorption[channel]);
     m.texture.push_back(medium.texture);
   }
-  // n^2 (1 - rho) / (2 (1 + rho)) of a Lambertian return rho.
+  // Leak n^2 (1 - rho) / (2 (1 + rho)) of a boundary with Lambertian reflectance rho.
   const auto of_return = [](double n2, double rho) { return 0.5 * n2 * (1.0 - rho) / (1.0 + rho); };
   const bool cut_follows = context.cut_is_opaque && context.cut_reflectance != glm::dvec3(0.0);
   for (const BoundaryPiece& piece : lattice.pieces()) {
@@ -44,16 +44,16 @@ DiffusingMedia MediaOfChannel(const PathContext& context, const VolumeLattice& l
   return m;
 }
 
-/// What light from lamps leaves, and rays that come back.
+/// Deposits of light from lamps, and the rays that return from outside.
 struct TracedLight {
   std::vector<Deposits> of_lamps;  ///< per channel
-  LightRays back;                  ///< per power that leaves
+  LightRays back;                  ///< per unit of power that leaves
 };
 
-/// Of one photograph.
+/// Traces the light of one photograph.
 TracedLight Trace(const PathContext& context, const VolumeLattice& lattice, const std::vector<DiffusingMedia>& media,
                   size_t photograph, const Lighting& lit, uint64_t seed, int threads) {
-  // Every part has lattices of its own. How many does not depend on the number of threads, so sums do not either.
+  // Every part has its own lattices. The number of parts, and so the sums, do not depend on the number of threads.
   constexpr size_t kFewest = 4, kMost = 8, kNodes = 1600000;
   const size_t nodes = lattice.nodes().count();
   std::vector<TracedLight> parts(std::clamp(kNodes / nodes, kFewest, kMost));
@@ -77,7 +77,7 @@ TracedLight Trace(const PathContext& context, const VolumeLattice& lattice, cons
   return std::move(all);
 }
 
-/// One channel of one photograph.
+/// The field of one channel of one photograph.
 class FieldOfChannel {
  public:
   /// `deposits`: of the lamps' rays.
@@ -113,7 +113,7 @@ class FieldOfChannel {
     }
   }
 
-  /// psi / (4 pi) of all light; and its derivatives: by scattering and by absorption, layer by layer.
+  /// psi / (4 pi) of all light, and its derivatives: by scattering and by absorption, layer by layer.
   const std::vector<double>& values() const { return values_; }
   const std::vector<std::vector<double>>& derivatives() const { return derivatives_; }
 
@@ -130,8 +130,8 @@ class FieldOfChannel {
     return power;
   }
 
-  /// psi of every source with what comes back: again and again, until it is little. No more exactly each time than what
-  /// comes back changes.
+  /// Solves for psi of every source together with returning light: iterates until the change is small. Each solve is
+  /// only as accurate as the last change requires.
   void Solve(const std::vector<std::vector<double>>& sources, std::span<std::vector<double>> psi) const {
     constexpr int kMostReturns = 60;
     constexpr double kTolerance = 1e-6, kSettled = 10.0 * kTolerance, kOfChange = 0.03;
@@ -156,10 +156,10 @@ class FieldOfChannel {
     }
   }
 
-  /// Diffuse and unscattered light together, as radiance.
+  /// Diffuse light plus the rays' fluence, as radiance.
   void AddUnscattered(const std::vector<double>& fluence, const std::vector<double>& psi,
                       std::vector<double>& radiance) const {
-    constexpr double kSliver = 1e-6;  // of an element
+    constexpr double kSliver = 1e-6;  // of an element's volume
     const double least = kSliver * std::pow(lattice_.element_mm(), 3.0);
     radiance.resize(psi.size());
     for (size_t i = 0; i < psi.size(); ++i) {
@@ -213,7 +213,7 @@ LightFields::LightFields(const PathContext& context, const VolumeLattice& lattic
     const DiffusingMedia& m = media[c];
     solvers[c].emplace(lattice.nodes(), lattice.Matrix(m.conduction, m.sink, m.leak, static_cast<int>(c)));
   });
-  constexpr size_t kTogether = 4;  // photographs: what light leaves of each is kept until their fields are solved
+  constexpr size_t kTogether = 4;  // photographs; their deposits are kept until their fields are solved
   for (size_t first = 0; first < photographs; first += kTogether) {
     std::vector<TracedLight> traced;
     for (size_t p = first; p < std::min(first + kTogether, photographs); ++p)

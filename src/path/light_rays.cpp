@@ -9,7 +9,7 @@
 namespace crownfit {
 namespace {
 
-constexpr int kMostEvents = 200;  // of one ray: plane sides of a clear layer keep light by total reflection
+constexpr int kMostEvents = 200;  // per ray; plane faces of a clear layer trap light by total reflection
 
 double Largest(const glm::dvec3& v) { return std::max({v.x, v.y, v.z}); }
 
@@ -32,7 +32,7 @@ class LightTracer {
     const BoundaryPiece& piece = lattice_.pieces()[number];
     if (IsClosed(piece)) return;
     hero_ = hero;
-    for (size_t k = 0; k < sampled_.size(); ++k) {  // each by itself: what one ray needs depends on the media
+    for (size_t k = 0; k < sampled_.size(); ++k) {  // one stream per lamp: a ray's use of random numbers varies
       random_ = RandomStream(Key(key, k));
       FromLamp(*sampled_[k], piece);
     }
@@ -40,7 +40,7 @@ class LightTracer {
     if (!around_.empty() || has_things_) FromAround(piece);
   }
 
-  /// Diffuse light that leaves a piece, and the area around it that has none of its own, with a power of 1.
+  /// Follows diffuse light that leaves a piece with power 1. The ray also represents surrounding area without a ray.
   void TraceBack(int number, int hero, uint64_t key) {
     const BoundaryPiece& piece = lattice_.pieces()[number];
     if (IsClosed(piece)) return;
@@ -65,7 +65,7 @@ class LightTracer {
     Enter(piece, -to_lamp_, area_mm2_ * irradiance);
   }
 
-  /// Of one lamp by a random point of it, which is `to_lamp_` from here.
+  /// Irradiance from one lamp by a random point on it; sets `to_lamp_`, the direction to that point.
   glm::dvec3 Irradiance(const Lamp& lamp, const glm::dvec3& at, const glm::dvec3& normal, const Boundary* left) {
     const glm::dvec2 uniform(random_.Next(), random_.Next());
     const auto point = SampleLightPoint(lamp.shape, at, uniform);
@@ -76,7 +76,7 @@ class LightTracer {
     return lamp.scale * cosine / point->density * point->radiance;
   }
 
-  /// From a random direction: lamps that are all around, and what opaque things send back.
+  /// Light from a random direction: from lamps all around, and reflected by opaque objects.
   void FromAround(const BoundaryPiece& piece) {
     const glm::dvec3 direction = SampleLambert(piece.normal, random_);
     glm::dvec3 radiance(0.0), carried(1.0), from = piece.position, way = direction;
@@ -112,13 +112,13 @@ class LightTracer {
     return (piece.is_cut && context_.cut_is_opaque) || (context_.contact && context_.contact->Holds(piece.position));
   }
 
-  /// Adds what the ray does inside.
+  /// Adds the ray's steps inside the object.
   void Follow(glm::dvec3 position, glm::dvec3 direction, int medium, glm::dvec3 carried, int piece) {
     const size_t first = found.steps.size();
     std::optional<Boundary> left;
     const double least = lighting_.least * Largest(carried);
     int to_go = lighting_.collisions;
-    double depth = 0;  // optical, of the clearest channel
+    double depth = 0;  // optical depth of the clearest channel
     for (int event = 0; event < kMostEvents + lighting_.collisions && Largest(carried) * std::exp(-depth) > least;
          ++event) {
       const Medium& here = context_.media[medium];
@@ -189,7 +189,7 @@ class LightTracer {
   const VolumeLattice& lattice_;
   PhotographSet self_;
   Lighting lighting_;
-  double area_mm2_;  ///< that one ray stands for
+  double area_mm2_;  ///< surface area that one ray represents
   int hero_ = 0;
   std::vector<const Lamp*> sampled_, around_;
   bool has_things_;
@@ -202,7 +202,7 @@ class LightTracer {
 LightRays TraceLight(const PathContext& context, const VolumeLattice& lattice, size_t photograph,
                      const Lighting& lighting, uint64_t seed, size_t part, size_t parts,
                      const std::function<void(const LightRays&)>& take) {
-  constexpr size_t kAtOnce = 20000;  // steps: they stay in the cache until they are taken
+  constexpr size_t kAtOnce = 20000;  // steps per batch: they stay in the cache until they are taken
   const std::vector<BoundaryPiece>& pieces = lattice.pieces();
   const int heroes = context.media.heroes();
   double area = 0;

@@ -1,6 +1,6 @@
 #pragma once
-// Light from a photograph's lamps as it enters the object and goes on without being scattered: the source of the
-// diffuse light inside.
+// Light from a photograph's lamps as it enters the object, before diffusion takes over: the source of the diffuse light
+// inside.
 
 #include <functional>
 #include <vector>
@@ -15,15 +15,15 @@ struct LightStep {
   LatticePlace middle;
   float length_mm;
   int16_t medium;
-  bool is_reduced;    ///< of the last flight, by the reduced coefficient, whose scattering is diffusion's source
-  bool collides;      ///< at its end
-  glm::vec3 carried;  ///< power per channel, but for what the media took since the ray entered the first time
+  bool is_reduced;    ///< of the last flight, by the reduced coefficient; its scattering is the diffuse source
+  bool collides;      ///< the step ends in a collision
+  glm::vec3 carried;  ///< power per channel, before attenuation by the media since the ray first entered
 };
 
 struct LightRay {
   size_t first_step, steps;
   int hero;   ///< the channel whose scattering drew its flights
-  int piece;  ///< of the lattice's boundary, that it left as diffuse light: per power that leaves there; -1: of a lamp
+  int piece;  ///< boundary piece that it left as diffuse light, per unit of power leaving there; -1: from a lamp
 };
 
 struct LightRays {
@@ -39,16 +39,16 @@ struct LightRays {
 
 /// How light is followed from the lamps before diffusion takes over.
 struct Lighting {
-  int collisions = 10;  ///< of the true random walk
-  int rays = 40000;     ///< of each lamp, over the whole surface; 1 to 2 % of noise a square millimetre
-  double least = 1e-3;  ///< of a ray's power: where it ends
+  int collisions = 10;  ///< of the true random walk, per ray
+  int rays = 40000;     ///< per lamp, over the whole surface; 1 to 2 % of noise per square millimetre
+  double least = 1e-3;  ///< share of its initial power at which a ray ends
 };
 
-/// Of one of the context's photographs. Places evenly over the surface get light of each lamp from a random point of
-/// it, and of what stands around from a random direction: `take` gets those rays, some at a time. Places also send
-/// diffuse light out in a random direction, which is returned where it comes back. Inside, a ray is scattered so many
-/// times as in the true random walk; what comes after it flies on by the reduced coefficient, in full: all that is left
-/// of it is known at every step. Of places `part` of `parts`.
+/// Traces one of the context's photographs. Points evenly spaced over the surface receive light of each lamp from a
+/// random point on it, and of the surroundings from a random direction. `take` receives those rays in batches. The
+/// points also emit diffuse light in a random direction; rays that come back are returned. Inside, a ray scatters as
+/// often as `lighting` states, as in the true random walk. Its last flight uses the reduced coefficient and is followed
+/// in full: its remaining power is known at every step. Handles the points of `part` of `parts`.
 LightRays TraceLight(const PathContext& context, const VolumeLattice& lattice, size_t photograph,
                      const Lighting& lighting, uint64_t seed, size_t part, size_t parts,
                      const std::function<void(const LightRays&)>& take);

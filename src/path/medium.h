@@ -1,5 +1,5 @@
 #pragma once
-// What light meets between two collisions and at one.
+// Participating media: attenuation between collisions, scattering at collisions.
 
 #include <algorithm>
 #include <cmath>
@@ -21,7 +21,7 @@ struct Medium {
   double similarity() const { return 1.0 - (1.0 - isotropic_fraction) * g; }
 };
 
-/// Unit vector at `cosine` and `angle` about `axis`.
+/// Unit vector at angle acos(`cosine`) to `axis`, turned by `angle` about it.
 inline glm::dvec3 About(const glm::dvec3& axis, double cosine, double angle) {
   const auto [u, v] = Tangents(axis);
   const double sine = std::sqrt(std::max(0.0, 1.0 - cosine * cosine));
@@ -34,8 +34,8 @@ inline glm::dvec3 SampleLambert(const glm::dvec3& normal, RandomStream& random) 
   return About(normal, cosine, 2.0 * std::numbers::pi * random.Next());
 }
 
-/// Direction after a collision: Henyey and Greenstein 1941 mixed with a share of isotropic scattering. Near g = 0 the
-/// exact inversion loses its digits; its first order in g is used.
+/// Direction after a collision: Henyey and Greenstein 1941, mixed with a share of isotropic scattering. Near g = 0 the
+/// exact inversion loses digits, so its first-order expansion in g is used.
 inline glm::dvec3 SamplePhaseFunction(const Medium& m, const glm::dvec3& direction, RandomStream& random) {
   double cosine;
   const double u = random.Next();

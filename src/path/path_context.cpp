@@ -36,7 +36,7 @@ std::optional<size_t> ContactBackingOf(const Capture& capture, size_t photograph
 
 Surroundings::Surroundings(const Capture& capture, const std::vector<TriangleMesh>& scenery,
                            const std::vector<size_t>& photographs) {
-  std::map<std::pair<bool, size_t>, size_t> index;  // of a backing or of scenery
+  std::map<std::pair<bool, size_t>, size_t> index;  // key: whether a backing or scenery, and its index
   const auto add = [&](bool is_backing, size_t i, size_t photograph, const auto& mesh, const glm::dvec3& rho) {
     const auto [at, is_new] = index.try_emplace({is_backing, i}, things.size());
     if (is_new) meshes.push_back(mesh()), things.push_back({rho, 0});

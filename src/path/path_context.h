@@ -1,6 +1,5 @@
 #pragma once
-// What all paths of some photographs of one camera have in common: boundaries, media, lamps and the opaque things
-// around.
+// What all paths of some photographs of one camera share: boundaries, media, lamps and the opaque objects around.
 
 #include <bit>
 #include <cmath>
@@ -20,9 +19,9 @@ namespace crownfit {
 struct BackingSpec;
 struct Capture;
 
-inline constexpr size_t kMaxLamps = 32;  // sampled at one place; more are found by chance alone
+inline constexpr size_t kMaxLamps = 32;  // sampled at one point; further lamps are found only by paths that hit them
 
-/// Of a context's photographs, one bit each.
+/// A set of a context's photographs, one bit each.
 using PhotographSet = uint32_t;
 static_assert(kMaxPhotographs <= 32);
 template <class Do>
@@ -33,13 +32,13 @@ void ForEach(PhotographSet set, const Do& each) {
 struct Lamp {
   LightShape shape;
   double scale;
-  bool is_sampled;            ///< a dome is so large that directions find it by themselves
-  PhotographSet photographs;  ///< that it lights
+  bool is_sampled;            ///< false for a dome: it is so large that paths hit it anyway
+  PhotographSet photographs;  ///< those that it lights
 };
 
 struct OpaqueThing {
   glm::dvec3 reflectance;
-  PhotographSet photographs;  ///< that it stands in
+  PhotographSet photographs;  ///< those that show it
 };
 
 /// A tile in optical contact: where the outer surface lies on it (within kContactMm), light inside meets the tile's
@@ -60,42 +59,43 @@ struct ContactTile {
 
 class LightFields;
 
-/// Walks end after so many collisions of the true random walk and one flight by the reduced coefficient: what comes to
-/// them there is taken from diffuse light (light_field.h).
+/// Walks end after this many collisions of the true random walk and one flight with the reduced coefficient. The light
+/// arriving there is taken from the diffuse field (light_field.h).
 struct HandOver {
   int collisions = 0;
-  const LightFields* fields = nullptr;  ///< none: walks go on to their end
+  const LightFields* fields = nullptr;  ///< none: walks run to their end
 };
 
-/// Everything that stays the same for all paths of some photographs.
+/// Everything that all paths of some photographs share.
 struct PathContext {
   const WalkScene& scene;
   const Media& media;
   const std::vector<OpaqueThing>& opaque;
   std::vector<OuterBoundary> outer{};  ///< between each medium and the outside
   bool cut_is_opaque = false;
-  glm::dvec3 cut_reflectance{0.0};  ///< of an opaque cut, from inside
+  glm::dvec3 cut_reflectance{0.0};  ///< of an opaque cut, seen from inside
   std::optional<ContactTile> contact{};
   std::vector<Lamp> lamps{};
   std::vector<Polarisers> polarisers{};  ///< per photograph
-  bool wants_derivatives = false;        ///< derivatives beside the values
+  bool wants_derivatives = false;        ///< compute derivatives too
   CutDerivatives cut_derivatives{};
-  /// For light that leaves smoothly: lamps are looked for in the lobe of diffuse light that is refracted out, in place
-  /// of the one direction it takes. Per medium the lobe's 1 / (pi x share of diffuse light that enters from outside).
+  /// For light that leaves through a smooth surface: lamps are sampled in the refracted lobe of diffuse light, instead
+  /// of in the one direction the path takes. Per medium the lobe's 1 / (pi x share of diffuse light that enters from
+  /// outside).
   bool has_diffuse_exits = false;
   std::vector<double> exit_scale{};
   HandOver hand_over{};
 
-  /// From here on a walk flies by the reduced coefficient.
+  /// True once the walk flies with the reduced coefficient.
   bool IsReduced(const WalkState& state) const { return hand_over.fields && state.collisions >= hand_over.collisions; }
 };
 
-/// The opaque things of some photographs, each once: its mesh and what paths know of it.
+/// The opaque objects of some photographs, each once: its mesh and its properties.
 struct Surroundings {
   std::vector<TriangleMesh> meshes;
   std::vector<OpaqueThing> things;
 
-  /// `scenery`: all of the capture's, in its order.
+  /// `scenery`: all meshes of the capture's scenery, in its order.
   Surroundings(const Capture& capture, const std::vector<TriangleMesh>& scenery,
                const std::vector<size_t>& photographs);
 };
@@ -103,12 +103,12 @@ struct Surroundings {
 /// The layers' media in the order of WalkScene: outside first. `body` holds their textures.
 Media MediaOf(const Capture& capture, const Material& material, const LayeredBody& body);
 
-/// `begun` has scene, media and opaque things; returned with boundaries, cut, tile in contact and lamps. `photographs`
-/// can share walks.
+/// `begun` has scene, media and opaque objects. The result adds boundaries, cut, contact tile and lamps. `photographs`
+/// must be able to share walks.
 PathContext PathContextOf(const Capture& capture, const Material& material, const std::vector<size_t>& photographs,
                           const PathOptions& options, PathContext begun);
 
-/// Whether the same paths serve both photographs: one camera in one pose, the same tile in contact, if any.
+/// Whether the same paths serve both photographs: same camera, same pose, and the same contact tile, if any.
 bool CanShareWalks(const Capture& capture, size_t a, size_t b);
 
 }  // namespace crownfit

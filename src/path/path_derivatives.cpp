@@ -9,7 +9,7 @@
 namespace crownfit {
 namespace {
 
-/// Steps of a parameter downwards and upwards, in what it is differentiated by; a zero step is not taken.
+/// Steps of a parameter downwards and upwards, in the quantity of differentiation; a zero step is skipped.
 struct Steps {
   double down, up;
 };
@@ -112,7 +112,7 @@ std::vector<DifferentiatedPhotograph> DifferentiateByPaths(const CrownInput& inp
     const double value = ValuesOf(moved, p)[0];
     const Steps steps = StepsOf(p.quantity, value, HighestOf(capture, p));
     for (size_t k = 0; k < photos.size(); ++k) differences[k].push_back({p, photos[k].group_values});
-    // Of the parabola through three points, or of the line through two.
+    // Derivative weights of the parabola through three points, or of the line through two.
     const auto [down, up] = steps;
     const double of_low = down > 0 ? (up > 0 ? -up / (down * (down + up)) : -1.0 / down) : 0.0,
                  of_high = up > 0 ? (down > 0 ? down / (up * (down + up)) : 1.0 / up) : 0.0;

@@ -1,5 +1,5 @@
 #pragma once
-// A photograph by walks with its derivatives by scattering, absorption, g, index, thickness and roughness.
+// A path-traced photograph with its derivatives by scattering, absorption, g, index, thickness and roughness.
 
 #include <list>
 #include <string>
@@ -15,15 +15,15 @@ struct DifferentiatedPhotograph {
   PooledDerivatives derivatives;
 };
 
-/// The bodies that materials' thicknesses shape; the last few are kept.
+/// The bodies that materials' thicknesses shape; the last few are cached.
 class Bodies {
  public:
   Bodies(const CrownInput& input, int threads) : input_(input), threads_(threads) {}
-  /// Stays until four others were asked for.
+  /// The reference stays valid until four others were requested.
   const LayeredBody& Of(const Material& material);
-  /// The lattice over that body which resolves the material's transport paths.
+  /// The lattice over that body that resolves the material's transport paths.
   const VolumeLattice& LatticeOf(const Material& material);
-  /// From now on lattices take shorter ones for so long; 0: none.
+  /// From now on lattices count shorter transport paths as this long; 0: no limit.
   void ResolvePathsFrom(double shortest_mm) { shortest_resolved_mm_ = shortest_mm; }
 
  private:
@@ -39,14 +39,14 @@ class Bodies {
   std::list<Built> built_;  ///< latest first
 };
 
-/// What pictures are needed for: thicknesses that shape the crown, indices, roughness.
+/// Parameters that need finite differences of pictures: thicknesses that shape the crown, indices, roughness.
 std::vector<DerivativeParameter> DifferencedParameters(const Capture& capture);
 inline DerivativeParameter RoughnessOf(const Capture& capture) { return {capture.layers.size(), Quantity::kRoughness}; }
 
-/// By scattering, absorption and g from the paths themselves; by `differenced` parameters from pictures with those
-/// changed and the same random numbers (thickness by +-20 % and the parabola through three: smaller steps have ten
-/// times the noise and no less bias).
-/// Photographs that share walks (RenderTogether) share their groups of paths. `stage` is for the progress.
+/// Derivatives by scattering, absorption and g come from the paths themselves. Derivatives by `differenced` parameters
+/// come from pictures with changed values and the same random numbers (thickness by +-20 % and the parabola through
+/// three points: smaller steps have ten times the noise and no less bias). Photographs that share walks
+/// (RenderTogether) share their groups of paths. `stage` labels the progress.
 std::vector<DifferentiatedPhotograph> DifferentiateByPaths(const CrownInput& input, Bodies& bodies,
                                                            const Material& material,
                                                            const std::vector<size_t>& photographs,

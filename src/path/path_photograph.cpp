@@ -34,7 +34,7 @@ struct PixelSum {
       for (int b = a; b < 3; ++b, ++k)
         e.covariance[k] = samples > 1 ? (square[k] / n - e.mean[a] * e.mean[b]) / (n - 1.0) : 0.0;
     for (const int own : {0, 3, 5})
-      e.covariance[own] = std::max(0.0, e.covariance[own]);  // of paths that are all alike
+      e.covariance[own] = std::max(0.0, e.covariance[own]);  // against rounding, where all paths are alike
     return e;
   }
 };
@@ -56,8 +56,8 @@ struct GroupSums {
   }
 };
 
-/// Calls visit(rank, neighbour) for the pixels around every pixel that are on the object like it, or off it like it;
-/// then done(rank, neighbours). Further away where there are few.
+/// Calls visit(rank, neighbour) for the neighbours of every pixel that are on the object like it, or off it like it;
+/// then done(rank, neighbours). The reach grows where there are few.
 template <class Visit, class Done>
 void ForNeighbours(const PathPhotograph& photo, int reach, const Visit& visit, const Done& done) {
   constexpr int kFewest = 4;
@@ -110,7 +110,7 @@ std::vector<glm::dvec3> SmoothedMeans(const PathPhotograph& photo) {
 
 namespace {
 
-/// What the paths of some pixels found: so many samples of a pixel, each with a path per hero, each for all
+/// Results of the paths of some pixels: samples of a pixel have one path per hero channel, and each path serves all
 /// photographs.
 class FoundByPaths {
  public:
@@ -131,7 +131,7 @@ class FoundByPaths {
     std::copy(ended.derivatives().controls().begin(), ended.derivatives().controls().end(), &controls_[first]);
   }
 
-  /// Sums of the pixel's paths become the numbers of `rank` in the picture.
+  /// Writes the sums of the pixel's paths to `rank` of the picture.
   void Write(size_t pixel, size_t photograph, size_t rank, PathPhotograph& picture) const {
     const size_t groups = std::min(samples_, PathPhotograph::kMaxGroups);
     const auto place = [&](size_t sample, size_t hero) {
@@ -168,7 +168,7 @@ class FoundByPaths {
   std::vector<LayerControls> controls_;
 };
 
-/// A picture with room for what is asked.
+/// A picture with storage for the requested output.
 PathPhotograph EmptyPicture(const Camera& camera, const PathOptions& options, size_t layers, size_t groups) {
   PathPhotograph result;
   result.width = camera.width;
@@ -240,7 +240,7 @@ std::vector<PathPhotograph> RenderTogether(const Capture& capture, const Layered
                groups = std::min(samples, PathPhotograph::kMaxGroups);
   std::vector<PathPhotograph> results(shared, EmptyPicture(first.camera, options, layers, groups));
   const std::vector<size_t>& wanted = results[0].rendered;
-  constexpr size_t kAtOnce = 4096;  // values of paths
+  constexpr size_t kAtOnce = 4096;  // path values per batch
   const size_t pixels_at_once = std::max<size_t>(1, kAtOnce / (samples * heroes * shared)),
                chunks = (wanted.size() + pixels_at_once - 1) / pixels_at_once;
   std::vector<WalkCounters> counters(chunks);

@@ -1,6 +1,6 @@
 #pragma once
-// The `path` model: photographs by random walks from the camera through nested layers to the lamps. The truth that the
-// other models are measured against; docs/path_model.md says what it models and what it was checked with.
+// The `path` model: photographs path-traced from the camera through nested layers to the lamps. It is the reference for
+// the other models. docs/path_model.md describes the model and its verification.
 
 #include <functional>
 #include <memory>
@@ -19,38 +19,38 @@ struct Capture;
 struct PixelEstimate {
   glm::dvec3 mean{0.0};
   std::array<double, 6> covariance{};
-  bool on_object = false;  ///< the ray through the pixel's centre meets the object
+  bool on_object = false;  ///< the ray through the pixel's centre hits the object
   glm::dvec3 variance() const { return {covariance[0], covariance[3], covariance[5]}; }
 };
 
-/// Means over a group of one pixel's paths, of one layer: derivatives of the value by ln reduced scattering, ln
-/// absorption and g, and their zero-mean controls (score_derivatives.h).
+/// Means over one group of a pixel's paths, for one layer: derivatives of the value by ln reduced scattering, ln
+/// absorption and g, and their zero-mean control variates (score_derivatives.h).
 struct GroupDerivatives {
   glm::vec3 scattering{0.0f}, absorption{0.0f}, asymmetry{0.0f}, scattering_control{0.0f}, asymmetry_control{0.0f};
 };
 
 struct PathPhotograph {
   int width = 0, height = 0;
-  std::vector<size_t> rendered;       ///< places in the picture, y * width + x, in order
-  std::vector<PixelEstimate> pixels;  ///< of those; exposure 1
+  std::vector<size_t> rendered;       ///< pixels of the picture, y * width + x, in order
+  std::vector<PixelEstimate> pixels;  ///< of `rendered`; exposure 1
   WalkCounters counters;
   static constexpr size_t kMaxGroups = 16;
-  size_t layers = 0, groups = 0;              ///< groups of a pixel's samples, each with means of its own
+  size_t layers = 0, groups = 0;              ///< groups of a pixel's samples, each with its own means
   std::vector<glm::vec3> group_values;        ///< index rank * groups + group
   std::vector<GroupDerivatives> derivatives;  ///< index (rank * groups + group) * layers + layer
 
   static constexpr uint32_t kNotRendered = 0xffffffff;
-  std::shared_ptr<const std::vector<uint32_t>> ranks;  ///< per place, where in `rendered`; photographs may share it
+  std::shared_ptr<const std::vector<uint32_t>> ranks;  ///< per pixel, its index in `rendered`; may be shared
   uint32_t RankOf(size_t place) const { return (*ranks)[place]; }
 };
 
-/// Covariances of pixel means by rank, averaged over neighbours (on the object, or off it), without the pixel itself:
-/// its own estimate goes up and down with its value, and weights that know of it favour the dark ones. Even a share of
-/// 1 / 49 makes photographs of rare bright paths 8 % too dark at 48 paths a pixel.
+/// Covariances of pixel means by rank, averaged over neighbours (on the object, or off it) without the pixel itself. A
+/// pixel's own estimate correlates with its value, so weights that use it favour dark pixels. Even a share of 1 / 49
+/// makes photographs of rare bright paths 8 % too dark at 48 paths a pixel.
 std::vector<std::array<double, 6>> SmoothedCovariance(const PathPhotograph& photo);
 
-/// Means over the nearest neighbours likewise: what a derivative by exposure is, without the noise of the pixel itself,
-/// that what is left of it shares.
+/// Means over the nearest neighbours likewise: the derivative by exposure, without the noise that the pixel shares with
+/// its residual.
 std::vector<glm::dvec3> SmoothedMeans(const PathPhotograph& photo);
 
 /// Renders one photograph. `body`: of BuildSurfaces; `scenery`: all of the capture's, in its order. Every pixel's
@@ -59,9 +59,9 @@ PathPhotograph RenderByPaths(const Capture& capture, const LayeredBody& body, co
                              const Material& material, size_t photograph, const PathOptions& options,
                              const std::function<void(double)>& progress);
 
-/// Several photographs that can share walks (WhichShareWalks), by the same walks: the time of little more than one. A
-/// picture's values are those of RenderByPaths up to their noise, which the pictures have in common: group by group of
-/// their paths. Counters of all are the first picture's.
+/// Renders several photographs that can share walks (WhichShareWalks) with the same walks, in little more time than
+/// one. A picture's values are those of RenderByPaths up to noise. The noise is common to the pictures, group by group
+/// of their paths. The first picture holds the counters of all.
 std::vector<PathPhotograph> RenderTogether(const Capture& capture, const LayeredBody& body,
                                            const std::vector<TriangleMesh>& scenery, const Material& material,
                                            const std::vector<size_t>& photographs, const PathOptions& options,

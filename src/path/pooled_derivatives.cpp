@@ -35,7 +35,7 @@ PooledDerivatives::PooledDerivatives(const PathPhotograph& photo, const std::vec
         "a picture with slopes");
   for (const FiniteDifferences& d : differences)
     Check(d.values.size() == photo.rendered.size() * groups, "slopes of the same groups");
-  constexpr double kExact = 1e-12;  // a noise that none is below, in squares of the value
+  constexpr double kExact = 1e-12;  // smallest noise variance, in squares of the value
   for (size_t l = 0; l < layers; ++l)
     for (const Quantity q : {Quantity::kReducedScattering, Quantity::kAbsorption, Quantity::kAsymmetry})
       parameters_.push_back({l, q});
@@ -52,8 +52,8 @@ PooledDerivatives::PooledDerivatives(const PathPhotograph& photo, const std::vec
   const auto n_controls = static_cast<Eigen::Index>(2 * layers);
   const int terms = MonomialCount(kMaxDegree);
   for (int c = 0; c < kChannels; ++c) {
-    if (!(places_[used[0]].brightness[c] > 0)) continue;  // no light at all
-    // Rows are weighted by the noise of the values, which that of the derivatives goes with.
+    if (!(places_[used[0]].brightness[c] > 0)) continue;  // no light
+    // Rows are weighted by the noise of the values, which is proportional to that of the derivatives.
     Eigen::MatrixXd basis(count, terms);
     Eigen::VectorXd weight(count), brightness(count);
     for (Eigen::Index i = 0; i < count; ++i) {
@@ -92,7 +92,7 @@ PooledDerivatives::PooledDerivatives(const PathPhotograph& photo, const std::vec
       mean_slope += derivatives[g] / static_cast<double>(groups);
       mean_control += controls[g] / static_cast<double>(groups);
     }
-    // Multiples of the controls, each half of the groups by what the other half found.
+    // Coefficients of the control variates; each half of the groups uses those found by the other half.
     std::array<Eigen::MatrixXd, 2> multiples;
     for (const size_t half : {0, 1}) {
       Eigen::MatrixXd square = Eigen::MatrixXd::Zero(n_controls, n_controls),
@@ -110,15 +110,15 @@ PooledDerivatives::PooledDerivatives(const PathPhotograph& photo, const std::vec
 
     for (size_t j = 0; j < parameters_.size(); ++j) {
       const auto column = static_cast<Eigen::Index>(j);
-      // The sums of all groups, and of all but each.
+      // The mean of all groups, and of all but each.
       const double n = static_cast<double>(groups);
       Eigen::MatrixXd sums = Eigen::MatrixXd::Zero(terms, static_cast<Eigen::Index>(groups) + 1);
       for (const Eigen::MatrixXd& r : right) sums.col(0) += r.col(column);
       for (size_t g = 0; g < groups; ++g)
         sums.col(static_cast<Eigen::Index>(g) + 1) = (sums.col(0) - right[g].col(column)) / (n - 1.0);
       sums.col(0) /= n;
-      // Of every degree the polynomials without each group, and how they do on that group; what no polynomial changes
-      // is left out.
+      // For every degree the polynomials without each group, and their error on that group, less a term common to all
+      // polynomials.
       std::vector<Field> fits;
       std::vector<Eigen::VectorXd> errors;
       for (int degree = 0; degree <= kMaxDegree; ++degree) {
@@ -188,7 +188,7 @@ PooledDerivatives::OfPixel PooledDerivatives::DerivativeOf(size_t parameter, int
 
 void PooledDerivatives::FindPlaces(const PathPhotograph& photo) {
   constexpr int kReach = 2, kNoiseReach = 4, kFewest = 4;
-  constexpr double kDark = 1e-3;  // of the mean: no darker counts
+  constexpr double kDark = 1e-3;  // of the mean: smallest brightness
   places_.resize(photo.pixels.size());
   glm::dvec2 low(1e9), high(-1e9);
   glm::dvec3 mean(0.0);

@@ -1,9 +1,10 @@
 #pragma once
-// The random walk inside the layers, for any geometry that can say which boundary a flight meets.
+// The random walk inside the layers, for any geometry that can find the boundary a flight meets.
 //
-// Flights are drawn from one channel's scattering ("hero"); absorption and the other channels' scattering enter as
-// weights computed from what the walk did in each medium, so channels of equal scattering share every walk and others
-// are combined by the balance heuristic over heroes (Wilkie et al. 2014, hero wavelength spectral sampling).
+// Flights are sampled from one channel's scattering ("hero"). Absorption and the other channels' scattering enter as
+// weights, computed from the walk's collisions and path length in each medium. Channels of equal scattering share every
+// walk. Others are combined by the balance heuristic over heroes (Wilkie et al. 2014, hero wavelength spectral
+// sampling).
 
 #include <string>
 #include <vector>
@@ -13,35 +14,35 @@
 
 namespace crownfit {
 
-/// Collisions and path length of one walk in one medium: all that coefficients need to be changed afterwards.
+/// Collisions and path length of one walk in one medium: enough to change the coefficients afterwards.
 struct Visit {
   double length_mm = 0;
   int collisions = 0;
   double phase_score = 0;       ///< sum of d ln(phase function) / d g, where derivatives are wanted
   glm::dvec3 textured_mm{0.0};  ///< length times the absorption texture, where there is one
-  double reduced_mm = 0;        ///< of the length, flown by the reduced coefficient
-  int reduced_collisions = 0;   ///< of them, at its end
+  double reduced_mm = 0;        ///< part of length_mm flown with the reduced coefficient
+  int reduced_collisions = 0;   ///< part of `collisions` at the end of such flights
 };
 
 struct WalkCounters {
   uint64_t walks = 0, lost = 0, flights = 0, boundaries = 0;
-  uint64_t searches = 0;  ///< flights whose end had to be looked for among facets
+  uint64_t searches = 0;  ///< flights whose end needed a search among facets
   double lost_share() const { return walks > 0 ? static_cast<double>(lost) / static_cast<double>(walks) : 0.0; }
   void Add(const WalkCounters& o) {
     walks += o.walks, lost += o.lost, flights += o.flights, boundaries += o.boundaries, searches += o.searches;
   }
 };
 
-/// How many walks were lost, for the user; above 1e-5 what to do about it.
+/// A message with the share of lost walks; above 1e-5 with advice.
 std::string LossesInWords(const WalkCounters& counters);
 
-/// One walk on its way.
+/// State of one walk.
 struct WalkState {
   glm::dvec3 position{0.0}, direction{0.0};
   int medium = kOutside;
-  double boost = 1.0;         ///< inverse probability of what the roulette let live, times what tiles in contact return
-  int boundaries = 0;         ///< met from inside
-  int collisions = 0;         ///< in all media
+  double boost = 1.0;  ///< inverse survival probability of the roulette, times the reflectance of tiles in contact
+  int boundaries = 0;  ///< number met from inside
+  int collisions = 0;  ///< in all media
   std::vector<Visit> visits;  ///< per medium
 
   void Begin(size_t media) {
@@ -52,25 +53,25 @@ struct WalkState {
   }
 };
 
-/// The media of a scene, and what follows from them for all walks.
+/// The media of a scene, and the weights that follow from them.
 class Media {
  public:
   explicit Media(std::vector<Medium> media);
   const Medium& operator[](int i) const { return media_[i]; }
   size_t size() const { return media_.size(); }
-  /// 1 when the channels scatter alike, else the number of channels: heroes that one estimate must average over.
+  /// Number of heroes to average over: 1 when the channels scatter alike, else the number of channels.
   int heroes() const { return heroes_; }
-  /// Share of light that is left per channel, over the chance that a walk of a random hero took this way.
+  /// Transmittance per channel, over the probability density of this path for a random hero.
   glm::dvec3 Weight(const WalkState& state) const { return Left(state) * Chance(state); }
-  /// What absorption left per channel, roulette's boost included.
+  /// Transmittance per channel, the roulette's boost included.
   glm::dvec3 Left(const WalkState& state) const;
-  /// Chance of the way per channel over that for a random hero; 1 when the channels scatter alike.
+  /// Probability density of the path per channel, over that for a random hero; 1 when the channels scatter alike.
   glm::dvec3 Chance(const WalkState& state) const;
   /// Optical depth of absorption.
   glm::dvec3 Absorbed(size_t medium, const Visit& visit) const {
     return media_[medium].absorption * (media_[medium].texture ? visit.textured_mm : glm::dvec3(visit.length_mm));
   }
-  /// The largest share that absorption leaves in any channel, roulette's boost included.
+  /// The largest transmittance of any channel, the roulette's boost included.
   double LargestShare(const WalkState& state) const;
 
  private:
@@ -78,14 +79,15 @@ class Media {
   int heroes_ = 1;
 };
 
-inline constexpr int kRouletteEvery = 32;  // collisions of one walk, so that the outcome depends on nothing else
+inline constexpr int kRouletteEvery = 32;  // collisions of one walk: results depend on nothing else
 
-/// False when the walk, little of whose light is left, ends here.
+/// Russian roulette for walks with little light left; false when the walk ends here.
 bool SurvivesRoulette(const Media& media, WalkState& state, RandomStream& random);
 
-/// To be asked at every boundary met from inside: what the walk's light is multiplied by, 0 when it ends here. Total
-/// reflection keeps light in clear layers with plane sides for ever; beyond what any other walk meets, some few in a
-/// thousand go on no further, and the others stand for them. `boundaries`: met so far, this one included.
+/// Call at every boundary met from inside. Returns the factor on the walk's light, 0 when the walk ends here. Total
+/// reflection traps light in clear layers with plane faces for ever. Beyond the number of boundaries that any other
+/// walk meets, some few in a thousand walks end at each boundary, and the others represent them. `boundaries`: met so
+/// far, this one included.
 inline double BoostAtBoundary(int boundaries, RandomStream& random) {
   constexpr int kAllLive = 4096;
   constexpr double kSurvival = 0.998;
@@ -120,7 +122,7 @@ bool Walk(const Scene& scene, const Media& media, int hero, WalkState& state, Ra
         cross(*boundary);
         break;
       }
-      if (std::isinf(flight)) {  // a clear medium without an end: rounding let the walk through between two facets
+      if (std::isinf(flight)) {  // clear medium without an end: rounding let the walk pass between two facets
         ++counters.lost;
         return false;
       }

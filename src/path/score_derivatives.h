@@ -1,14 +1,14 @@
 #pragma once
-// Derivatives of a path's value by the parameters of its media, from what the path did and nothing else.
+// Derivatives of a path's value by the parameters of its media, computed from that path alone.
 //
-// The chance that a walk took its way, and what absorption left of it, are known functions of the coefficients: in a
-// layer with n collisions and length L, d ln / d ln scattering = n - scattering L (the score, or likelihood ratio;
-// Rubinstein 1989), d ln / d ln absorption = -absorption L. Scattering is held at constant g by its reduced value, and
-// the derivative by g holds the reduced scattering.
+// The probability density of a walk and its transmittance are known functions of the coefficients. In a layer with n
+// collisions and path length L, d ln / d ln scattering = n - scattering L (the score, or likelihood ratio; Rubinstein
+// 1989), and d ln / d ln absorption = -absorption L. The derivative by scattering is by its reduced value at constant
+// g. The derivative by g holds the reduced scattering constant.
 //
-// Scores are noisy, but their own mean is zero. A control is their sum along the path, each step weighted with what
-// absorption had left of the light when the step began: its mean is zero too, and it goes up and down with the
-// derivative, so a multiple of it takes away noise and nothing else.
+// Scores are noisy, but their mean is zero. A control variate is their sum along the path, each step weighted with the
+// transmittance at its start. Its mean is zero too, and it is correlated with the derivative. So subtracting a multiple
+// of it removes only noise.
 
 #include <optional>
 #include <vector>
@@ -17,21 +17,21 @@
 
 namespace crownfit {
 
-/// d ln of the reflectance of the neck's cut, by the innermost layer's parameters.
+/// d ln(reflectance of the neck's cut), by the innermost layer's parameters.
 struct CutDerivatives {
   glm::dvec3 scattering{0.0}, absorption{0.0};
 };
 
-/// Per layer and channel, by ln reduced scattering, by ln absorption, by g.
+/// Derivatives per layer and channel: by ln reduced scattering, by ln absorption, by g.
 struct LayerDerivatives {
   glm::dvec3 scattering{0.0}, absorption{0.0}, asymmetry{0.0};
 };
-/// Zero-mean companions of two of them.
+/// Zero-mean control variates of two of them.
 struct LayerControls {
   glm::dvec3 scattering{0.0}, asymmetry{0.0};
 };
 
-/// Of one path and all the photographs that it serves.
+/// Derivatives of one path for all the photographs that it serves.
 class PathDerivatives {
  public:
   PathDerivatives(const Media& media, const CutDerivatives& cut, size_t photographs)
@@ -47,7 +47,7 @@ class PathDerivatives {
     controls_.assign(controls_.size(), {});
     from_.assign(from_.size(), Visit());
   }
-  /// Light found for a photograph by the path as it stands, returned so many times by the neck's cut.
+  /// Adds light that the current path found for a photograph. `cut_returns`: number of reflections at the neck's cut.
   void Add(size_t photograph, const WalkState& state, int cut_returns, const glm::dvec3& value) {
     LayerDerivatives* derivatives = &derivatives_[photograph * layers_];
     for (size_t l = 0; l < layers_; ++l) {
@@ -60,14 +60,14 @@ class PathDerivatives {
     derivatives[layers_ - 1].absorption += value * static_cast<double>(cut_returns) * cut_.absorption;
   }
 
-  /// What the light that a walk was handed over to changes by, as it arrives.
+  /// Adds the derivatives of the diffuse light in which a walk ended, weighted.
   void AddOfField(size_t photograph, size_t layer, const glm::dvec3& by_scattering, const glm::dvec3& by_absorption) {
     LayerDerivatives& derivatives = derivatives_[photograph * layers_ + layer];
     derivatives.scattering += by_scattering;
     derivatives.absorption += by_absorption;
   }
 
-  /// A stretch of flights through one medium begins, with this share of the light left; and ends: its controls.
+  /// Begins a segment of flights through one medium, with this share of the light left. CloseStretch ends it.
   void OpenStretch(const WalkState& state, const glm::dvec3& left) {
     from_[state.medium] = state.visits[state.medium];
     left_ = left;
@@ -105,7 +105,7 @@ class PathDerivatives {
         static_cast<double>(visit.reduced_collisions) - m.similarity() * m.scattering * visit.reduced_mm;
     const glm::dvec3 scattering = static_cast<double>(visit.collisions - visit.reduced_collisions) -
                                   m.scattering * (visit.length_mm - visit.reduced_mm);
-    // Scattering is the reduced one over 1 - (1 - f) g.
+    // Scattering is reduced scattering / (1 - (1 - f) g).
     const double share = 1.0 - m.isotropic_fraction;
     return {scattering + reduced, visit.phase_score + scattering * (share / (1.0 - share * m.g))};
   }

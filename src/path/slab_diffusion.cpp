@@ -25,13 +25,13 @@ double SinhRatio(double a, double x, double y) {
 
 using Shares = FlatEscape::Shares;
 
-/// The walked part of one photon's way.
+/// The random-walk part of one photon's path.
 class Photon {
  public:
   Photon(const std::vector<FlatLayer>& layers, const FlatEscape& escape, int collisions)
       : layers_(layers), escape_(escape), collisions_(collisions) {}
 
-  /// `height_mm`: over the layer's bottom.
+  /// `height_mm`: above the layer's bottom.
   Shares Follow(glm::dvec3 direction, size_t layer, double height_mm, RandomStream random) const {
     double left = 1.0;
     int boundaries = 0;
@@ -44,7 +44,7 @@ class Photon {
                              : direction.z < 0 ? -height_mm / direction.z
                                                : HUGE_VAL;
       const double length = std::max(0.0, std::min(flight, to_face));
-      if (std::isinf(length)) return {0.0, 0.0};  // along a clear layer for ever
+      if (std::isinf(length)) return {0.0, 0.0};  // never leaves a clear layer
       left *= std::exp(-l.absorption_per_mm * length);
       if (left < kNothing) return {0.0, 0.0};
       height_mm += direction.z * length;
@@ -77,7 +77,7 @@ class Photon {
   const int collisions_;
 };
 
-/// Sums over photons of what each returned.
+/// Sums over photons, and sums of squares.
 struct Tally {
   double up = 0, up2 = 0, down = 0, down2 = 0, count = 0;
   void Add(const Shares& s) { up += s.up, up2 += s.up * s.up, down += s.down, down2 += s.down * s.down, ++count; }
@@ -89,11 +89,11 @@ struct Tally {
 }  // namespace
 
 FlatEscape::FlatEscape(const std::vector<FlatLayer>& layers) {
-  constexpr double kFarthest = 1e3;     // mm: a transport path, as in the volume
-  constexpr double kMostCoupled = 1e7;  // faces with nothing between: more would cost the leaks their digits
+  constexpr double kFarthest = 1e3;     // mm: largest transport mean free path, as in the volume
+  constexpr double kMostCoupled = 1e7;  // coupling of faces at zero distance: more would cost the leaks digits
   const size_t count = layers.size();
   std::vector<double> diagonal(count + 1, 0.0), beside(count, 0.0);
-  double index = 1.0;  // over the index above
+  double index = 1.0;  // of the layer, over that above the slab
   for (size_t i = 0; i < count; ++i) {
     const FlatLayer& l = layers[i];
     index = i == 0 ? 1.0 / l.ior_above : index / l.ior_above;
@@ -110,7 +110,7 @@ FlatEscape::FlatEscape(const std::vector<FlatLayer>& layers) {
     diagonal[i] += beside[i] + sink;
     diagonal[i + 1] += beside[i] + sink;
   }
-  // Indices over the layer's own: the boundary's share does not depend on the unit.
+  // Only ratios of indices matter at a boundary.
   const double index_top = 1.0 / layers[0].ior_above;
   const double leak_up = PassedBy({0.0, 0.0, index_top, 1.0}).Leak(index_top * index_top),
                leak_down = PassedBy({0.0, 0.0, index, index * layers.back().ior_below}).Leak(index * index);
@@ -180,7 +180,7 @@ SlabAnswer SolveByDiffusion(const Slab& slab, const SlabDiffusionOptions& option
     }
     for (const Tally& t : tallies) of[kind].Add(t);
   }
-  // The backing sends back rho of what it gets, diffusely, again and again.
+  // The backing reflects a share rho diffusely, repeatedly.
   const auto add_up = [&](const Tally& t, double& reflected, double& transmitted, double& reflected_error,
                           double& transmitted_error) {
     const Shares mean = t.mean(), error = t.error();

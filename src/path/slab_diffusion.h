@@ -1,6 +1,6 @@
 #pragma once
-// Flat layered samples by the model `diffusion` (docs/diffusion_model.md): light is walked for K true collisions and
-// one flight by the reduced coefficient; what happens after that is diffusion, which flat layers have in closed form.
+// Flat layered samples by the `diffusion` model (docs/diffusion_model.md): light takes K true collisions and one flight
+// with the reduced coefficient. Diffusion follows, which has a closed form in flat layers.
 
 #include <functional>
 #include <vector>
@@ -18,7 +18,7 @@ class FlatEscape {
     double up, down;
   };
   explicit FlatEscape(const std::vector<FlatLayer>& layers);
-  /// `height_mm` over the layer's bottom.
+  /// `height_mm`: above the layer's bottom.
   Shares From(size_t layer, double height_mm) const;
 
  private:
@@ -32,8 +32,8 @@ struct SlabDiffusionOptions {
   int collisions = 10;
 };
 
-/// Totals with the standard errors of the walked part; no rings. `photons` come at normal incidence, a quarter as many
-/// diffusely, and as many from below where there is a backing.
+/// Totals with the standard errors of the random-walk part; no rings. `photons` arrive at normal incidence, a quarter
+/// as many diffusely, and as many from below where there is a backing.
 SlabAnswer SolveByDiffusion(const Slab& slab, const SlabDiffusionOptions& options,
                             const std::function<void(double)>& progress);
 

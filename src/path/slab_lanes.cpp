@@ -25,7 +25,7 @@ CROWNFIT_FOR_EVERY_VECTOR
 void SlabLanes::Fly(int count) {
   constexpr double kLogLive = 1.38629436111989061883;  // ln kLiveOfDeep
   static_assert(kLiveOfDeep == 4);
-  const int whole_vectors = (count + 7) / 8 * 8;  // the loop's remainder would cost more than lanes that nobody reads
+  const int whole_vectors = (count + 7) / 8 * 8;  // full vectors: a remainder loop would cost more than unused lanes
 #pragma GCC ivdep
   for (int i = 0; i < whole_vectors; ++i) {
     const double x0 = x[i], y0 = y[i], z0 = z[i], dx0 = dx[i], dy0 = dy[i], dz0 = dz[i], depth0 = depth[i];
@@ -33,14 +33,14 @@ void SlabLanes::Fly(int count) {
     const uint64_t of_flight = NextBits(state, random_step[i]), state_of_flight = state,
                    of_turn = NextBits(state, random_step[i]);
 
-    // The turn's cosine after Henyey and Greenstein 1941, who have v uniform in (-1, 1), without a difference that
-    // loses its digits near g = 0. The same number tells whether scattering is isotropic.
+    // Scattering cosine after Henyey and Greenstein 1941, with their v uniform in (-1, 1), without a difference that
+    // loses digits near g = 0. The same number decides whether scattering is isotropic.
     const double u = (Exactly(of_turn >> 32) + 0.5) * 0x1.0p-32, share = isotropic[i];
     const double as_isotropic = u * per_isotropic[i], as_other = (u - share) * per_other[i], g0 = g[i];
     const bool is_isotropic = u < share;
     const double gi = is_isotropic ? 0.0 : g0, v = 2.0 * (is_isotropic ? as_isotropic : as_other) - 1.0;
 
-    // Three divisions by one: of the logarithm, of the turn and of the frame.
+    // One division replaces three: of the logarithm, of the scattering angle and of the frame.
     const BinaryPower passed = Split(2.0 - std::bit_cast<double>((of_flight >> 12) | 0x3ff0000000000000ull));
     const double steepness = std::abs(dz0);
     const double a = 2.0 + passed.above, b = 1.0 + gi * v, c = 1.0 + steepness, ab = a * b, per_abc = 1.0 / (ab * c),
@@ -58,7 +58,7 @@ void SlabLanes::Fly(int count) {
     const double along = p * dx0 + q * dy0, forward = cosine - per_c * along;
     const double wx = p + forward * dx0, wy = q + forward * dy0,
                  wz = std::copysign(1.0, dz0) * (cosine * steepness - along);
-    const double to_unit = 1.5 - 0.5 * (wx * wx + wy * wy + wz * wz);  // Newton's step for 1 / length
+    const double to_unit = 1.5 - 0.5 * (wx * wx + wy * wy + wz * wz);  // Newton step for 1 / length
 
     const double deeper = depth0 + absorption_per_mm[i] * flight;
     const bool is_deep = deeper > kDeep;

@@ -17,13 +17,13 @@
 namespace crownfit {
 namespace {
 
-/// Where a photon left, and with how much of its light; a backing takes some at every visit.
+/// Where a photon left, and its weight; a backing absorbs some of it at every visit.
 struct PhotonEnd {
   double reflected = 0, reflected_r2 = 0;      ///< weight, square of the distance from where it entered, mm^2
   double transmitted = 0, transmitted_r2 = 0;  ///< of the last visit
 };
 
-/// Everything that stays the same for all photons.
+/// Everything that all photons share.
 struct Bench {
   const Slab& slab;
   std::vector<FlatLayer> layers;
@@ -31,7 +31,7 @@ struct Bench {
   explicit Bench(const Slab& s) : slab(s), layers(FlatLayersOf(s)) {}
 };
 
-/// Walks photons in lanes until the last has left.
+/// Walks photons in lanes until the last one has left.
 class Pool {
  public:
   Pool(const Bench& bench, int lanes, std::span<PhotonEnd> ends,
@@ -49,7 +49,7 @@ class Pool {
         count += lanes_.fate[i] != SlabLanes::kCollided;
       }
       lanes_.Cross({flown_out_.data(), count});
-      for (size_t k = count; k-- > 0;) {  // from behind: lanes move up from there
+      for (size_t k = count; k-- > 0;) {  // from the back: lanes that move up come from there
         const int i = flown_out_[k];
         if (!GoesOn(i) && !Refill(i)) MoveLane(--active_, i);
       }
@@ -74,7 +74,7 @@ class Pool {
     return false;
   }
 
-  /// After Cross, of a lane that did not collide: whether its photon is still in a layer.
+  /// Call after Cross for a lane that did not collide: whether its photon is still in a layer.
   bool GoesOn(int i) {
     if (lanes_.fate[i] != SlabLanes::kMeetsBoundary) return false;
     if (lanes_.has_passed[i] != 0) {
@@ -100,7 +100,7 @@ class Pool {
     return false;
   }
 
-  /// The backing takes 1 - rho (expected value, added up over all visits) and sends rho back.
+  /// The backing absorbs 1 - rho (expected value, summed over all visits) and reflects rho.
   bool ReturnFromBacking(int i) {
     const Slab& slab = bench_.slab;
     const double rho = slab.backing_reflectance;
@@ -116,7 +116,7 @@ class Pool {
         lanes_.depth[i] -= std::log(SlabLanes::kLiveOfDeep);
       }
       glm::dvec3 direction = SampleLambert({0, 0, 1}, random);
-      // Up through an air gap of no width: what the lower face mirrors meets the backing again.
+      // Up through an air gap of zero width: light that the lower face reflects meets the backing again.
       if (!slab.backing_contact)
         direction = ScatterAtSmoothBoundary(direction, {0, 0, 1}, slab.layers.back().ior / slab.ior_below, random);
       Send(i, direction, random);
@@ -124,7 +124,7 @@ class Pool {
     }
   }
 
-  /// The photon's stream, where its lane stands.
+  /// The photon's stream, with the state of its lane.
   RandomStream StreamOf(int i) const {
     RandomStream random = random_[i];
     random.set_state(lanes_.random[i]);
@@ -157,7 +157,7 @@ class Pool {
   size_t next_ = 0;
 };
 
-/// Sums over photons of what each returned.
+/// Sums over photons, and sums of squares.
 struct Tally {
   double reflected = 0, reflected2 = 0, transmitted = 0, transmitted2 = 0;
   std::vector<double> rings_r, rings_r2, rings_t, rings_t2;
@@ -168,7 +168,7 @@ struct Tally {
       rings_r[i] += o.rings_r[i], rings_r2[i] += o.rings_r2[i], rings_t[i] += o.rings_t[i],
           rings_t2[i] += o.rings_t2[i];
   }
-  /// `edges`: of the rings. Rings below are of light that met no reflecting backing.
+  /// `edges`: of the rings. Rings below count light only where no backing reflects.
   void Add(const PhotonEnd& end, const std::vector<double>& edges, bool has_rings_below) {
     reflected += end.reflected, reflected2 += end.reflected * end.reflected;
     transmitted += end.transmitted, transmitted2 += end.transmitted * end.transmitted;
@@ -199,7 +199,7 @@ std::vector<FlatLayer> FlatLayersOf(const Slab& s) {
     const bool is_last = i + 1 == s.layers.size();
     const double above = i == 0 ? s.ior_above : s.layers[i - 1].ior,
                  below = !is_last            ? s.layers[i + 1].ior
-                         : s.backing_contact ? l.ior  // light reaches the backing as if there were no boundary
+                         : s.backing_contact ? l.ior  // as if there were no boundary above the backing
                                              : s.ior_below;
     layers.push_back({top, top - l.thickness_mm,
                       l.scattering_per_mm > 0 ? 1.0 / l.scattering_per_mm : FlatLayer::kNoCollision,

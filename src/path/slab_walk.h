@@ -1,6 +1,6 @@
 #pragma once
-// Flat layered samples by the same random walk that renders crowns: what is checked here against independent programs
-// is the walk itself.
+// Flat layered samples by the same random walk that renders crowns. Comparing them with independent programs tests the
+// walk itself.
 
 #include <functional>
 #include <glm/glm.hpp>
@@ -15,14 +15,14 @@ namespace crownfit {
 struct SlabWalkOptions {
   uint64_t photons = 1000000, seed = 1;
   int threads = 0;
-  int lanes = 128;  ///< photons side by side, at most; changes nothing but the time
+  int lanes = 128;  ///< most photons side by side; affects only the time
 };
 
-/// Totals with standard errors, and ring means where the slab names radii. `photons` come at normal
-/// incidence, on one point, and a quarter as many diffusely.
+/// Totals with standard errors, and ring means where the slab states radii. `photons` arrive at normal incidence at one
+/// point, and a quarter as many diffusely.
 SlabAnswer SolveByWalks(const Slab& slab, const SlabWalkOptions& options, const std::function<void(double)>& progress);
 
-/// Of the mean of so many values, from their sum and the sum of their squares.
+/// Standard error of the mean of `n` values, from their sum and the sum of their squares.
 double StandardError(double sum, double square, double n);
 
 std::vector<FlatLayer> FlatLayersOf(const Slab& slab);
@@ -33,7 +33,7 @@ struct EnteredPhoton {
   RandomStream random;
 };
 
-/// Nothing where the first surface mirrors it; `specular`: by what chance, at normal incidence.
+/// Empty where the first surface reflects it; `specular`: the probability of that at normal incidence.
 std::optional<EnteredPhoton> EnterSlab(const Slab& slab, double specular, bool is_diffuse, uint64_t key);
 
 }  // namespace crownfit

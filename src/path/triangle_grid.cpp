@@ -8,12 +8,12 @@
 namespace crownfit {
 namespace {
 
-// In cubes:
-constexpr double kNudge = 1e-6;     // steps from cube to cube go so much too far; facets are listed wider
-constexpr double kHealed = 1e-8;    // rounding may have put a place so far beyond a facet
-constexpr float kGenerous = 4e-6f;  // rounding of single precision in the first choice
+// In units of cubes:
+constexpr double kNudge = 1e-6;     // overshoot of steps from cube to cube; facets are listed with a wider margin
+constexpr double kHealed = 1e-8;    // rounding may have put a point this far behind a facet
+constexpr float kGenerous = 4e-6f;  // single-precision rounding in the first test
 
-/// Whether a line meets a triangle, edges and corners included: signed volumes, computed for a shared edge with the
+/// Whether a line meets a triangle, edges and corners included. Signed volumes of a shared edge are computed with the
 /// same numbers from both sides, so that no line passes between two triangles (Woop, Benthin and Wald 2013).
 [[gnu::always_inline]] inline bool Meets(const glm::dvec3& o, const glm::dvec3& d,
                                          const std::array<glm::vec3, 3>& corners) {
@@ -30,7 +30,7 @@ void TriangleGrid::FindEnds(std::span<FacetFlight> flights) const {
     FindSomeEnds(flights.subspan(first, std::min(kTogether, flights.size() - first)));
 }
 
-/// The part of a flight within which the surfaces lie, as far as the slab of its first cube tells.
+/// The part of a flight that can meet surfaces, by the slab of its first cube.
 std::pair<double, double> TriangleGrid::WithinSlab(const FacetFlight& f) const {
   const std::pair<double, double> all{0.0, f.max_mm};
   const glm::dvec3 p = cubes_.InCubes(f.origin);
@@ -46,14 +46,14 @@ std::pair<double, double> TriangleGrid::WithinSlab(const FacetFlight& f) const {
   return {std::max(0.0, std::min(one, other)), std::min(f.max_mm, std::max(one, other))};
 }
 
-/// All flights go from cube to cube together, in steps that each read memory which the step before has called for.
+/// Advances all flights from cube to cube together. Each step reads memory that the step before has prefetched.
 CROWNFIT_FOR_EVERY_VECTOR
 void TriangleGrid::FindSomeEnds(std::span<FacetFlight> flights) const {
   struct Place {
     FacetFlight* flight;
-    glm::dvec3 inverse, ahead;  ///< of the direction: 1 / it, 1 where it is positive
+    glm::dvec3 inverse, ahead;  ///< 1 / direction; 1 where the direction is positive
     glm::dvec3 from_middle;
-    double at_mm, end_mm;  ///< of the way through the cube
+    double at_mm, end_mm;  ///< distances at which the flight enters and leaves the cube
     double until_mm;       ///< nothing is met beyond
     size_t cube;
   };
@@ -126,7 +126,7 @@ void TriangleGrid::FindSomeEnds(std::span<FacetFlight> flights) const {
         for (int k = 0; k < kPack; ++k) {
           const float along = side * (pack.nx[k] * dx + pack.ny[k] * dy + pack.nz[k] * dz);
           const float above = side * (pack.offset[k] - (pack.nx[k] * px + pack.ny[k] * py + pack.nz[k] * pz));
-          // Ahead, and no farther than the way goes: both signs in one number.
+          // Ahead of the start and not beyond the end: both signs in one number.
           const float before = above + generous, beyond = along * way + generous - above;
           crossed[k] = before < beyond ? before : beyond;
         }

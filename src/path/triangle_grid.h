@@ -1,6 +1,6 @@
 #pragma once
-// A regular grid over the layers' surfaces: how far the nearest one is, which proves most flights free, and which
-// facets reach into each cube, which finds what the others meet, in double precision.
+// A regular grid over the layers' surfaces. Distances to the nearest surface prove most flights free. Lists of the
+// facets in each cube give the end of the others, in double precision.
 
 #include <algorithm>
 #include <array>
@@ -21,8 +21,8 @@ struct FacetFlight {
   int medium;                    ///< 0 outside, else layer + 1
   double max_mm;
   // Found:
-  double distance_mm = kFar;  ///< of the facet; infinite when none is met
-  glm::dvec3 normal{0.0};     ///< unit, of the facet, outward
+  double distance_mm = kFar;  ///< to the facet; infinite when none is met
+  glm::dvec3 normal{0.0};     ///< unit normal of the facet, outward
   int mesh = -1, triangle = -1;
   bool is_ended() const { return mesh >= 0; }
 };
@@ -44,7 +44,7 @@ struct CubeGrid {
   glm::ivec3 Nearest(const glm::dvec3& p) const {
     return glm::clamp(glm::ivec3(glm::floor(InCubes(p))), glm::ivec3(0), count - 1);
   }
-  /// Calls visit(number, middle) for all cubes that a box reaches.
+  /// Calls visit(number, middle) for all cubes that overlap a box.
   template <class Visit>
   void ForCubes(const glm::dvec3& box_low, const glm::dvec3& box_high, const Visit& visit) const {
     const glm::ivec3 from = Nearest(box_low), to = Nearest(box_high);
@@ -63,14 +63,14 @@ class TriangleGrid {
   TriangleGrid(const std::vector<TriangleMesh>& surfaces, const std::vector<std::vector<uint8_t>>& is_exposed,
                const glm::dvec3& low, const glm::dvec3& high, int threads);
 
-  /// Distances as plain numbers, for loops over many places.
+  /// Distances as plain numbers, for loops over many points.
   struct Distances {
     double low_x, low_y, low_z, per_mm, cube_mm;
     double count_x, count_y, count_z;
     const float* distance_mm;  ///< from the cubes' middles to the nearest surface, a lower bound
     const float* slab;         ///< per cube 8 numbers: Slab
-    double reach2_mm2;         ///< its ball's radius squared
-    /// The cube that holds a place, and how far the place is from its middle; infinitely far outside all.
+    double reach2_mm2;         ///< squared radius of the slab's ball
+    /// The cube that holds a point, and the point's distance from its middle; infinite outside the grid.
     struct Place {
       int cube;
       double off_mm;
@@ -79,7 +79,7 @@ class TriangleGrid {
     static constexpr double kOutsideAll = 1e300;
     [[gnu::always_inline]] Place Find(double x, double y, double z) const {
       const double qx = (x - low_x) * per_mm, qy = (y - low_y) * per_mm, qz = (z - low_z) * per_mm;
-      // One choice at a time, which compilers turn into vector instructions.
+      // One selection at a time, which compilers vectorise.
       const double ax = qx >= 0 ? qx : -1.0, ay = qy >= 0 ? qy : -1.0, az = qz >= 0 ? qz : -1.0;
       const double bx = ax < count_x ? ax : -1.0, by = ay < count_y ? ay : -1.0, bz = az < count_z ? az : -1.0;
       const double low = bx < by ? bx : by, lowest = low < bz ? low : bz;
@@ -105,8 +105,8 @@ class TriangleGrid {
             &slabs_.data()->nx,
             kReach * kReach * cubes_.cube_mm() * cubes_.cube_mm()};
   }
-  /// Between two parallel planes lies all of the surfaces within kReach cubes around a cube's middle: a flight that
-  /// stays in that ball and on one side meets nothing.
+  /// Two parallel planes that enclose all surfaces within kReach cubes around a cube's middle. A flight that stays in
+  /// that ball and on one side meets nothing.
   struct alignas(32) Slab {
     float nx = 0, ny = 0, nz = 1, low = -std::numeric_limits<float>::infinity(),
           high = std::numeric_limits<float>::infinity();
@@ -121,32 +121,33 @@ class TriangleGrid {
                            std::max(0.0, static_cast<double>(d.distance_mm[b.cube]) - b.off_mm);
   }
 
-  /// Finds the first facet that ends each flight: met from behind if it bounds the flight's medium, from in front if
-  /// its outside may be the medium. Nothing beyond the grid is found. Flights side by side wait for memory together.
+  /// Finds the first facet that ends each flight. It is met from behind if it bounds the flight's medium, from in front
+  /// if its outside may be the medium. Nothing beyond the grid is found. Processing flights together hides memory
+  /// latency.
   void FindEnds(std::span<FacetFlight> flights) const;
 
  private:
   static constexpr int kPack = 16;
-  /// The planes of some facets that bound the same media, side by side and as seen from the cube's middle: a quick and
-  /// generous first choice. The others are empty: offset infinite.
+  /// The planes of some facets that bound the same media, side by side, relative to the cube's middle: a fast,
+  /// conservative first test. Unused entries have an infinite offset.
   struct alignas(64) Pack {
     std::array<float, kPack> nx{}, ny{}, nz{}, offset;
     std::array<int32_t, kPack> facet{};
-    int inside = 0, outermost = 0;  ///< medium behind, and the first of those in front, which end at inside - 1
+    int inside = 0, outermost = 0;  ///< medium behind, and the first of those in front; the last of those is inside - 1
   };
   struct alignas(64) Facet {
     glm::dvec3 normal;
     std::array<glm::vec3, 3> corners;
     int32_t triangle;
-    /// Of its plane above a place, along the normal.
+    /// Height of its plane above a point, along the normal.
     double Above(const glm::dvec3& p) const { return glm::dot(normal, glm::dvec3(corners[0]) - p); }
     std::pair<glm::dvec3, glm::dvec3> Box() const {
       return {glm::min(glm::min(corners[0], corners[1]), corners[2]),
               glm::max(glm::max(corners[0], corners[1]), corners[2])};
     }
   };
-  // In cubes:
-  static constexpr double kListed = 4e-6;  ///< facets are listed in cubes they miss by so much
+  // In units of cubes:
+  static constexpr double kListed = 4e-6;  ///< facets are also listed in cubes that they miss by this much
   static constexpr double kReach = 2.0;
   /// Facets that bound the same media.
   struct Group {
@@ -167,7 +168,7 @@ class TriangleGrid {
   std::vector<float> distance_mm_;
   std::vector<Slab> slabs_;
   std::vector<Facet> facets_;
-  std::vector<uint32_t> first_pack_;  ///< per cube and one more
+  std::vector<uint32_t> first_pack_;  ///< per cube, and one more
   std::vector<Pack> packs_;
 };
 

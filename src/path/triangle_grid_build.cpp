@@ -10,7 +10,7 @@ namespace crownfit {
 namespace {
 
 constexpr double kCubes = 64.0;   // along the longest side
-constexpr double kNear_mm = 0.8;  // further from surfaces a lower bound does
+constexpr double kNear_mm = 0.8;  // further from surfaces a lower bound is enough
 
 }  // namespace
 
@@ -40,7 +40,7 @@ void TriangleGrid::FindDistances(const std::vector<TriangleMesh>& surfaces, int 
     double d = kFar;  // distance from the cube before, or a lower bound of it
     bool is_exact = false;
     for (int x = 0; x < count.x; ++x) {
-      d -= cube_mm;  // a distance changes by no more than one moves
+      d -= cube_mm;  // a distance changes by at most the step
       if (x == 0 || d < kNear_mm) {
         d = caster.DistanceToSurface(cubes_.middle({x, y, z}), is_exact ? d + 2.001 * cube_mm : kFar);
         is_exact = true;
@@ -64,7 +64,7 @@ std::vector<TriangleGrid::Group> TriangleGrid::GatherFacets(const std::vector<Tr
         const glm::ivec3 i = mesh.triangles[t];
         const glm::dvec3 &a = mesh.vertices[i.x], &b = mesh.vertices[i.y], &c = mesh.vertices[i.z],
                          cross = glm::cross(b - a, c - a);
-        if (!(glm::length(cross) > 0)) continue;  // without area: its neighbours close the surface
+        if (!(glm::length(cross) > 0)) continue;  // zero area: its neighbours close the surface
         facets_.push_back({glm::normalize(cross), {glm::vec3(a), glm::vec3(b), glm::vec3(c)}, t});
       }
       // Neighbours in space become neighbours in memory.
@@ -81,7 +81,7 @@ std::vector<TriangleGrid::Group> TriangleGrid::GatherFacets(const std::vector<Tr
 void TriangleGrid::ListFacets(const std::vector<Group>& groups) {
   const double cube_mm = cubes_.cube_mm();
   const glm::dvec3 margin(kListed * cube_mm);
-  // Once to count, once to fill. In every cube each group begins a pack of its own.
+  // The first pass counts, the second fills. In every cube each group starts a new pack.
   std::vector<uint32_t> listed(distance_mm_.size());
   const auto list = [&](const auto& put) {
     std::fill(listed.begin(), listed.end(), 0);
@@ -119,7 +119,7 @@ void TriangleGrid::ListFacets(const std::vector<Group>& groups) {
 void TriangleGrid::FindSlabs() {
   const double reach_mm = kReach * cubes_.cube_mm(), rounding = 1e-5 * cubes_.cube_mm();
   slabs_.resize(distance_mm_.size());
-  // Cubes whose ball the facet's box and plane both reach.
+  // Calls visit for the cubes whose ball both the facet's box and its plane reach.
   const auto for_balls = [&](const Facet& f, const auto& visit) {
     glm::dvec3 low, high;  // no bindings: clang 14 captures none
     std::tie(low, high) = f.Box();
@@ -143,7 +143,7 @@ void TriangleGrid::FindSlabs() {
     for_balls(f, [&](size_t cube, const glm::dvec3& middle, double above) {
       Slab& slab = slabs_[cube];
       const glm::dvec3 n(slab.nx, slab.ny, slab.nz);
-      // Of the facet by its corners, of its plane's disk in the ball by the angle between the two normals.
+      // Bounds of the facet by its corners, and of its plane's disk in the ball by the angle between the two normals.
       double low = kFar, high = -kFar;
       for (const glm::vec3& corner : f.corners) {
         const double d = glm::dot(n, glm::dvec3(corner) - middle);

@@ -37,7 +37,7 @@ class Pool {
  private:
   CameraPath& PathOf(int lane) { return paths_[slot_[lane]]; }
 
-  /// Starts the next path that goes inside; false when there is none.
+  /// Starts the next path that enters the object; false when there is none.
   bool Refill(int lane) {
     CameraPath& path = PathOf(lane);
     while (next_ < count_) {
@@ -54,7 +54,7 @@ class Pool {
     return false;
   }
 
-  /// Flights that might meet something.
+  /// Finds the ends of flights that might meet something.
   void FlyPastFacets() {
     size_t asking = 0;
     for (int i = 0; i < active_; ++i) {
@@ -73,7 +73,7 @@ class Pool {
 
   void EndFlight(int lane, const FacetFlight& flight) {
     const double way_mm = std::min(flight.distance_mm, flight.max_mm);
-    if (std::isinf(way_mm)) {  // a clear medium without an end: rounding let the walk through between two facets
+    if (std::isinf(way_mm)) {  // clear medium without an end: rounding let the walk pass between two facets
       ++counters_.lost;
       return EndBranch(lane);
     }
@@ -93,7 +93,7 @@ class Pool {
     Load(lane);
   }
 
-  /// Collisions until the roulette is played or the walk's way of going on changes.
+  /// Collisions until the roulette, or until the walk switches to the reduced coefficient or to diffusion.
   double CollisionsToGo(const WalkState& state) const {
     if (!context_.hand_over.fields) return kRouletteEvery;
     return std::clamp(context_.hand_over.collisions - state.collisions, 1, kRouletteEvery);
@@ -154,7 +154,7 @@ class Pool {
     const int collisions = static_cast<int>(lanes_.collisions[i]);
     visit.length_mm += lanes_.length_mm[i];
     visit.collisions += collisions;
-    if (context_.IsReduced(state)) {  // nobody asks where its last collision sends it
+    if (context_.IsReduced(state)) {  // the direction after its last collision is not needed
       visit.reduced_mm += lanes_.length_mm[i];
       visit.reduced_collisions += collisions;
     } else {

@@ -1,6 +1,6 @@
 #pragma once
-// Many paths at once: what needs no decision, flights and collisions, runs in lanes; boundaries, lamps and roulette one
-// path after the other.
+// Many paths at once. Flights and collisions run in lanes, as they need no decisions. Boundaries, lamps and roulette
+// run one path after the other.
 
 #include <functional>
 #include <vector>
@@ -17,9 +17,9 @@ struct PathStart {
   RandomStream random;
 };
 
-/// Traces paths 0 ... count - 1, at most `lanes` at once, and hands each over when it ends, in any order. Every path's
-/// numbers depend on its start alone. Without lanes: one after the other by rays alone, the straightforward way that
-/// the others are measured against, without derivatives.
+/// Traces paths 0 ... count - 1, at most `lanes` at once. Passes on each when it ends, in any order. Every path's
+/// numbers depend on its start alone. Without lanes: one after the other by rays alone, without derivatives; this is
+/// the simple reference implementation.
 void TracePaths(const PathContext& context, const TriangleGrid& grid, size_t count, int lanes,
                 const std::function<PathStart(size_t)>& start,
                 const std::function<void(size_t, const CameraPath&)>& ended, WalkCounters& counters);

@@ -12,7 +12,7 @@ LayeredBody::LayeredBody(std::vector<TriangleMesh> layer_surfaces, int threads,
                          std::vector<std::shared_ptr<const AbsorptionTexture>> textures)
     : surfaces(std::move(layer_surfaces)), absorption(std::move(textures)) {
   absorption.resize(surfaces.size());
-  for (TriangleMesh& mesh : surfaces)  // as rays in single precision see them, so that all ways of asking agree
+  for (TriangleMesh& mesh : surfaces)  // rounded to single precision as rays are, so that all queries agree
     for (glm::dvec3& v : mesh.vertices)
       for (int k = 0; k < 3; ++k)
         v[k] = static_cast<double>(static_cast<float>(v[k]));  // g++ 12 forgets x, y of vec3(v)
@@ -28,7 +28,7 @@ LayeredBody::LayeredBody(std::vector<TriangleMesh> layer_surfaces, int threads,
   for (size_t i = 1; i < surfaces.size(); ++i) {
     const TriangleMesh &mesh = surfaces[i], &above = surfaces[i - 1];
     const RayCaster caster({&above});
-    std::vector<uint8_t> is_deep(mesh.vertices.size());  // inside the layer above by more than the edges around it
+    std::vector<uint8_t> is_deep(mesh.vertices.size());  // below the layer above by more than the longest edge
     std::vector<double> longest(mesh.vertices.size(), 0.0);
     for (const glm::ivec3& t : mesh.triangles)
       for (int k = 0; k < 3; ++k) {

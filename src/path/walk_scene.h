@@ -1,5 +1,5 @@
 #pragma once
-// Nested dielectric layers with opaque things around them, as a random walk meets them.
+// Nested dielectric layers with opaque objects around them, as a random walk meets them.
 
 #include <algorithm>
 #include <cmath>
@@ -23,48 +23,48 @@ struct Boundary {
   glm::dvec3 position;
   glm::dvec3 normal;    ///< unit, of the facet, outward
   int inside, outside;  ///< media on its two sides
-  int opaque = -1;      ///< index of the opaque thing that was met; -1: a layer's surface
+  int opaque = -1;      ///< index of the opaque object that was met; -1: a layer's surface
   int triangle = -1;
   bool is_cut = false;  ///< closes the neck of an open scan
   int behind(int medium) const { return medium == inside ? outside : inside; }
-  /// The medium into which light goes on.
+  /// The medium that light enters.
   int towards(const glm::dvec3& direction) const { return glm::dot(direction, normal) < 0 ? inside : outside; }
 };
 
-/// The layers of an object: closed surfaces, outermost first. Where several hold a point, the innermost wins, and the
-/// object is the union of all: dentine may stand out of the enamel as a root.
+/// The layers of an object: closed surfaces, outermost first. A point belongs to the innermost layer that holds it, and
+/// the object is the union of all: dentine may protrude from the enamel as a root.
 struct LayeredBody {
   /// `textures`: per layer, or none at all.
   LayeredBody(std::vector<TriangleMesh> layer_surfaces, int threads,
               std::vector<std::shared_ptr<const AbsorptionTexture>> textures = {});
   std::vector<TriangleMesh> surfaces;
   std::vector<std::shared_ptr<const AbsorptionTexture>> absorption;  ///< per layer, where it varies
-  /// Per surface and triangle: what lies outside may be another medium than the layer above. Empty for the outermost.
+  /// Per surface and triangle: the medium outside may be another than the layer above. Empty for the outermost surface.
   std::vector<std::vector<uint8_t>> is_exposed;
-  glm::dvec3 low, high;  ///< bounding box, wider by what single-precision rays may miss
+  glm::dvec3 low, high;  ///< bounding box, enlarged by the rounding of single-precision rays
   TriangleGrid grid;
 };
 
-/// No distances are compared against a tolerance: a layer's surface counts only if its facing agrees with the medium
-/// one is in, so that the facet just left can't be met again; an opaque thing, which may be a sheet with two sides, is
-/// met from either, but not on the very triangle one leaves. Facets are flat: refraction uses their own normals.
+/// No distance is compared with a tolerance. A layer's surface counts only if its facing agrees with the current
+/// medium, so the facet just left can't be met again. An opaque object may be a two-sided sheet: it is met from either
+/// side, but not on the triangle just left. Facets are flat: refraction uses their own normals.
 class WalkScene {
  public:
   /// Both must outlive the scene.
   WalkScene(const LayeredBody& body, const std::vector<TriangleMesh>& opaque);
 
-  /// Which opaque things are there; empty: all.
+  /// Selects the opaque objects that are present; empty: all.
   using IsThere = std::function<bool(int opaque)>;
 
-  /// First boundary of `medium` along the way, within `max_mm`. `left`: the opaque boundary one comes from, if any.
+  /// First boundary of `medium` along the ray, within `max_mm`. `left`: the opaque boundary just left, if any.
   std::optional<Boundary> Next(const glm::dvec3& origin, const glm::dvec3& direction, int medium, double max_mm,
                                const Boundary* left = nullptr, const IsThere& is_there = {}) const;
 
-  /// The same by a ray in single precision, inside too: another way to find the same.
+  /// The same by a single-precision ray, inside too: an independent way to find it.
   std::optional<Boundary> NextByRay(const glm::dvec3& origin, const glm::dvec3& direction, int medium, double max_mm,
                                     const Boundary* left = nullptr, const IsThere& is_there = {}) const;
 
-  /// The boundary that ends a flight inside, of which the body's grid has found the facet.
+  /// The boundary that ends a flight inside, from the facet that the body's grid found.
   Boundary EndOf(const FacetFlight& flight) const;
 
   /// False beyond the outermost surface's bounding box, where no walk should be.

@@ -84,8 +84,8 @@ std::string SharingRejected(const Finding& f) {
          percent + " %, which its interval does not cover. Try --share " + f.names[0] + "=" + f.names[1] + ".";
 }
 
-/// Of the object, what the capture fixes and photographs hardly show to be wrong. Beside photographs the innermost
-/// layer's depth, and one that ends at a mesh, is the scan's.
+/// What counts as exact of the object: the capture fixes it, and photographs hardly show it to be wrong. With
+/// photographs the scan gives the innermost layer's depth, and that of a layer that ends at a mesh.
 std::vector<std::string> CountedAsExact(const CrownFit& fit) {
   const std::vector<LayerSpec>& layers = fit.capture.layers;
   const bool has_scan = !fit.photographs.empty();

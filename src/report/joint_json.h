@@ -1,13 +1,13 @@
 #pragma once
-// What a fit knows of all its values at once, for material.json.
+// The joint distribution of all fitted values, for material.json.
 
 #include "base/json_file.h"
 #include "fit/fit_result.h"
 
 namespace crownfit {
 
-/// {"names", "stddev", "correlation"} of everything that was free, photographs and priors together, in ln where values
-/// are positive by nature. A power law's three values are three names, which two numbers move.
+/// {"names", "stddev", "correlation"} of everything that was free, from photographs and priors together, in ln where
+/// values are always positive. A power law has three names, one per channel, but only two free parameters.
 JsonValue JointJson(const CrownFit& fit);
 
 }  // namespace crownfit

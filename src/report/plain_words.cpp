@@ -12,7 +12,7 @@
 namespace crownfit {
 namespace {
 
-/// "enamel.reduced_scattering_per_mm[B]" as people say it.
+/// "enamel.reduced_scattering_per_mm[B]" in everyday words.
 std::string PlainName(std::string name) {
   for (const auto& [from, to] : {std::pair{".", " "}, {"_per_mm", ""}, {"_mm", ""}, {"[", " "}, {"]", ""}})
     if (const size_t at = name.find(from); at != name.npos) name.replace(at, std::strlen(from), to);
@@ -20,7 +20,7 @@ std::string PlainName(std::string name) {
   return name;
 }
 
-/// A sentence with every name of what was fitted as people say it; the longest first, as one may begin another.
+/// A sentence with all names of fitted parameters in everyday words; the longest first, as one may begin another.
 std::string InPlainNames(std::string text, const CrownFit& fit) {
   std::vector<std::string> names;
   for (const FreeEntry& e : fit.entries) names.push_back(e.name);
@@ -35,7 +35,7 @@ std::string InPlainNames(std::string text, const CrownFit& fit) {
   return text;
 }
 
-/// Blocks of 8 x 8 pixels weigh alike.
+/// All blocks of 8 x 8 pixels have equal weight.
 std::string PictureSentence(const CrownFit& fit, bool of_holdouts) {
   double blocks = 0, median = 0, unseen = 0, accepted = 0;
   int count = 0;
@@ -60,7 +60,7 @@ std::string PictureSentence(const CrownFit& fit, bool of_holdouts) {
          " the prediction is off by " + figures;
 }
 
-/// Readings are off by about one standard deviation, if those are right.
+/// If their stated errors are right, readings are off by about one standard deviation.
 std::string ReadingSentence(const CrownFit& fit, bool of_holdouts) {
   int count = 0;
   double squares = 0, largest = 0;
@@ -81,7 +81,7 @@ std::string ReadingSentence(const CrownFit& fit, bool of_holdouts) {
          "('" + worst + "').";
 }
 
-/// How far the widest 95 % interval of some of a parameter's channels reaches from its middle, as a factor.
+/// Half width of the widest 95 % interval of these channels of a parameter, as a factor.
 double Reach(const FittedParameter& p, const std::vector<size_t>& channels) {
   double reach = 1.0;
   for (const size_t i : channels)
@@ -89,7 +89,7 @@ double Reach(const FittedParameter& p, const std::vector<size_t>& channels) {
   return reach;
 }
 
-/// With the channels where it is not all of them; "" where none is of that status.
+/// Name with the channels, unless all have this status; "" where none has it.
 std::string NameOf(const CrownFit& fit, const FittedParameter& p, Status status) {
   const std::vector<size_t> channels = p.ChannelsThatAre(status);
   std::string name = channels.empty() ? "" : PlainName(p.name);
@@ -130,8 +130,8 @@ void AddHowSure(const CrownFit& fit, std::vector<std::string>& sentences) {
   if (!at_bound.empty()) sentences.push_back("At the end of the allowed range: " + Listed(at_bound) + ".");
 }
 
-/// What the fit foresees; and what docs/photographing.md asks for and this capture lacks, where something is left open
-/// that it would tell.
+/// The fit's own advice, and recommendations of docs/photographing.md that this capture lacks, where they would help to
+/// determine an open parameter.
 std::vector<std::string> Advice(const CrownFit& fit) {
   if (fit.photographs.empty()) return {};
   std::set<Quantity> open;

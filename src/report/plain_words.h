@@ -1,5 +1,5 @@
 #pragma once
-// The verdict for who reads one paragraph.
+// The verdict as one short paragraph.
 
 #include <string>
 #include <vector>
@@ -10,11 +10,11 @@ namespace crownfit {
 
 struct PlainVerdict {
   std::string headline;                ///< whether to use the result
-  std::vector<std::string> sentences;  ///< how near the picture is, how sure the parameters are, what is not known
+  std::vector<std::string> sentences;  ///< how near the picture is, how well the parameters are known, what is unknown
   std::vector<std::string> photographs_that_would_help;
 };
 
-/// Pairs of parameters that the photographs hardly tell apart, the closest first: a sentence each.
+/// Pairs of parameters that the photographs hardly separate, the closest first: a sentence each.
 std::vector<std::string> ExchangesInWords(const CrownFit& fit);
 
 /// "Raising enamel absorption while lowering dentine absorption fits almost as well."

@@ -93,7 +93,7 @@ Image Cropped(const Image& image, const PixelBox& box) {
   return part;
 }
 
-/// Nearest pixels: colours of a legend must not be mixed.
+/// Nearest-pixel resampling: colours of a legend must not be mixed.
 Image Picked(const Image& image, int width, int height) {
   Image picked(width, height, image.channels);
   for (int y = 0; y < height; ++y)
@@ -104,7 +104,7 @@ Image Picked(const Image& image, int width, int height) {
   return picked;
 }
 
-/// Writes a photograph's pictures and says where they are.
+/// Writes a photograph's pictures and returns their paths.
 JsonValue WritePictures(const std::filesystem::path& folder, const PhotographResult& p, double most_pixels) {
   const PixelBox box = BoxAround(p.difference.map);
   const double w = box.x1 - box.x0, h = box.y1 - box.y0, shrink = std::min(1.0, std::sqrt(most_pixels / (w * h)));
@@ -131,7 +131,7 @@ JsonValue WritePictures(const std::filesystem::path& folder, const PhotographRes
 }  // namespace
 
 void WriteReportFiles(const std::filesystem::path& folder, const CrownFit& fit) {
-  // At 1.2 bytes a pixel for all three pictures in base64, a page stays below 5 MB however many photographs there are.
+  // At 1.2 bytes a pixel for all three pictures in base64, a page stays below 5 MB for any number of photographs.
   constexpr double kPagePixels = 3.5e6, kPicturePixels = 3.5e5;
   const double most_pixels =
       std::min(kPicturePixels, kPagePixels / std::max(1.0, static_cast<double>(fit.photographs.size())));

@@ -1,5 +1,5 @@
 #pragma once
-// What the report page is made from, beside material.json and run.json: report.json and the pictures in report/.
+// The sources of the report page, beside material.json and run.json: report.json and the pictures in report/.
 
 #include <filesystem>
 
@@ -7,11 +7,12 @@
 
 namespace crownfit {
 
-/// Writes both. Nothing in them depends on when, on which machine or with how many threads the fit ran.
+/// Writes both. Their content does not depend on the time, the machine or the number of threads of the fit.
 void WriteReportFiles(const std::filesystem::path& folder, const CrownFit& fit);
 
-/// Makes report.html from material.json, run.json, report.json, the pictures and, if there, prediction.json of a result
-/// folder, wherever that was moved to. Returns its path. Throws InputError when something of it is missing or damaged.
+/// Makes report.html from a result folder: from material.json, run.json, report.json, the pictures and, if present,
+/// prediction.json. The folder may have been moved. Returns the page's path. Throws InputError when a file is missing
+/// or damaged.
 std::filesystem::path WriteReportPage(const std::filesystem::path& folder);
 
 }  // namespace crownfit

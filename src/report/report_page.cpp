@@ -82,7 +82,7 @@ std::filesystem::path WriteReportPage(const std::filesystem::path& folder) {
   const JsonObject root = report.RootOfFormat(
       "crownfit-report/1", {"title", "headline", "sentences", "photographs_that_would_help", "photographs",
                             "difference_legend", "entries", "profiles", "convergence"});
-  // Of results of earlier versions there is none.
+  // Results of earlier versions have none.
   const auto elsewhere = folder / "prediction.json";
   JsonValue prediction;
   if (std::filesystem::exists(elsewhere)) {
@@ -91,7 +91,7 @@ std::filesystem::path WriteReportPage(const std::filesystem::path& folder) {
     prediction = file.value;
   }
   const std::string title = Html(root.Require("title").String());
-  // For readers that run no scripts, such as previews of mail: what matters most stands in the page itself.
+  // For readers that run no scripts, such as mail previews: the main result is in the page itself.
   std::string plain = "<p><strong>" + Html(root.Require("headline").String()) + "</strong></p>\n";
   for (const JsonNode& sentence : root.Require("sentences").Items())
     plain += "<p>" + Html(sentence.String()) + "</p>\n";

@@ -44,7 +44,7 @@ const FittedParameter* Find(const CrownFit& fit, size_t layer, Quantity quantity
   return nullptr;
 }
 
-/// thickness_mm is what people compare: where a mesh or a field has the thickness, its mean times the scale.
+/// Users compare thickness_mm: where a mesh or a field gives the thickness, it is its mean times the scale.
 JsonValue ThicknessJson(const CrownFit& fit, size_t layer) {
   const bool has_scale = ThicknessQuantity(fit.capture, layer) == Quantity::kThicknessScale;
   const FittedParameter* stated = Find(fit, layer, Quantity::kThickness);
@@ -57,8 +57,8 @@ JsonValue ThicknessJson(const CrownFit& fit, size_t layer) {
 }
 
 JsonValue ErrorJson(const std::vector<const PhotographResult*>& photographs) {
-  // Over several photographs: blocks weigh alike, so means are weighted by block counts; quantiles are taken per
-  // photograph and averaged the same way.
+  // Over several photographs all blocks have equal weight, so means are weighted by block counts. Quantiles are taken
+  // per photograph and averaged the same way.
   double weight = 0, median = 0, p95 = 0, mean = 0, pt = 0, at = 0, pixel_median = 0, pixel_p95 = 0, chi2 = 0;
   for (const auto* p : photographs) {
     const double w = static_cast<double>(p->difference.blocks);
@@ -215,7 +215,7 @@ std::string MaterialJson(const CrownFit& fit) {
     scales.emplace_back("exposure_scale " + p.name, p.exposure);
     if (p.exposure_stddev > 0) scales_stddev.emplace_back("exposure_scale " + p.name, p.exposure_stddev);
   }
-  const std::vector<double>& lights_stddev = fit.knowledge.scales_stddev.light;  // 0: no photograph of the fit tells
+  const std::vector<double>& lights_stddev = fit.knowledge.scales_stddev.light;  // 0: no photograph determines it
   for (size_t l = 0; l < fit.capture.lights.size(); ++l) {
     const Light& light = fit.capture.lights[l];
     if (!light.scale_is_free && light.intensity_stddev <= 0) continue;

@@ -11,7 +11,7 @@ namespace crownfit {
 namespace {
 
 constexpr double kWidth = 760, kHeight = 500, kLeft = 72, kRight = 24, kTop = 44, kBottom = 60;
-constexpr double kLetter = 6.3, kLine = 14;  // of 12 px text
+constexpr double kLetter = 6.3, kLine = 14;  // px, for 12 px text
 constexpr std::array<const char*, 4> kColours{"#0b5cad", "#c2410c", "#15803d", "#7e22ce"};
 
 std::string Text(double x, double y, const char* anchor, const std::string& words, const char* more = "") {
@@ -19,12 +19,12 @@ std::string Text(double x, double y, const char* anchor, const std::string& word
 }
 
 struct LogAxis {
-  double low, high;  ///< of log10
+  double low, high;  ///< log10 of the axis's ends
   double begin, end;
   double At(double v) const { return begin + (end - begin) * (std::log10(v) - low) / (high - low); }
 };
 
-/// From 1, 2 or 5 of a decade to another, around all values.
+/// An axis around all values, with ends at 1, 2 or 5 of a decade.
 LogAxis AxisAround(const std::vector<double>& values, double begin, double end) {
   const auto [least, most] = std::minmax_element(values.begin(), values.end());
   const auto down = [](double v) {
@@ -36,7 +36,7 @@ LogAxis AxisAround(const std::vector<double>& values, double begin, double end) 
   return {std::log10(low), std::log10(under * (lead > 1.5 && lead < 3 ? 2.5 : 2)), begin, end};
 }
 
-/// At 1, 2 and 5 of every decade.
+/// Ticks at 1, 2 and 5 of every decade.
 std::vector<double> Ticks(const LogAxis& axis) {
   std::vector<double> ticks;
   for (double decade = std::floor(axis.low); decade <= axis.high; ++decade)
@@ -53,7 +53,7 @@ struct Box {
   }
 };
 
-/// Beside a point, where the fewest points and labels are in the way.
+/// Place of a label beside its point that overlaps the fewest points and labels.
 Box PlaceOf(const std::string& label, double x, double y, const std::vector<Box>& taken) {
   const double width = kLetter * static_cast<double>(label.size());
   Box best{};

@@ -1,5 +1,5 @@
 #pragma once
-// Points over two logarithmic axes, as an SVG picture: what something costs against what it gives.
+// Points over two logarithmic axes, as an SVG picture: cost against benefit.
 
 #include <string>
 #include <vector>
@@ -15,19 +15,19 @@ struct ScatterPoint {
 
 struct ScatterPlot {
   std::string title, x_title, y_title;
-  std::vector<std::string> series;  ///< names of what points belong to; at most four
+  std::vector<std::string> series;  ///< names of the groups of points; at most four
   std::vector<ScatterPoint> points;
   struct Level {
     double y;
     std::string label;
   };
-  std::vector<Level> levels;  ///< dashed lines across
+  std::vector<Level> levels;  ///< dashed horizontal lines
 };
 
-/// Which of the points no other one beats in both x and y: the Pareto front of two costs.
+/// Marks the points that no other one beats in both x and y: the Pareto front of two costs.
 void MarkFront(std::vector<ScatterPoint>& points);
 
-/// The picture, 760 x 500; filled points are on the front, which a line joins.
+/// The picture, 760 x 500. Points on the front are filled, and a line joins them.
 std::string ScatterPlotSvg(const ScatterPlot& plot);
 
 }  // namespace crownfit

@@ -12,7 +12,7 @@ namespace {
 
 constexpr int kPanel = 360, kMargin = 14, kTextLine = 22;
 constexpr glm::vec3 kPaper(1.0f);
-/// Told apart in grey too: from the outside inward darker.
+/// Darker from the outside inward, so that grey prints keep them apart.
 const glm::vec3 kLayerColours[] = {
     {0.80f, 0.87f, 0.93f}, {0.93f, 0.80f, 0.55f}, {0.76f, 0.36f, 0.33f}, {0.45f, 0.35f, 0.60f}, {0.25f, 0.25f, 0.25f}};
 
@@ -38,7 +38,7 @@ Image SectionFigure(const std::vector<TriangleMesh>& surfaces, const std::vector
   const double mm_per_pixel = 1.05 * std::max({size.x, size.y, size.z}) / kPanel;
 
   Image figure(3 * kPanel + 4 * kMargin, kPanel + 3 * kMargin + 2 * kTextLine, 3, kPaper.x);
-  // Right and up on the page.
+  // Axes to the right and upwards on the page.
   struct Slice {
     int right, up;
     const char* title;

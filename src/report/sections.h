@@ -1,5 +1,5 @@
 #pragma once
-// What a crown looks like inside.
+// Sections through a crown.
 
 #include <string>
 #include <vector>

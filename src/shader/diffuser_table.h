@@ -1,6 +1,6 @@
 #pragma once
-// Which share of the light entering at a point leaves within each ring around it, on the same side and on the opposite
-// one, tabulated over the layers' thicknesses: the transforms of layered_diffusion.h, weighed by the rings' windows.
+// The share of the light entering at a point that leaves within each ring around it, on the same and on the opposite
+// side. Tabulated over the layers' thicknesses: the transforms of layered_diffusion.h, weighted by the rings' windows.
 
 #include <algorithm>
 #include <array>
@@ -15,8 +15,8 @@
 
 namespace crownfit {
 
-/// What the outer layer scatters once back out of that beam: SingleScatterReflection, all directions together, as a
-/// share of the light that entered.
+/// Light of that beam that the outer layer scatters back out in one event: SingleScatterReflection over all directions,
+/// as a share of the light that entered.
 template <class T>
 T FirstOrderTotal(const DiffusingStack<T>& stack, double thickness_mm) {
   using Term = Terms<T>;
@@ -35,18 +35,18 @@ T FirstOrderTotal(const DiffusingStack<T>& stack, double thickness_mm) {
   return sum;
 }
 
-/// Shares of the light that has passed the surface, over both thicknesses, interpolated by cubics between nodes at
-/// TableThickness(2 i) of the outer layer and TableThickness(j) of the inner one.
+/// Shares of the light that has passed the surface, tabulated over both thicknesses. Cubics interpolate between nodes
+/// at TableThickness(2 i) of the outer layer and TableThickness(j) of the inner one.
 template <class T>
 class DiffuserTable {
  public:
-  /// `outer_radius_mm`: of every ring but the last, which takes what is left.
+  /// `outer_radius_mm`: of every ring but the last, which takes the remainder.
   DiffuserTable(const DiffusingStack<T>& stack, const std::vector<double>& outer_radius_mm);
 
   /// Nodes and weights around two thicknesses; kept so that several rings share the work.
   template <class Weight>
   struct Nodes {
-    int first, rows;  ///< node; outer thicknesses
+    int first, rows;  ///< first node; number of outer thicknesses
     std::array<Weight, 16> weight;
   };
   /// Where thickness has no derivative, as in most fits, weights are plain numbers: a third of the work.
@@ -54,15 +54,15 @@ class DiffuserTable {
       std::conditional_t<std::is_same_v<T, double>, std::variant<Nodes<double>>, std::variant<Nodes<double>, Nodes<T>>>;
   Place At(const T& outer_mm, const T& inner_mm) const;
 
-  /// Share that leaves within a ring. Light that the outer layer scatters once on its way back is not in ring 0.
+  /// Share that leaves within a ring. Ring 0 excludes light that the outer layer backscatters once.
   T Reflected(const Place& p, int ring) const { return Sum(p, ring); }
   T Transmitted(const Place& p, int ring) const { return Sum(p, rings_ + ring); }
   T TotalReflected(const Place& p) const { return Sum(p, 2 * rings_); }
   T TotalTransmitted(const Place& p) const { return Sum(p, 2 * rings_ + 1); }
-  /// Mean length of way in the outer layer from entry, or to exit, of the light that is reflected, mm.
+  /// Mean path length of the reflected light in the outer layer, from entry or to exit, mm.
   T OuterWay(const Place& p) const { return Terms<T>::max(Sum(p, 2 * rings_ + 2), T(0.0)); }
 
-  /// All of it: inner nodes of each outer node, columns in the order above.
+  /// The whole table: inner nodes of each outer node, columns in the order above.
   const std::vector<T>& values() const { return values_; }
   int outer_nodes() const { return outer_nodes_; }
   int columns() const { return 2 * rings_ + 3; }
@@ -71,7 +71,7 @@ class DiffuserTable {
 
  private:
   using Totals = typename StackTransform<T>::Totals;
-  /// Of every pair of nodes.
+  /// Totals of every pair of nodes.
   std::vector<Totals> TotalsAt(const DiffusingStack<T>& stack, double frequency_per_mm) const;
   void AddWindows(const std::vector<Totals>& totals, const std::vector<double>& share_of_ring);
   void AddTotals(const DiffusingStack<T>& stack, const std::vector<Totals>& totals);
@@ -108,13 +108,13 @@ DiffuserTable<T>::DiffuserTable(const DiffusingStack<T>& stack, const std::vecto
       outer_nodes_(stack.has_outer ? kOuterNodes : 1),
       values_(static_cast<size_t>(outer_nodes_) * kInnerNodes * columns(), T(0.0)) {
   // A ring's window is the difference of two exp(-r^2 / w). The share of a profile within one is the integral of its
-  // transform over exp(-x) dx, x = w q^2 / 4; with w = edge^2 e^0.5772 the mean of ln r where it ends is the ring's
-  // edge.
+  // transform over exp(-x) dx, x = w q^2 / 4. With w = edge^2 e^0.5772 the mean of ln r where the window ends is the
+  // ring's edge.
   constexpr double kLogStep = 0.5 * std::numbers::ln2, kLowest = 0.15, kHighest = 4.5;
   const double lowest = kLowest / outer_radius_mm.back();
   const int count = static_cast<int>(std::log(kHighest / outer_radius_mm.front() / lowest) / kLogStep) + 2;
   const std::vector<Totals> totals = TotalsAt(stack, 0.0);
-  for (int f = -1; f < count; ++f) {  // -1: all below the lowest, as at 0
+  for (int f = -1; f < count; ++f) {  // -1: everything below the lowest frequency, as at 0
     const double q = lowest * std::exp((f < 0 ? -0.5 : f) * kLogStep);
     std::vector<double> share;
     for (double edge : outer_radius_mm) {
@@ -152,7 +152,7 @@ void DiffuserTable<T>::AddWindows(const std::vector<Totals>& totals, const std::
     }
 }
 
-/// Totals, the last ring, and what is known of light that is scattered once or never.
+/// Adds the totals, the last ring, and the light that is scattered once or never.
 template <class T>
 void DiffuserTable<T>::AddTotals(const DiffusingStack<T>& stack, const std::vector<Totals>& totals) {
   const int last = rings_ - 1;
@@ -180,14 +180,14 @@ void DiffuserTable<T>::AddTotals(const DiffusingStack<T>& stack, const std::vect
   if (stack.has_outer) AddOuterWay(stack, totals);
 }
 
-/// From the derivative of the reflectance by the outer layer's absorption.
+/// The mean path follows from the derivative of the reflectance by the outer layer's absorption.
 template <class T>
 void DiffuserTable<T>::AddOuterWay(const DiffusingStack<T>& stack, const std::vector<Totals>& totals) {
   DiffusingStack<T> darker = stack;
   const double more = 1e-5;
   darker.outer.absorption += more;
   const std::vector<Totals> less = TotalsAt(darker, 0.0);
-  constexpr double kNothing = 1e-9;  // of light that returns: none of a body that is nowhere thick
+  constexpr double kNothing = 1e-9;  // share of light that counts as none: a body of zero thickness returns nothing
   for (size_t node = 0; node < totals.size(); ++node)
     Value(node, 2 * rings_ + 2) = PlainValue(totals[node].reflected) > kNothing
                                       ? 0.5 / more * (1.0 - less[node].reflected / totals[node].reflected)
@@ -201,8 +201,8 @@ auto DiffuserTable<T>::At(const T& outer_mm, const T& inner_mm) const -> Place {
   return NodesAround<double>(PlainValue(outer_mm), PlainValue(inner_mm));
 }
 
-/// The four nodes around a place between 0 and `nodes` - 1. Beyond the ends values go on straight: weights of nodes
-/// outside go to the two at the end.
+/// The four nodes around a position between 0 and `nodes` - 1. Beyond the ends the values are extrapolated linearly:
+/// weights of nodes outside go to the two at the end.
 template <class Weight>
 struct FourNodes {
   int first;

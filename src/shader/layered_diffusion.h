@@ -1,7 +1,7 @@
 #pragma once
 // The crown below a point as flat diffusing layers: how much of a beam leaves them on either side, per spatial
 // frequency. Coupled diffusion in every layer (Kienle et al. 1998; Liemert and Kienle 2010), solved layer by layer as
-// impedances, which stay finite at any thickness, absorption and frequency.
+// impedances. These stay finite at any thickness, absorption and frequency.
 
 #include <cmath>
 #include <numbers>
@@ -16,31 +16,31 @@ struct DiffusingLayer {
   T reduced_scattering, absorption, g, ior;
 };
 
-/// The inner layer, between two outer ones of equal thickness where there is an outer layer: a crown seen through.
+/// The inner layer, between two outer layers of equal thickness where there is an outer layer: a crown in transmission.
 template <class T>
 struct DiffusingStack {
   bool has_outer = false;
   DiffusingLayer<T> outer, inner;
   WetSurface<T> boundary;  ///< between the outermost layer and the medium outside
 
-  /// Of the beam that stands for all light: it comes at 45 degrees, between the eye's line and grazing, as lamps do and
-  /// as diffuse light does in the mean. Slabs return 2 to 8 % less of light that falls straight.
+  /// Refracted cosine of the beam that represents all light. It arrives at 45 degrees, between the viewing direction
+  /// and grazing, as lamps do and as diffuse light does in the mean. At normal incidence slabs return 2 to 8 % less.
   T BeamCosine(const DiffusingLayer<T>& layer) const {
     return Terms<T>::RefractedCosine(T(std::numbers::sqrt2 / 2), layer.ior / boundary.outside_ior);
   }
 };
 
-/// One layer at one thickness and spatial frequency, whatever lies around it.
+/// One layer at one thickness and spatial frequency, independent of its surroundings.
 template <class T>
 struct LayerResponse {
   T admittance;  ///< D k of the layer; k^2 = absorption / D + q^2
   T once;        ///< exp(-k d)
-  T near, far;   ///< what the layer scatters of a beam of 1, weighted with exp(-k depth), and with exp(-k (d - depth))
-  T beam;        ///< left of the beam behind the layer
+  T near, far;   ///< light scattered from a unit beam, weighted with exp(-k depth), and with exp(-k (d - depth))
+  T beam;        ///< share of the beam that the layer transmits
 
-  /// Lateral diffusion in a clear layer is limited by the layer's thickness rather than by its free path:
-  /// 1 / D_lateral^2 = 1 / D^2 + (3 c / d)^2, c = 0.6 from walks in slabs (docs/forward_model.md). Totals are not
-  /// touched by it.
+  /// Lateral diffusion in a clear layer is limited by the layer's thickness rather than by its mean free path: 1 /
+  /// D_lateral^2 = 1 / D^2 + (3 c / d)^2, c = 0.6 from random walks in slabs (docs/forward_model.md). Totals do not
+  /// depend on it.
   static constexpr double kLateralLimit = 0.6;
 
   LayerResponse(const DiffusingLayer<T>& layer, const T& beam_cosine, double thickness_mm, double frequency_per_mm) {
@@ -50,7 +50,7 @@ struct LayerResponse {
     const double d = thickness_mm, q2 = frequency_per_mm * frequency_per_mm;
     const T scattering = layer.reduced_scattering / beam_cosine,
             extinction = scattering + layer.absorption / beam_cosine;
-    // Floors far below what matters: without any scattering there is no diffusion, without any loss no slope.
+    // Floors far below relevant values: without scattering there is no diffusion, without loss no derivative.
     const T diffusion =
         Term::DiffusionCoefficient(Term::max(layer.reduced_scattering, T(1e-6)), layer.absorption, layer.g);
     const T loss = Term::max(layer.absorption, T(1e-8)) / diffusion;
@@ -64,7 +64,8 @@ struct LayerResponse {
   }
 };
 
-/// An index step between two diffusing media, crossed from one into the other (Faris 2002, by diffuse moments).
+/// A refractive-index step between two diffusing media, crossed from one into the other (Faris 2002, by diffuse
+/// moments).
 template <class T>
 struct IndexStep {
   T scale = T(1.0), offset = T(0.0);
@@ -80,7 +81,7 @@ struct IndexStep {
   }
 };
 
-/// What lies on one side of a plane in the stack: fluence = impedance x flux into that side + source.
+/// One side of a plane in the stack: fluence = impedance x flux into that side + source.
 template <class T>
 struct Impedance {
   T impedance, source;
@@ -89,7 +90,7 @@ struct Impedance {
     impedance = step.scale * impedance + step.offset;
     source = step.scale * source;
   }
-  /// `beam`: what enters the layer on its lit side; `towards_light`: whether the plane moves to that side.
+  /// `beam`: light that enters the layer on its lit side; `towards_light`: whether the plane moves to that side.
   void Cross(const LayerResponse<T>& layer, const T& beam, bool towards_light) {
     const T zy = impedance * layer.admittance, turned = (zy - 1.0) / (zy + 1.0), there = turned * layer.once,
             both_ways = there * layer.once, amplitude = 1.0 / (1.0 - both_ways);
@@ -99,12 +100,12 @@ struct Impedance {
   }
 };
 
-/// Fourier transforms of a stack's profiles of reflectance and transmittance; their totals at frequency 0.
+/// Fourier transforms of a stack's reflectance and transmittance profiles; at frequency 0 their totals.
 template <class T>
 class StackTransform {
  public:
   struct Totals {
-    T reflected, transmitted;  ///< without light that was never scattered
+    T reflected, transmitted;  ///< without unscattered light
   };
 
   explicit StackTransform(const DiffusingStack<T>& stack) : top_(2.0 * MomentsOf(stack.boundary).boundary_A) {

@@ -35,7 +35,7 @@ std::array<double, kShaderSlots> SlotDerivatives(const Capture& capture, const C
   std::array<double, kShaderSlots> derivatives;
   derivatives.fill(1.0);
   const auto slots = SlotsOf(capture);
-  // Lengths were cast at this thickness, except to a mesh, which is cast as it is. A last layer's stated thickness
+  // Lengths were cast at this thickness, except to a mesh, whose geometry is given. A last layer's stated thickness
   // describes its mesh.
   for (int i : {2, 6})
     if (slots[i] && !(i == 2 && capture.layers[1].surface)) derivatives[i] = 1.0 / state.thickness_mm[slots[i]->layer];

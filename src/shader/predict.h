@@ -1,5 +1,5 @@
 #pragma once
-// Predicted photographs in plain numbers.
+// Predicted photographs as plain numbers, without derivatives.
 
 #include <string>
 #include <vector>
@@ -10,7 +10,7 @@
 
 namespace crownfit {
 
-/// Which parameter of which layer one slot of ShaderOptics is, in the order of the slots below.
+/// Layer and parameter of one slot of ShaderOptics, in the order of the slots below.
 struct ShaderSlot {
   size_t layer;  ///< kSurfaceOwner for the surface
   Quantity quantity;
@@ -19,11 +19,11 @@ inline constexpr size_t kSurfaceOwner = static_cast<size_t>(-1);
 inline constexpr int kShaderSlots = 13;
 
 /// The slots of this capture: outer scattering, absorption, thickness, ior; diffuser scattering, absorption, thickness,
-/// ior, g; roughness, wetness, neck's return; outer g. Layers below the second are not seen by this model. Slots of an
+/// ior, g; roughness, wetness, the neck's reflectance; outer g. This model ignores layers below the second. Slots of an
 /// absent outer layer have no owner.
 std::array<std::optional<ShaderSlot>, kShaderSlots> SlotsOf(const Capture& capture);
 
-/// Slot values of one channel; lengths already divided by what was cast.
+/// Slot values of one channel; lengths are already divided by the cast ones.
 std::array<double, kShaderSlots> SlotValues(const Capture& capture, const Material& material, const CastState& state,
                                             int channel);
 /// d(slot) / d(parameter): 1, or 1 / cast thickness.
@@ -51,19 +51,19 @@ ShaderOptics<T> OpticsFromSlots(const Capture& capture, const std::array<T, kSha
   return o;
 }
 
-/// Refuses by file and key what the shader model does not know: tiles in contact, textures below the outer
-/// layer.
+/// Throws InputError with file and key for what the shader model does not support: tiles in contact, textures below the
+/// outer layer, smooth surfaces.
 void CheckShaderSupports(const Capture& capture);
-/// The same of a capture that is drawn with a material from elsewhere.
+/// The same check for a capture that is drawn with a material from elsewhere.
 void CheckShaderSupports(const Capture& capture, const Material& material);
 
-/// A note of the layers that it does not see; empty: it sees all.
+/// A note about the layers that the model ignores; empty when there are none.
 std::string WhatShaderLeavesOut(const Capture& capture);
 
-/// The vertices around the places that these pixels (indices into the cast's) show, without doubles.
+/// The vertices around the points that these pixels (indices into the cast's) show, without duplicates.
 std::vector<int> VerticesAround(const Crown& crown, const PhotographCast& cast, std::span<const int> pixels);
 
-/// Pixel values at exposure 1 of casts that differ in the camera's place alone.
+/// Pixel values at exposure 1, of casts that differ only in the camera's position.
 std::vector<std::vector<glm::dvec3>> PredictViews(const Capture& capture, const CastState& state, size_t photograph,
                                                   std::span<const PhotographCast> casts, const Material& material,
                                                   std::span<const double> light_scale, int threads);

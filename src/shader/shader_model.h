@@ -1,7 +1,7 @@
 #pragma once
 // The `shader` model: surface reflection + first-order scattering in the outer layer + diffusion in both layers, on
-// this side and through from the other. Geometry comes cast (PhotographCast); the material enters here, through the
-// shared terms, in any number type. docs/forward_model.md derives it and says what it leaves out.
+// this side and through from the other. Geometry comes from ray casts (PhotographCast). The material enters here,
+// through the shared terms, in any number type. docs/forward_model.md derives the model and lists its omissions.
 
 #include <algorithm>
 #include <cstdint>
@@ -17,7 +17,7 @@
 
 namespace crownfit {
 
-/// What the model reads of a material, for one channel. Without an outer layer the diffuser is the whole object.
+/// The material values that the model uses, for one channel. Without an outer layer the diffuser is the whole object.
 template <class T>
 struct ShaderOptics {
   bool has_outer = false;
@@ -29,11 +29,11 @@ struct ShaderOptics {
 
   T entry_ior() const { return (has_outer ? outer_ior : diffuser_ior) / outside_ior; }
   WetSurface<T> surface() const { return {entry_ior(), wetness, outside_ior, may_be_wet}; }
-  /// Of the outer layer's first reduced scattering, which stands for 1 / (1 - g) true ones.
+  /// Factor on the outer layer's reduced scattering for first-order light: 1 / (1 - g) turns it into true scattering.
   T FirstOrderFactor(const Polarisers& polarisers) const {
     return polarisers.OfScattered(1.0 / Terms<T>::max(1.0 - outer_g, T(1e-3)));
   }
-  /// `factor`: on absorption, of the layer's texture.
+  /// `factor`: the texture's factor on the layer's absorption.
   T outer_extinction(double factor) const { return outer_scattering + factor * outer_absorption; }
   DiffusingStack<T> stack() const {
     return {has_outer,
@@ -47,10 +47,10 @@ struct ShaderOptics {
 template <class Number>
 struct RingSum {
   Number front{0.0}, opposite{0.0};
-  Number front_below_neck{0.0}, opposite_below_neck{0.0};  ///< where a scan's tooth would go on
+  Number front_below_neck{0.0}, opposite_below_neck{0.0};  ///< where an open scan's tooth would continue
 };
 
-/// Value of the vertices around; 0 where there is no place.
+/// Interpolated vertex value; 0 outside the mesh.
 template <class Number>
 Number Interpolated(const Interpolation& at, const std::vector<Number>& of_vertices) {
   Number sum(0.0);
@@ -59,7 +59,7 @@ Number Interpolated(const Interpolation& at, const std::vector<Number>& of_verti
   return sum;
 }
 
-/// Moves `tap` on to the next ring.
+/// Sums one ring and advances `tap` to the next.
 template <class Number>
 RingSum<Number> SumOverRing(const Tap*& tap, const Tap* end, int ring, const std::vector<Number>& entering) {
   RingSum<Number> sum;
@@ -70,8 +70,8 @@ RingSum<Number> SumOverRing(const Tap*& tap, const Tap* end, int ring, const std
   return sum;
 }
 
-/// Light that depends on nothing fitted, summed around the vertices asked for, and kept as long as it stays the same:
-/// where neither an index nor the wetness is fitted that is all of a fit.
+/// Light that depends on no fitted parameter, summed around the requested vertices and kept as long as it is unchanged.
+/// Where neither an index nor the wetness is fitted, that is all of a fit.
 class GatheredLight {
  public:
   void Take(const Crown& crown, const std::vector<double>& entering) {
@@ -81,7 +81,7 @@ class GatheredLight {
     is_summed_.assign(entering.size(), 0);
     sums_.resize(entering.size() * crown.kernel.rings());
   }
-  /// Ring by ring. May be asked by many threads, for one vertex by one.
+  /// Ring by ring. Many threads may call it, but one at a time for a given vertex.
   const RingSum<double>* Around(int vertex) {
     RingSum<double>* sums = &sums_[static_cast<size_t>(vertex) * crown_->kernel.rings()];
     if (!is_summed_[vertex]) {
@@ -99,15 +99,15 @@ class GatheredLight {
   std::vector<RingSum<double>> sums_;
 };
 
-/// One photograph in one channel. Construction computes the light that enters the diffuser at every vertex, and what
-/// leaves it at those around the pixels.
+/// One photograph in one channel. Construction computes the light that enters the diffuser at every vertex, and the
+/// light that leaves it at the vertices around the pixels.
 template <class T>
 class ShaderPrediction {
  public:
   using Term = Terms<T>;
 
-  /// `light_scale`: factor per light of the capture; 0 leaves a light out. `vertices`: those that pixels will ask for.
-  /// `gathered`: of an earlier prediction, to save work where the light is the same.
+  /// `light_scale`: factor per light of the capture; 0 leaves a light out. `vertices`: those that pixels will need.
+  /// `gathered`: cache of an earlier prediction, to save work where the light is the same.
   ShaderPrediction(const Crown& crown, const PhotographCast& cast, const ShaderOptics<T>& optics,
                    const DiffuserTable<T>& table, int channel, std::span<const double> light_scale,
                    std::span<const int> vertices, int threads, GatheredLight* gathered = nullptr)
@@ -148,7 +148,8 @@ class ShaderPrediction {
     gathered_ = nullptr;
   }
 
-  /// The same light seen from another place: a cast whose vertices hold the same. `vertices` among those of `same`.
+  /// The same light seen from another position: a cast with the same vertex data. `vertices` must be among those of
+  /// `same`.
   ShaderPrediction(const ShaderPrediction& same, const PhotographCast& cast, std::span<const int> vertices, int threads)
       : crown_(same.crown_),
         cast_(cast),
@@ -165,7 +166,7 @@ class ShaderPrediction {
                 [&](size_t i) { first_order_[vertices[i]] = FirstOrder(vertices[i]); });
   }
 
-  /// Radiance by way of each term, before polarisers.
+  /// Radiance of each term, before polarisers.
   struct Radiance {
     T diffuse, first_order, gloss;
   };
@@ -192,22 +193,22 @@ class ShaderPrediction {
     const T between = optics_.has_outer ? c.total_mm - Now(c.front) - Now(c.back) : T(c.total_mm);
     return Term::max(between, T(0.0)) * optics_.diffuser_thickness_scale;
   }
-  /// For light on one side of the object ...
+  /// Table position for light on one side of the object ...
   auto PlaceOf(const Column& c) const { return table_.At(Now(c.front), InnerThickness(c)); }
-  /// ... and from one to the other, whose outer layers count alike.
+  /// ... and for light through it, where both outer layers weigh alike.
   auto PlaceThrough(const Column& c) const { return table_.At(0.5 * (Now(c.front) + Now(c.back)), InnerThickness(c)); }
 
-  /// Texture: by how much the outer layer absorbs more here than the material says, as a share.
+  /// By how much the texture raises the outer layer's absorption here over the material's value, as a share.
   double MoreOuterAbsorption(size_t v) const {
     return optics_.has_outer ? crown_.columns[v].outer_absorption[channel_] - 1.0 : 0.0;
   }
-  /// What of the light that enters or leaves here is left for it.
+  /// Share of the light entering or leaving here that the texture's extra absorption transmits.
   T ThroughTexture(size_t v, double more) const {
     return Term::Attenuation(more * optics_.outer_absorption, table_.OuterWay(PlaceOf(crown_.columns[v])));
   }
 
-  /// Light that leaves towards the tile behind the object, back from it and in again, as between parallel faces: rho L
-  /// / (1 - R rho) with rho the tile's reflectance times the share of the sky it fills.
+  /// Adds light that leaves towards the tile behind the object, is reflected and enters again, as between parallel
+  /// faces: rho L / (1 - R rho), with rho the tile's reflectance times the share of the sky it fills.
   void AddLightReturnedByBacking(const std::vector<int>& taps_per_ring, int threads) {
     std::vector<T> returned(entering_.size(), T(0.0));
     ParallelFor(entering_.size(), threads, [&](size_t v) {
@@ -244,8 +245,8 @@ class ShaderPrediction {
     return sum;
   }
 
-  /// Hanrahan and Krueger in the similarity-reduced outer layer: ss' with an isotropic phase function, which is the
-  /// scattering that the attenuation by ss' + sa took out of the beam. Radiance from a vertex towards the camera.
+  /// Hanrahan and Krueger in the similarity-reduced outer layer: ss' with an isotropic phase function, the scattering
+  /// that the attenuation by ss' + sa removed from the beam. Radiance from a vertex towards the camera.
   T FirstOrder(int vertex) const {
     const Column& column = crown_.columns[vertex];
     const double cos_view = std::max(1e-3, glm::dot(crown_.fine_vertex_normals[vertex],
@@ -300,7 +301,7 @@ class ShaderPrediction {
   WetSurface<T> surface_;
   T entry_ior_, diffuse_fresnel_;
   std::vector<T> entering_, leaving_, first_order_;
-  GatheredLight* gathered_ = nullptr;  ///< of entering_, while it is made, where that has no derivative
+  GatheredLight* gathered_ = nullptr;  ///< of entering_, while it is built, if it has no derivative
 };
 
 }  // namespace crownfit

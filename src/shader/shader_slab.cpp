@@ -12,21 +12,21 @@ namespace {
 
 using Term = Terms<double>;
 
-/// Of diffuse light, at the boundary from one index towards another.
+/// Reflectance of the boundary for diffuse light that goes from one index towards another.
 double DiffuseReflectance(double from, double into) {
   return into >= from ? MomentsOf(into / from).diffuse_outside : MomentsOf(from / into).diffuse_inside;
 }
 
-/// What leaves a slab on either side of light that comes from above, but for what the first surface mirrors.
+/// Light from above that leaves a slab on either side, without the first surface's specular reflection.
 struct Passed {
   double reflected, transmitted;
 };
 
-/// `cosine`: of the light outside; `entered`: the share that the first surface lets in.
+/// `cosine`: of the light outside; `entered`: the share that the first surface transmits.
 Passed Of(const Slab& slab, double below, double cosine, double entered) {
   const std::vector<SlabLayer>& layers = slab.layers;
   std::vector<LayerResponse<double>> response;
-  std::vector<double> beam{1.0};  // over each layer, and below the last
+  std::vector<double> beam{1.0};  // beam on top of each layer, and below the last
   for (const SlabLayer& l : layers) {
     const double reduced = l.scattering_per_mm * (1.0 - (1.0 - l.isotropic_fraction) * l.g),
                  inside = std::max(1e-3, Term::RefractedCosine(cosine, l.ior / slab.ior_above));
@@ -65,7 +65,7 @@ SlabAnswer SolveByShader(const Slab& slab) {
   Passed collimated = Of(slab, below, 1.0, 1.0 - answer.specular),
          diffuse = Of(slab, below, diagonal, 1.0 - answer.specular_diffuse);
   if (rho > 0) {
-    // The backing sends back rho of what it gets, diffusely, again and again.
+    // The backing reflects a share rho diffusely, repeatedly.
     Slab turned = slab;
     std::reverse(turned.layers.begin(), turned.layers.end());
     turned.ior_above = below;

@@ -5,14 +5,14 @@
 namespace crownfit {
 namespace {
 
-// Slower drivers draw moving pictures coarser, quicker ones finer.
+// Slower drivers draw moving pictures at lower resolution, faster ones at higher.
 constexpr double kSlow_s = 0.06, kQuick_s = 0.02;
 constexpr int kCoarsest = 4;
 
 }  // namespace
 
 bool CrownCanvas::Draw(CrownView view, bool is_moving, bool hurries) {
-  view.pose.light_turn = glm::dmat3(1.0);  // turned lamps show when their light is cast, as another version
+  view.pose.light_turn = glm::dmat3(1.0);  // turned lamps show once their light is cast, as a new version
   const auto begin = Clock::now();
   if (is_moving) moved_at_ = begin;
   const bool rests = !is_moving && !scene_.IsBusy() &&
@@ -22,7 +22,7 @@ bool CrownCanvas::Draw(CrownView view, bool is_moving, bool hurries) {
   const glm::ivec2 size = glm::max(view.pane / (still ? 1 : coarseness_), glm::ivec2(1));
   if (!canvas_ || size_ != size) canvas_ = std::make_unique<Canvas>(size.x, size.y);
   size_ = size;
-  drawn_ = view;  // also when the renderer refuses: it would again
+  drawn_ = view;  // also if the renderer throws: it would throw again
   version_ = scene_.version();
   is_drawn_ = true;
   is_still_ = still;

@@ -1,6 +1,6 @@
 #pragma once
-// The crown's picture in a pane of the window: drawn again only when something in it has changed, quickly while that
-// goes on, in full when it has come to rest.
+// The crown's picture in a pane of the window. It is redrawn only when something in it has changed: fast during
+// changes, at full quality once they have stopped.
 
 #include <chrono>
 #include <memory>
@@ -10,7 +10,7 @@
 
 namespace crownfit {
 
-/// What the picture depends on, beside the scene itself.
+/// Everything that the picture depends on, besides the scene itself.
 struct CrownView {
   size_t photograph = 0;
   ViewPose pose;
@@ -25,15 +25,15 @@ class CrownCanvas {
   /// Needs a current context.
   explicit CrownCanvas(ViewScene& scene) : scene_(scene) {}
 
-  /// Draws if it must; true when it did. Throws what the renderer refuses, and leaves the picture black. `hurries`: in
-  /// full at once when nothing moves.
+  /// Draws if necessary; true when it did. Passes on exceptions of the renderer, and leaves the picture black.
+  /// `hurries`: full quality at once when nothing moves.
   bool Draw(CrownView view, bool is_moving, bool hurries);
-  /// The linear picture in full, at exposure 1.
+  /// The linear picture at full quality, at exposure 1.
   Image InFull(const CrownView& view) const;
   bool OwesStill() const { return is_drawn_ && !is_still_; }
   GLuint texture() const { return canvas_->texture(); }
 
-  static constexpr double kRest_s = 0.15;  ///< after a movement, until the crown is drawn in full
+  static constexpr double kRest_s = 0.15;  ///< from the end of a movement to the full-quality picture
 
  private:
   using Clock = std::chrono::steady_clock;

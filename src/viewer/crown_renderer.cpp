@@ -43,7 +43,7 @@ void CrownRenderer::UploadGeometry() {
     frames.push_back(Vec4(mesh.vertices[v]));
     frames.push_back(Vec4(crown_->fine_vertex_normals[v]));
   }
-  // One corner for every normal that a vertex has: one where the surface is smooth, several at a rim.
+  // One corner per distinct normal of a vertex: one where the surface is smooth, several at an edge.
   std::vector<std::vector<int>> corners_of(mesh.vertices.size());
   std::vector<int> indices;
   for (size_t t = 0; t < mesh.triangles.size(); ++t)
@@ -225,7 +225,7 @@ void CrownRenderer::Draw(const PhotographSpec& photo, const ShownTerms& terms, c
 
   canvas.Clear();
   glEnable(GL_DEPTH_TEST);
-  glEnable(GL_CULL_FACE);  // the crown is closed: what looks away is never seen
+  glEnable(GL_CULL_FACE);  // the crown is closed: faces that look away are never visible
   Program& draw = optics_[0].may_be_wet ? draw_wet_ : draw_dry_;
   draw.Use();
   SetMaterialOf(draw);

@@ -1,9 +1,9 @@
 #pragma once
-// The crown on the graphics processor: the shader model's formulas on what was cast at the vertices, in four passes.
+// The crown on the graphics processor: the shader model's formulas on the vertices' ray casts, in four passes.
 //   light or material changed:  entering light -> light that leaves (-> entering with what a tile returns of it ->
 //                               light that leaves), per vertex
 //   camera moved:               first order per vertex -> pixels with the surface's reflection
-// Differs from ShaderPrediction in highlights of light from all around, which come from tables (viewer/lamps.h).
+// Highlights of light from all around differ from ShaderPrediction: they come from tables (viewer/lamps.h).
 
 #include <memory>
 
@@ -19,7 +19,7 @@ struct ShownTerms {
   bool operator==(const ShownTerms&) const = default;
 };
 
-/// kMoving takes a quarter of the lamps' points for highlights; kStill all, as the CPU does.
+/// kMoving uses a quarter of the lamps' points for highlights; kStill uses all, as the CPU does.
 enum class Quality { kMoving, kStill };
 
 class CrownRenderer {
@@ -29,7 +29,7 @@ class CrownRenderer {
 
   /// The lamps of one photograph. Throws InputError when there are more than Lamps::kMost.
   void SetLight(const Capture& capture, size_t photograph, const VertexCast& cast);
-  /// `thickness_mm`: with which the crown was built.
+  /// `thickness_mm`: the thicknesses that the crown was built with.
   void SetMaterial(const Capture& capture, const Material& material, const std::vector<double>& thickness_mm);
   /// Draws the crown as `photo`'s camera sees it, in linear pixel values at exposure 1; polarisers included.
   void Draw(const PhotographSpec& photo, const ShownTerms& terms, const Canvas& canvas,

@@ -1,5 +1,5 @@
 #pragma once
-// Linear pictures to the screen: exposure, colour, and which picture stands where in the window.
+// Displays linear pictures: exposure, colour, and the layout of pictures in the window.
 
 #include <glm/glm.hpp>
 
@@ -10,19 +10,18 @@ namespace crownfit {
 
 enum class Source : int { kViewer, kPhotograph, kMap, kAsItIs };
 
-/// A part of the window, in its own pixels from the top left, and what it shows: `left` up to the divider, then
-/// `right`.
+/// A part of the window, in its own pixels from the top left. It shows `left` up to the divider, then `right`.
 struct Pane {
   glm::ivec2 corner{0}, size{1};
   Source left = Source::kViewer, right = Source::kViewer;
   float divider = 0;
 };
 
-/// How a photograph lies in a pane and how linear values become colours.
+/// The photograph's position in a pane, and the conversion from linear values to colours.
 struct DisplaySettings {
   glm::dvec2 picture_size_px{1}, centre_px{0.5};
   double scale = 1;                               ///< pane pixels per pixel of the photograph
-  double viewer_scale = 1, photograph_scale = 1;  ///< by which linear values are multiplied
+  double viewer_scale = 1, photograph_scale = 1;  ///< factors on linear values
   glm::dmat3 rgb_from_sensor{1.0};
 };
 
@@ -55,7 +54,7 @@ class Display {
 
  private:
   Program program_;
-  GLuint nothing_ = 0;  ///< vertex array: the triangle's corners are known by their number
+  GLuint nothing_ = 0;  ///< vertex array without data: the shader makes the corners from their index
 };
 
 }  // namespace crownfit

@@ -55,8 +55,8 @@ GLuint Attached(std::initializer_list<std::pair<GLenum, std::initializer_list<co
   return program;
 }
 
-// Displays without a window: those of graphics processors, and last Mesa's, which draws on the CPU where it finds none.
-// (Not every driver knows Mesa's platform; NVIDIA's has only devices.)
+// Displays without a window: those of graphics processors, and last Mesa's, which renders on the CPU if it finds none.
+// (Not every driver supports Mesa's platform; NVIDIA's has only devices.)
 std::vector<EGLDisplay> DisplaysWithoutWindow() {
   std::vector<EGLDisplay> displays;
   if (epoxy_has_egl_extension(EGL_NO_DISPLAY, "EGL_EXT_device_enumeration") &&

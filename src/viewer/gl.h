@@ -1,6 +1,6 @@
 #pragma once
-// OpenGL 3.3 objects that clean up after themselves, and a context without a window. The only place that talks to the
-// driver's entry points besides crown_renderer.cpp.
+// RAII wrappers of OpenGL 3.3 objects, and a context without a window. Only this file and crown_renderer.cpp call the
+// driver's entry points.
 
 #include <epoxy/gl.h>
 
@@ -17,7 +17,7 @@ namespace crownfit {
 
 inline glm::vec4 Vec4(const glm::dvec3& v, double w = 0) { return {glm::vec3(v), static_cast<float>(w)}; }
 
-/// A current OpenGL context without display or window (EGL): of a graphics processor if there is one, else Mesa's on
+/// A current OpenGL context without display or window (EGL): of a graphics processor if there is one, else of Mesa on
 /// the CPU. Throws InputError when there is neither.
 class OffscreenContext {
  public:
@@ -30,7 +30,7 @@ class OffscreenContext {
   void *display_ = nullptr, *context_ = nullptr;
 };
 
-/// The name of the graphics processor or its stand-in.
+/// The name of the graphics processor, or of its software replacement.
 std::string GraphicsProcessor();
 
 /// Numbers in memory of the graphics processor, read by texelFetch or as vertex attributes.
@@ -45,7 +45,7 @@ class Buffer {
   void Upload(std::span<const glm::ivec4> data) { Upload(data.data(), data.size_bytes(), GL_RGBA32I); }
   void Upload(std::span<const float> data) { Upload(data.data(), data.size_bytes(), GL_R32F); }
   void Upload(std::span<const int> data) { Upload(data.data(), data.size_bytes(), GL_R32I); }
-  /// Room for `count` vec4, to be written by the graphics processor.
+  /// Allocates `count` vec4 for the graphics processor to write.
   void Allocate(size_t count) { Upload(nullptr, count * sizeof(glm::vec4), GL_RGBA32F); }
   GLuint buffer() const { return buffer_; }
   GLuint texture() const { return texture_; }
@@ -55,7 +55,7 @@ class Buffer {
   GLuint buffer_ = 0, texture_ = 0;
 };
 
-/// Which buffers a draw reads as vertex attributes.
+/// The buffers that a draw call reads as vertex attributes.
 class VertexArray {
  public:
   VertexArray() { glGenVertexArrays(1, &vertices_); }
@@ -72,10 +72,10 @@ class VertexArray {
   GLuint vertices_ = 0;
 };
 
-/// Vertex and fragment shader, or a vertex shader alone whose output `captured` is written to a buffer.
+/// Vertex and fragment shader, or a vertex shader alone that writes its output `captured` to a buffer.
 class Program {
  public:
-  /// Names of files in shaders/; terms.glsl goes before them all. Throws InputError with the driver's complaint.
+  /// Names of files in shaders/; terms.glsl is prepended. Throws InputError with the driver's error message.
   static Program Of(std::initializer_list<const char*> vertex, std::initializer_list<const char*> fragment);
   static Program Capturing(std::initializer_list<const char*> vertex, const char* captured);
   ~Program();
@@ -105,7 +105,7 @@ class Program {
   /// The buffer as the uniform block `name`.
   void SetBlock(const char* name, const Buffer& buffer) const;
 
-  /// Runs the vertex shader `count` times and writes what it puts out into `target`. Call after Use.
+  /// Runs the vertex shader `count` times and captures its output in `target`. Call after Use.
   void CaptureInto(const Buffer& target, size_t count) const;
 
  private:
@@ -115,14 +115,14 @@ class Program {
   int units_ = 0;
 };
 
-/// A picture in floating point with depth, to be drawn on.
+/// A floating-point render target with depth.
 class Canvas {
  public:
   Canvas(int width, int height);
   ~Canvas();
   Canvas(const Canvas&) = delete;
   Canvas& operator=(const Canvas&) = delete;
-  void Clear() const;  ///< and draws go here from now on
+  void Clear() const;  ///< also makes it the target of later draws
   Image Read() const;  ///< three channels, top row first
   GLuint texture() const { return colour_; }
 

@@ -12,14 +12,14 @@ namespace {
 
 constexpr int kLampStrata = 6;
 constexpr int kSkyNodes = 64;
-// Directions of an environment in its tables, which shaders/viewer/lamps.glsl knows too: blurred by the surface, sharp.
+// Table sizes of an environment, as in shaders/viewer/lamps.glsl: blurred by the surface, sharp.
 constexpr int kBlurredWidth = 64, kBlurredHeight = 32, kSharpWidth = 256, kSharpHeight = 128;
 
-/// A small area of a lamp: near ones have a place and an outward normal, far ones a direction.
+/// A small area of a lamp: near lamps have a position and an outward normal, distant ones a direction.
 struct LampPoint {
   glm::dvec3 place_or_direction, normal;
   bool is_far;
-  glm::dvec3 weight;  ///< radiance x area, or x solid angle
+  glm::dvec3 weight;  ///< radiance x area, or radiance x solid angle
 };
 
 std::vector<glm::dvec2> Strata(int n) {
@@ -29,12 +29,12 @@ std::vector<glm::dvec2> Strata(int n) {
   return strata;
 }
 
-/// Points of a lamp whose place does not depend on who looks; none for light from all around.
+/// Sample points of a lamp that do not depend on the viewer; none for light from all around.
 std::vector<LampPoint> PointsOf(const LightShape& shape, const glm::dvec3& towards) {
   std::vector<LampPoint> points;
   if (IsAllAround(shape)) return points;
   LightShape flat = shape;
-  if (const auto* point = std::get_if<PointLight>(&shape)) {  // a disk that faces the crown, of the same radiance
+  if (const auto* point = std::get_if<PointLight>(&shape)) {  // a disk of the same radiance that faces the crown
     const double area = std::numbers::pi * point->radius_mm * point->radius_mm;
     flat = DiskLight{point->position_mm, glm::normalize(towards - point->position_mm), point->radiant_intensity / area,
                      0.0, point->radius_mm};
@@ -45,7 +45,7 @@ std::vector<LampPoint> PointsOf(const LightShape& shape, const glm::dvec3& towar
   if (const auto* box = std::get_if<RectangleLight>(&flat))
     normal = glm::normalize(glm::cross(box->half_axis_u_mm, box->half_axis_v_mm));
   const double count = kLampStrata * kLampStrata;
-  // From in front of the lamp every point of it is seen.
+  // From in front of the lamp all its points are visible.
   const glm::dvec3 from = is_far ? towards : [&] {
     if (const auto* disk = std::get_if<DiskLight>(&flat)) return disk->centre_mm + normal;
     return std::get<RectangleLight>(flat).centre_mm + normal;
@@ -64,7 +64,7 @@ std::vector<LampPoint> PointsOf(const LightShape& shape, const glm::dvec3& towar
   return points;
 }
 
-/// Six vec4 per lamp for the mirror of lamps.glsl: kind and sizes; place or direction; normal; two axes across which
+/// Six vec4 per lamp for the mirror of lamps.glsl: kind and sizes; position or direction; normal; two axes along which
 /// the lamp reaches from -1 to 1; radiance.
 struct MirrorOf {
   using Rows = std::array<glm::vec4, 6>;
@@ -94,7 +94,7 @@ struct MirrorOf {
   Rows operator()(const PointLight& l) const {
     return {Kind(4, l.radius_mm), Vec4(l.position_mm), {}, {}, {}, Vec4(l.radiant_intensity / std::numbers::pi)};
   }
-  Rows operator()(const DomeLight&) const { return {}; }  // from the tables
+  Rows operator()(const DomeLight&) const { return {}; }  // in the tables
   Rows operator()(const EnvironmentLight&) const { return {}; }
 };
 
@@ -104,7 +104,7 @@ glm::dvec3 DirectionOf(int x, int y, int width, int height) {
   return {std::sin(down) * std::sin(around), std::cos(down), std::sin(down) * std::cos(around)};
 }
 
-/// What a rough surface reflects towards `view` of light from all around; its film's mirror left out.
+/// Light from all around that a rough surface reflects towards `view`, without its film's mirror reflection.
 glm::dvec3 ReflectedByRoughness(const LightShape& light, const ShaderOptics<double>& o, const glm::dvec3& normal,
                                 const glm::dvec3& view, int strata) {
   using Term = Terms<double>;
@@ -156,7 +156,7 @@ void Lamps::UploadPoints(const glm::dvec3& middle) {
       }
     first_point_[l + 1] = static_cast<int>(points.size() / 3);
   }
-  points.resize(3 * kMost * kLampStrata * kLampStrata);  // the block's size
+  points.resize(3 * kMost * kLampStrata * kLampStrata);  // the uniform block's size
   points_.Upload(points);
 }
 
@@ -167,14 +167,14 @@ void Lamps::UploadMirrors() {
   mirrors_.Upload(mirrors);
 }
 
-/// Over the view's cosine: by the rough surface, and by the film's mirror.
+/// Tables over the view's cosine: reflection by the rough surface, and by the film's mirror.
 void Lamps::UploadReflectedSky() {
   const DomeLight sky{glm::dvec3(1.0)};
   std::vector<glm::vec4> table;
   for (int i = 0; i < kSkyNodes; ++i) {
     const double c = std::max(1e-3, static_cast<double>(i) / (kSkyNodes - 1));
     const glm::dvec3 view(std::sqrt(std::max(0.0, 1 - c * c)), 0, c);
-    reflected_sky_ = ReflectedByRoughness(sky, optics_, {0, 0, 1}, view, 24).x;  // the last: along the normal
+    reflected_sky_ = ReflectedByRoughness(sky, optics_, {0, 0, 1}, view, 24).x;  // the last value is along the normal
     const double mirrored =
         optics_.may_be_wet ? optics_.wetness * Terms<double>::FresnelReflectance(c, optics_.surface().film_ior()) : 0.0;
     table.emplace_back(reflected_sky_, mirrored, 0.0, 0.0);

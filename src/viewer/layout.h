@@ -1,5 +1,5 @@
 #pragma once
-// Where widgets stand, by name, so that a test can find them.
+// Positions of widgets by name, so that a test can find them.
 
 #include <string>
 #include <vector>
@@ -7,13 +7,13 @@
 namespace crownfit {
 
 struct LayoutItem {
-  std::string name;  ///< without blanks
+  std::string name;  ///< without spaces
   float x, y, width, height;
 };
 
 using Layout = std::vector<LayoutItem>;
 
-/// Notes the rectangle of the widget that ImGui drew last.
+/// Records the rectangle of the widget that ImGui drew last.
 void Note(Layout& layout, const std::string& name);
 
 }  // namespace crownfit

@@ -8,7 +8,7 @@
 namespace crownfit {
 namespace {
 
-/// Why a slider would change nothing.
+/// The reason why a slider would change nothing.
 std::string Idle(const Capture& capture, size_t layer, Quantity quantity) {
   const auto slots = SlotsOf(capture);
   const bool is_seen = std::any_of(slots.begin(), slots.end(), [&](const auto& slot) {
@@ -42,7 +42,7 @@ std::vector<SliderGroup> SlidersOf(const Capture& capture, const MaterialRecord&
       if (IsOfLayer(capture, l, row))
         group.parameters.push_back(SliderOf(capture, l, row, record.material.layers[l][row.quantity],
                                             record.layers[l][static_cast<size_t>(row.quantity)]));
-    // What moves the picture comes first.
+    // Parameters that change the picture come first.
     std::stable_partition(group.parameters.begin(), group.parameters.end(),
                           [](const SliderParameter& p) { return p.idle.empty(); });
     groups.push_back(group);

@@ -1,12 +1,12 @@
 #pragma once
-// A material as the window's sliders, and back.
+// Converts between a material and the window's sliders.
 
 #include "optics/material_file.h"
 #include "viewer/panel.h"
 
 namespace crownfit {
 
-/// Every parameter that the material has a value of, with what its file says of it.
+/// Sliders for every parameter with a value in the material, with the data of its file.
 std::vector<SliderGroup> SlidersOf(const Capture& capture, const MaterialRecord& record);
 
 /// `material` with the sliders' values.

@@ -11,7 +11,7 @@ namespace {
 
 constexpr int kPicture_px = 900;
 
-/// The material's values take the place of the table's defaults: geometry is built from what the capture states.
+/// Replaces the table's defaults by the material's values: geometry is built from the values that the capture states.
 void StateValues(Capture& capture, const Material& material) {
   for (size_t l = 0; l < capture.layers.size(); ++l)
     for (size_t q = 0; q < kParameters.size(); ++q)
@@ -19,7 +19,7 @@ void StateValues(Capture& capture, const Material& material) {
   for (size_t q = 0; q < kParameters.size(); ++q) capture.surface[q].value = material.surface.values[q];
 }
 
-/// A square softbox that shines on `middle` from `direction` (unit), `size_mm` being the crown's.
+/// A square softbox that shines on `middle` from `direction` (unit). `size_mm` is the crown's size.
 Light Softbox(const char* name, const glm::dvec3& middle, const glm::dvec3& direction, double size_mm) {
   const auto [u, v] = Tangents(-direction);
   Light light;

@@ -15,7 +15,7 @@ struct Rectangle {
 
 float PanelWidth();
 PanelAnswer DrawPanel(PanelState& state, const Rectangle& area, Layout& layout);
-/// Shortcuts; and the window that lists them.
+/// Applies shortcuts; draws the window that lists them.
 void ApplyKeys(const std::vector<unsigned>& keys, PanelState& state, PanelAnswer& answer);
 void DrawHelp(PanelState& state);
 

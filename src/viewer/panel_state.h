@@ -1,5 +1,5 @@
 #pragma once
-// Everything that a user sets or reads in the window's panel, as plain structs.
+// The state that a user sets or reads in the window's panel, as plain structs.
 
 #include <array>
 #include <optional>
@@ -24,7 +24,7 @@ struct SliderParameter {
   size_t layer;  ///< or kSurfaceOwner
   Quantity quantity;
   std::string status;  ///< as the material file words it
-  std::string idle;    ///< why moving it would change nothing; empty: it does
+  std::string idle;    ///< why it has no effect; empty: it has one
   std::vector<SliderNumber> numbers;
 };
 
@@ -41,23 +41,23 @@ struct LegendStep {
 enum class Drag { kNone, kOrbit, kPan, kLamps, kDivider };
 
 struct PanelState {
-  // what the user sets
+  // set by the user
   ViewMode mode = ViewMode::kViewer;
   size_t photograph = 0;
   float exposure_stops = 0;
   bool true_colour = true;
   ShownTerms terms;
-  float divider = 0.5f;  ///< of the wipe, 0..1
+  float divider = 0.5f;  ///< position of the wipe, 0..1
   bool shows_help = false;
   std::vector<SliderGroup> material;
   Drag drag = Drag::kNone;
 
-  // what there is to read
+  // shown to the user
   std::vector<std::string> photographs;
   std::array<std::string, kChannels> channels;
   std::string no_photograph;  ///< why there is none to compare with
   std::string no_difference;  ///< why the difference is not shown
-  std::string difference;     ///< its figures
+  std::string difference;     ///< its values
   std::string busy, message;
   bool message_is_error = false;
   std::string about;  ///< the graphics processor
@@ -66,7 +66,7 @@ struct PanelState {
   std::string thickness_of;
 };
 
-/// What was asked for in one frame.
+/// The user's requests in one frame.
 struct PanelAnswer {
   bool material_moved = false, material_released = false;
   bool goes_home = false, saves_picture = false, saves_window = false, saves_material = false, closes = false;

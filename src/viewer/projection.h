@@ -7,7 +7,7 @@
 
 namespace crownfit {
 
-/// Sets the camera's uniforms; depth is kept between the corners of a box around what is drawn.
+/// Sets the camera's uniforms; depth spans a box around what is drawn.
 void SetCamera(Program& program, const PhotographSpec& photo, const std::pair<glm::dvec3, glm::dvec3>& bounds);
 
 }  // namespace crownfit

@@ -17,7 +17,7 @@ std::filesystem::path FreeName(const std::filesystem::path& folder, const std::s
 
 void Print(const std::filesystem::path& file) {
   std::printf("%s\n", file.c_str());
-  std::fflush(stdout);  // who reads it waits for it
+  std::fflush(stdout);  // a reading process waits for it
 }
 
 std::string Saved(const std::filesystem::path& file) { return "Saved " + std::filesystem::absolute(file).string(); }

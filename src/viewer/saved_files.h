@@ -1,6 +1,6 @@
 #pragma once
-// What the viewer's window saves. Nothing is overwritten: names that are taken get _2, _3 and so on. Every file's name
-// is printed; what is returned is to be said in the window.
+// Files that the viewer's window saves. Nothing is overwritten: names in use get _2, _3 and so on. Every file's name is
+// printed; the return value is the message for the window.
 
 #include <filesystem>
 #include <map>
@@ -11,14 +11,14 @@
 
 namespace crownfit {
 
-/// view_<photograph>.png as shown, and .exr.
+/// Saves view_<photograph>.png as shown, and .exr.
 std::string SavePictures(const std::filesystem::path& folder, const std::string& photograph, const Image& shown,
                          const Image& linear);
 
-/// view_<photograph>_window.png
+/// Saves view_<photograph>_window.png
 std::string SaveWindowPicture(const std::filesystem::path& folder, const std::string& photograph, const Image& shown);
 
-/// view_material.json
+/// Saves view_material.json
 std::string SaveMaterial(const std::filesystem::path& folder, const Capture& capture, const Material& material,
                          const std::map<std::string, double>& linear_scales, const std::filesystem::path& made_from);
 

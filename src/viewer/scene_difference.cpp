@@ -10,7 +10,7 @@ namespace {
 
 constexpr glm::vec3 kNotCompared{0.20f, 0.20f, 0.21f};
 
-/// Exposure by which a prediction fits its photograph best.
+/// The exposure that fits a prediction to its photograph best.
 double FittingExposure(const Photograph& photo, const Image& prediction, const std::vector<uint8_t>& mask) {
   double top = 0, bottom = 0;
   for (size_t k = 0; k < prediction.values.size(); ++k) {
@@ -27,7 +27,7 @@ double FittingExposure(const Photograph& photo, const Image& prediction, const s
 std::vector<uint8_t> PixelsToCompare(const CrownInput& input, const Capture& capture, const Crown& crown,
                                      const Photograph& photo, size_t photograph, int threads) {
   CastOptions options;
-  options.strata = options.gather_strata = 1;  // light is not looked at
+  options.strata = options.gather_strata = 1;  // light is not needed
   options.threads = threads;
   const PhotographCast cast = CastPhotograph(capture, crown, input.scenery, photograph, options);
   std::vector<uint8_t> mask(photo.usable.size(), 0);
@@ -48,7 +48,7 @@ std::vector<uint8_t> LitPixels(const Image& picture) {
 SceneDifference Compare(const PhotographSpec& spec, const Photograph& photo, Image prediction,
                         const std::vector<uint8_t>& mask) {
   SceneDifference d;
-  // A free exposure that a fit has found is not 1.
+  // A free exposure that a fit has determined is not 1.
   const bool exposure_is_known = !spec.exposure_is_free || spec.exposure_scale != 1.0;
   d.exposure = exposure_is_known ? spec.exposure_scale : FittingExposure(photo, prediction, mask);
   for (float& v : prediction.values) v *= static_cast<float>(d.exposure);

@@ -1,5 +1,5 @@
 #pragma once
-// A photograph compared with what the viewer draws from its camera, as a fit's figures compare.
+// Compares a photograph with the viewer's picture from its camera, as a fit's figures do.
 
 #include "photo/colour_difference.h"
 #include "scene/crown.h"
@@ -11,14 +11,14 @@ struct SceneDifference {
   ColourDifference colours;
   Image map;  ///< in the legend's colours
   double exposure = 1;
-  int number = 0;  ///< of the comparison
+  int number = 0;  ///< running number of the comparison
 };
 
 /// The pixels that a fit's figures compare: whole on the object, inside the photograph's mask, not saturated.
 std::vector<uint8_t> PixelsToCompare(const CrownInput& input, const Capture& capture, const Crown& crown,
                                      const Photograph& photo, size_t photograph, int threads);
 
-/// Where a picture is not black.
+/// Pixels that are not black.
 std::vector<uint8_t> LitPixels(const Image& picture);
 
 /// `prediction`: at exposure 1. An exposure that neither capture nor fit states is fitted to the photograph.

@@ -1,5 +1,5 @@
 #pragma once
-// What stands around the crown in a photograph: scenery and the tile behind it, matte, with the crown's shadow.
+// Surroundings of the crown in a photograph: scenery and the tile behind it, matte, with the crown's shadow.
 
 #include <span>
 #include <utility>
@@ -15,7 +15,7 @@ class SceneryView {
  public:
   SceneryView();
   void Set(std::span<const ShadedMesh> things);
-  /// Onto the canvas that is being drawn, by depth. A tile is not seen from behind.
+  /// Draws on the current canvas, with depth test. A tile is invisible from behind.
   void Draw(const PhotographSpec& photo, const std::pair<glm::dvec3, glm::dvec3>& bounds);
 
  private:

@@ -10,12 +10,12 @@
 namespace crownfit {
 namespace {
 
-constexpr double kReach = 20.0;  // a slider of a logarithmic parameter goes so far up and down from the fitted value
-constexpr float kChannel_em = 1.6f, kSlider_em = 10.5f, kValue_em = 5.6f;  // columns, in heights of the font
+constexpr double kReach = 20.0;  // range of a logarithmic slider up and down from the fitted value, as a factor
+constexpr float kChannel_em = 1.6f, kSlider_em = 10.5f, kValue_em = 5.6f;  // column widths, in font heights
 const ImVec4 kDim{0.62f, 0.62f, 0.65f, 1}, kWarning{0.95f, 0.70f, 0.30f, 1};
 constexpr ImU32 kIntervalColour = IM_COL32(120, 200, 120, 230), kFittedColour = IM_COL32(235, 235, 235, 255);
 
-/// The slider's scale: places in [0, 1] for values.
+/// The slider's scale: maps values to positions in [0, 1].
 struct SliderScale {
   double low, high;
   bool is_log;
@@ -38,7 +38,7 @@ SliderScale ScaleOf(const SliderNumber& number, const ParameterRow& row) {
   return scale;
 }
 
-/// The interval as a bar under the knob's track, the fitted value as a stroke.
+/// Draws the interval as a bar under the knob's track, and the fitted value as a tick.
 void MarkInterval(const SliderNumber& number, const SliderScale& scale) {
   const ImVec2 low = ImGui::GetItemRectMin(), high = ImGui::GetItemRectMax();
   const float inset = 2 + 0.5f * ImGui::GetStyle().GrabMinSize;  // ImGui keeps the knob inside the frame
@@ -51,7 +51,7 @@ void MarkInterval(const SliderNumber& number, const SliderScale& scale) {
   draw->AddLine({fitted, high.y - 6}, {fitted, high.y}, kFittedColour, 1.5f);
 }
 
-/// Right click: a field to type into.
+/// Right click opens an input field.
 bool TypeNumber(SliderNumber& number, const ParameterRow& row) {
   if (!ImGui::BeginPopupContextItem()) return false;
   double typed = number.value;
@@ -70,7 +70,7 @@ void DrawNumber(SliderNumber& number, const ParameterRow& row, PanelAnswer& answ
   const SliderScale scale = ScaleOf(number, row);
   float place = scale.Place(number.value);
   ImGui::SetNextItemWidth(kSlider_em * ImGui::GetFontSize());
-  // The slider's place is not the value; so nothing may be typed into the slider itself.
+  // The slider holds a position and not the value, so its own text input is off.
   if (ImGui::SliderFloat("##place", &place, 0, 1, "", ImGuiSliderFlags_NoInput)) {
     number.value = scale.Value(place);
     answer.material_moved = true;
@@ -94,7 +94,7 @@ bool EndButton(const char* label, bool is_possible) {
   return pressed;
 }
 
-/// low, best, high at the right end of the line.
+/// Buttons low, best, high at the right end of the line.
 std::optional<End> EndButtons(bool has_interval, bool has_moved) {
   const ImGuiStyle& style = ImGui::GetStyle();
   const float width = ImGui::CalcTextSize("lowbesthigh").x + 6 * style.FramePadding.x + 2 * style.ItemSpacing.x;

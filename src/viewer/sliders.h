@@ -6,7 +6,7 @@
 
 namespace crownfit {
 
-/// All groups; the answer says what moved.
+/// Draws all groups; `answer` records changes.
 void DrawSliders(PanelState& state, PanelAnswer& answer, Layout& layout);
 
 /// Which end of the 95 % interval a number goes to.

@@ -21,9 +21,9 @@ ThicknessView::ThicknessView(std::shared_ptr<const Crown> crown)
     if (shown.total_mm() > 0) sorted.push_back(shown.total_mm());
   }
   for (const glm::ivec3& t : crown_->fine.triangles) indices.insert(indices.end(), {t.x, t.y, t.z});
-  sorted.push_back(0.1);  // so that there is one
+  sorted.push_back(0.1);  // so that it is not empty
   std::sort(sorted.begin(), sorted.end());
-  // Not the greatest: at a sharp edge, where the inner layer ends, a ray inward can run along the whole crown.
+  // Not the maximum: at a sharp edge, where the inner layer ends, a ray inward can run along the whole crown.
   most_mm_ = 0.5 * std::ceil(2.5 * sorted[sorted.size() * 8 / 10]);
   positions_.Upload(positions);
   thickness_.Upload(thickness);

@@ -1,5 +1,5 @@
 #pragma once
-// How thick the outer layer is (or, of a crown of one material, the whole), in false colours.
+// Thickness of the outer layer (or of the whole crown, if it has one material), in false colours.
 
 #include <array>
 
@@ -9,7 +9,7 @@
 
 namespace crownfit {
 
-/// Matplotlib's viridis at six places: its lightness grows evenly, so it reads in grey too.
+/// Matplotlib's viridis at six positions: its lightness grows evenly, so it is readable in grey too.
 inline constexpr std::array<std::array<float, 3>, 6> kThicknessColours{{{0.267f, 0.005f, 0.329f},
                                                                         {0.254f, 0.265f, 0.530f},
                                                                         {0.164f, 0.471f, 0.558f},
@@ -21,8 +21,8 @@ class ThicknessView {
  public:
   explicit ThicknessView(std::shared_ptr<const Crown> crown);
 
-  double most_mm() const { return most_mm_; }  ///< what the last colour stands for
-  /// `scale`: of the outer layer's thickness, over what the crown was built with.
+  double most_mm() const { return most_mm_; }  ///< value of the last colour
+  /// `scale`: factor on the thickness of the outer layer since the crown was built.
   void Draw(const PhotographSpec& photo, const Canvas& canvas, double scale);
 
  private:

@@ -104,7 +104,7 @@ void ReadMouse(PanelState& state, const Rectangle& area, double pixels_per_unit,
   if (ImGui::IsItemHovered()) input.wheel = io.MouseWheel;
   if (ImGui::IsItemHovered() || ImGui::IsItemActive()) state.drag = BegunDrag(state, area);
   if (!ImGui::IsItemActive()) state.drag = Drag::kNone;
-  // The frame of the click holds the way to where it was made.
+  // In the frame of a click the mouse delta includes the way to the click.
   const bool is_new = ImGui::IsMouseClicked(0) || ImGui::IsMouseClicked(1) || ImGui::IsMouseClicked(2);
   const glm::dvec2 moved = (is_new ? 0.0 : 1.0) * pixels_per_unit * glm::dvec2(io.MouseDelta.x, io.MouseDelta.y);
   if (state.drag == Drag::kOrbit) input.orbit = moved;

@@ -1,18 +1,18 @@
 #pragma once
-// The part of the window that shows the crown: what the mouse does there, names of the panes, legends.
+// The part of the window that shows the crown: mouse input, names of the panes, legends.
 
 #include "viewer/display.h"
 #include "viewer/panel.h"
 
 namespace crownfit {
 
-/// What the mouse did in one frame, in the window's own pixels.
+/// Mouse input of one frame, in the window's own pixels.
 struct ViewInput {
   glm::dvec2 orbit{0.0}, lamps{0.0}, pan{0.0};
   double wheel = 0;
-  glm::dvec2 at{0.0};        ///< of the pointer, within its pane
+  glm::dvec2 at{0.0};        ///< pointer position within its pane
   glm::dvec2 pane{1.0};      ///< the pane's size
-  bool turns_lamps = false;  ///< such a drag goes on
+  bool turns_lamps = false;  ///< a drag of the lamps is in progress
 };
 
 /// The panes of the chosen view side by side in a part of the window.

@@ -15,7 +15,7 @@
 namespace crownfit {
 namespace {
 
-/// The same view on a picture of another size, as large as fits.
+/// The same view on a picture of another size, as large as it fits.
 Camera Resized(Camera camera, int width, int height) {
   const double scale = std::min(static_cast<double>(width) / camera.width, static_cast<double>(height) / camera.height);
   camera.fx *= scale;
@@ -44,7 +44,7 @@ struct FrameTimes {
 
 FrameTimes Measure(int frames, const std::function<void(int)>& draw) {
   std::vector<double> ms;
-  draw(0);  // compiles
+  draw(0);  // compiles the shaders
   glFinish();
   for (int i = 0; i < frames; ++i) {
     const auto begin = std::chrono::steady_clock::now();

@@ -1,5 +1,5 @@
 #pragma once
-// The crown in the light of a capture's photographs, drawn by the graphics processor.
+// Draws the crown in the light of a capture's photographs on the graphics processor.
 
 #include <filesystem>
 #include <optional>
@@ -19,7 +19,7 @@ struct ViewOptions {
   int threads = 0;
 };
 
-/// Draws without a display. Returns what is to be printed: the driver's name, frame times.
+/// Draws without a display. Returns the text to print: the driver's name, frame times.
 std::string ViewCrown(const Capture& capture, const Material& material, const ViewOptions& options, Progress& progress);
 
 }  // namespace crownfit

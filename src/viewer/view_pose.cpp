@@ -7,7 +7,7 @@
 namespace crownfit {
 namespace {
 
-constexpr double kFilled = 0.85;  // of a pane, by the crown
+constexpr double kFilled = 0.85;  // share of a pane that the crown fills
 
 glm::dmat3 About(int axis, double angle) {
   const int u = (axis + 1) % 3, v = (axis + 2) % 3;
@@ -43,7 +43,7 @@ ViewPose HomePose(const PhotographSpec& photo, const TriangleMesh& crown) {
 
 glm::dmat3 TurnByDrag(const glm::dvec2& drag_px, double pixels_per_turn) {
   const double angle = 2 * std::numbers::pi / pixels_per_turn;
-  // The camera looks along +z and y points down: what is near moves right when z turns away from x.
+  // The camera looks along +z and y points down: near parts move right when z turns away from x.
   return About(0, angle * drag_px.y) * About(1, -angle * drag_px.x);
 }
 

@@ -1,6 +1,6 @@
 #pragma once
-// From where the crown is seen and lit. The mouse turns the crown before the camera, or the lamps about the crown; zoom
-// and pan move the picture and leave the camera, so that a photograph can follow them.
+// The view of the crown and its lighting. The mouse turns the crown before the camera, or the lamps about the crown.
+// Zoom and pan move the picture but not the camera, so that a photograph can follow them.
 
 #include "capture/capture.h"
 #include "geometry/triangle_mesh.h"
@@ -18,22 +18,22 @@ bool operator==(const ViewPose& a, const ViewPose& b);
 /// The photograph's own camera and lamps, the crown filling most of the picture.
 ViewPose HomePose(const PhotographSpec& photo, const TriangleMesh& crown);
 
-/// Turns what lies before the camera, near side along the drag; a turn in the camera's frame.
+/// Rotation of the object before the camera: its near side follows the drag. In the camera's frame.
 glm::dmat3 TurnByDrag(const glm::dvec2& drag_px, double pixels_per_turn);
-/// The crown turned so about its middle.
+/// Turns the crown about its middle.
 void TurnCrown(ViewPose& pose, const glm::dvec3& middle, const glm::dmat3& turn_in_camera);
 void TurnLamps(ViewPose& pose, const glm::dmat3& turn_in_camera);
 
 /// Pane pixels per photograph pixel.
 double ScaleOf(const ViewPose& pose, const Camera& camera, const glm::dvec2& pane_px);
 void Pan(ViewPose& pose, const Camera& camera, const glm::dvec2& pane_px, const glm::dvec2& drag_px);
-/// `factor` > 1 comes nearer; what is below the place `at_px` of the pane stays there.
+/// `factor` > 1 zooms in; the point at `at_px` of the pane stays there.
 void Zoom(ViewPose& pose, const Camera& camera, const glm::dvec2& pane_px, const glm::dvec2& at_px, double factor);
 
 /// The camera that fills a pane.
 Camera PaneCamera(const ViewPose& pose, const Camera& camera, glm::ivec2 pane_px);
 
-/// True when camera and lamps stand as in the photograph; zoom and pan do not count.
+/// True when camera and lamps are as in the photograph; zoom and pan do not count.
 bool IsAtHome(const ViewPose& pose, const PhotographSpec& photo);
 
 /// The capture with one photograph's lamps fixed to the object and turned about `middle`.

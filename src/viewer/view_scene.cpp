@@ -15,7 +15,7 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 
-/// Directions of lamps, and of those that look for scenery, while lamps are dragged: as many as the time allows.
+/// Numbers of sampled directions while lamps are dragged, towards lamps and towards scenery: as many as time allows.
 struct CoarseStrata {
   int lamps, gather;
 };
@@ -99,7 +99,7 @@ void ViewScene::TakeCrown(std::shared_ptr<const Crown> crown) {
   SetMaterial(material_);
 }
 
-/// Of the layers below which an offset begins; other thicknesses only scale lengths.
+/// Thicknesses of the layers that have an offset below; other thicknesses only scale lengths.
 std::vector<double> ViewScene::ThicknessToBuild() const {
   std::vector<double> wanted = ThicknessesOf(capture_, material_);
   for (size_t i = 0; i < wanted.size(); ++i)
@@ -156,7 +156,7 @@ bool ViewScene::StartWhatIsMissing(const SceneWish& wish) {
 
 void ViewScene::StartRebuild(const SceneWish& wish) {
   const std::vector<double> wanted = ThicknessToBuild();
-  refused_mm_ = wanted;  // until it is there
+  refused_mm_ = wanted;  // until it is built
   const LightKey key{wish.photograph, wish.light_turn};
   const CastOptions coarse = CoarseOptions(coarseness_, threads_);
   work_.Start("building the layers", [this, wanted, key, coarse, middle = middle()]() -> Background::Finish {
@@ -174,7 +174,7 @@ void ViewScene::StartRebuild(const SceneWish& wish) {
 
 void ViewScene::StartLight(const SceneWish& wish, bool fine) {
   const LightKey key{wish.photograph, wish.light_turn};
-  if (!fine) refused_light_ = key;  // until it is there
+  if (!fine) refused_light_ = key;  // until it is cast
   CastOptions options = CoarseOptions(coarseness_, threads_);
   if (fine) options = {.shade_scenery = true, .threads = threads_};
   work_.Start(fine ? kRefining : kCasting,
@@ -196,7 +196,7 @@ void ViewScene::KeepTime(double coarse_cast_s) {
 }
 
 void ViewScene::TakeLight(const Capture& turned, const LightKey& key, const VertexCast& cast, bool fine) {
-  light_.reset();  // what the renderer refuses must not be shown as what it still holds
+  light_.reset();  // if the renderer throws, its old light must not be shown as the new one
   ++version_;
   renderer_->SetLight(turned, key.photograph, cast);
   light_ = key;
@@ -217,7 +217,7 @@ Image ViewScene::DrawPhotograph(size_t photograph, const ShownTerms& terms) {
 }
 
 void ViewScene::StartReading(size_t photograph) {
-  picture_errors_[photograph] = "";  // until it is there
+  picture_errors_[photograph] = "";  // until it is read
   work_.Start("reading the photograph", [this, photograph]() -> Background::Finish {
     const PhotographSpec& spec = capture_.photographs[photograph];
     std::shared_ptr<const Photograph> read;
@@ -241,7 +241,7 @@ void ViewScene::StartReading(size_t photograph) {
   });
 }
 
-/// As the difference is computed: by the photograph where the crown is.
+/// The brightness scale of the difference: from the photograph's pixels on the crown.
 void ViewScene::ShowAsBrightAsPhotograph() {
   if (!picture_ || !HasLightOf(picture_of_)) return;
   std::vector<uint8_t> mask = LitPixels(DrawPhotograph(picture_of_, kCrownAlone));
@@ -262,7 +262,7 @@ void ViewScene::StartMask(size_t photograph) {
 }
 
 void ViewScene::StartComparison(const SceneWish& wish) {
-  compared_version_ = version_;  // also when the renderer refuses: it would again
+  compared_version_ = version_;  // also if the renderer throws: it would throw again
   compared_terms_ = wish.terms;
   work_.Start("comparing",
               [this, spec = capture_.photographs[wish.photograph], picture = picture_, mask = mask_,

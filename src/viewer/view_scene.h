@@ -1,6 +1,6 @@
 #pragma once
-// What the viewer's window shows: the crown, its light, a photograph and the difference, prepared beside the main
-// thread.
+// The content of the viewer's window: the crown, its light, a photograph and the difference. A background thread
+// prepares them.
 
 #include <map>
 #include <memory>
@@ -14,24 +14,24 @@
 
 namespace crownfit {
 
-/// What should be on the screen.
+/// The desired content of the screen.
 struct SceneWish {
   size_t photograph = 0;
   glm::dmat3 light_turn{1.0};
-  bool is_turning = false;           ///< coarse light will do
-  bool photograph_is_shown = false;  ///< its picture is needed
-  bool difference_is_shown = false;  ///< and camera and lamps stand as they stood
+  bool is_turning = false;           ///< coarse light is sufficient
+  bool photograph_is_shown = false;  ///< its picture is required
+  bool difference_is_shown = false;  ///< and camera and lamps are as in the photograph
   bool material_rests = true;        ///< no slider is held
   ShownTerms terms;
 };
 
 class ViewScene {
  public:
-  /// Builds the crown. Needs a current context. `capture`: with the exposures and intensities that hold.
+  /// Builds the crown. Needs a current context. `capture`: with the current exposures and intensities.
   ViewScene(Capture capture, const Material& material, CrownInput input, std::shared_ptr<const Crown> crown,
             int threads);
 
-  /// Takes what is finished and starts what is missing. True when something changed that is shown.
+  /// Takes finished work and starts missing work. True when something visible has changed.
   bool Update(const SceneWish& wish);
   void SetMaterial(const Material& material);
 
@@ -43,19 +43,19 @@ class ViewScene {
   double outer_thickness_scale() const;
 
   bool HasLightOf(size_t photograph) const { return light_ && light_->photograph == photograph; }
-  /// The photograph, when it is read; or why it can't be.
+  /// The photograph, once it is read; or the error message.
   std::shared_ptr<const Photograph> picture(size_t photograph) const;
   std::string picture_error(size_t photograph) const;
   const SceneDifference* difference(size_t photograph) const;
   double exposure(size_t photograph) const;
-  /// By which linear values are shown, at 0 stops.
+  /// Factor on linear values for display, at 0 stops.
   double brightness(size_t photograph) const;
 
   bool IsBusy() const { return work_.IsBusy(); }
   bool IsCastingLight() const;  ///< coarsely, for lamps that turn
   const std::string& busy_with() const { return work_.what(); }
   std::string TakeError();
-  int version() const { return version_; }  ///< of what is drawn: crown, light and material
+  int version() const { return version_; }  ///< of the drawn crown, light and material
 
  private:
   struct LightKey {
@@ -88,7 +88,7 @@ class ViewScene {
 
   std::optional<LightKey> light_, refused_light_;
   bool light_is_fine_ = false;
-  size_t coarseness_ = 1;  ///< of light while lamps are dragged
+  size_t coarseness_ = 1;  ///< of the light while lamps are dragged
   std::vector<double> refused_mm_;
   std::map<size_t, double> brightness_;
   std::shared_ptr<const Photograph> picture_;

@@ -19,9 +19,9 @@
 namespace crownfit {
 namespace {
 
-constexpr double kPixelsPerTurn = 900;  // of a drag that turns once around
+constexpr double kPixelsPerTurn = 900;  // length of a drag for one full turn
 constexpr double kWheelFactor = 1.15;
-constexpr int kSettlingFrames = 3;  // that ImGui takes until widgets look as they should
+constexpr int kSettlingFrames = 3;  // frames that ImGui needs until its layout is final
 constexpr float kNoMap = 0.2f;      // grey in place of a difference
 
 std::string DifferenceText(const ColourDifference& d) {
@@ -32,7 +32,7 @@ std::string DifferenceText(const ColourDifference& d) {
 class CrownWindow {
  public:
   CrownWindow(Window& window, ViewScene& scene, const MaterialRecord& record, const WindowOptions& options);
-  /// Handles what has happened; draws when anything has. False: closed.
+  /// Handles events, and draws if there were any. False: closed.
   bool Step();
 
  private:
@@ -64,7 +64,7 @@ class CrownWindow {
   size_t posed_photograph_ = 0;
   CrownCanvas canvas_;
   bool material_is_held_ = false, turns_lamps_ = false, refused_ = false, closes_ = false;
-  PanelAnswer asked_;  ///< what is saved once everything has come to rest
+  PanelAnswer asked_;  ///< requests to save, done once everything is at rest
   int settling_ = kSettlingFrames, frames_ = 0;
   std::shared_ptr<const Photograph> uploaded_picture_;
   std::optional<int> uploaded_comparison_;
@@ -113,7 +113,7 @@ bool CrownWindow::Step() {
   } else if (settling_ > 0) {
     --settling_;
   }
-  if (turns_lamps_ && !changed && scene_.IsCastingLight()) return true;  // the next frame takes all of the drag so far
+  if (turns_lamps_ && !changed && scene_.IsCastingLight()) return true;  // the next frame handles the whole drag so far
   const bool is_due = !scene_.IsBusy() && (OwesStill() || HasToSave());
   if (touched || changed || settling_ > 0 || is_due) DrawFrame();
   return !closes_ && !window_.IsClosed();
@@ -124,7 +124,7 @@ void CrownWindow::Say(const std::string& text, bool is_error) {
   state_.message_is_error = is_error;
 }
 
-/// A mistake of the user's is told in the panel; the window stays.
+/// Shows a user's mistake in the panel; the window stays open.
 bool CrownWindow::Attempt(const std::function<void()>& what) {
   try {
     what();
@@ -135,7 +135,7 @@ bool CrownWindow::Attempt(const std::function<void()>& what) {
   }
 }
 
-/// What the panel has to read out.
+/// Updates the text that the panel shows.
 void CrownWindow::TellState() {
   if (const std::string error = scene_.TakeError(); !error.empty()) Say(error, true);
   state_.busy = scene_.busy_with();
@@ -181,7 +181,7 @@ CrownView CrownWindow::View(const std::vector<Pane>& panes) const {
 
 void CrownWindow::DrawPanes(const std::vector<Pane>& panes) {
   if (const auto picture = scene_.picture(state_.photograph); picture != uploaded_picture_) {
-    uploaded_picture_ = picture;  // also when the driver refuses
+    uploaded_picture_ = picture;  // also if the driver rejects it
     display_.photograph.Upload(picture ? picture->linear : Image(1, 1, 3), /*smooth=*/true);
   }
   const SceneDifference* difference = scene_.difference(state_.photograph);
@@ -224,7 +224,7 @@ void CrownWindow::SaveSliders() {
                    record_.linear_scales, options_.material_file));
 }
 
-/// After the frames that ImGui takes to settle.
+/// After the frames that ImGui needs for its layout.
 void CrownWindow::PrintLayout(const Layout& layout) {
   if (!options_.prints_layout || ++frames_ != kSettlingFrames) return;
   for (const LayoutItem& item : layout)

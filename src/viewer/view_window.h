@@ -1,5 +1,5 @@
 #pragma once
-// The viewer's window: the crown to be turned, lit and changed by hand, beside the photograph it came from.
+// The viewer's window: the user turns, lights and edits the crown beside its photograph.
 
 #include <filesystem>
 #include <optional>
@@ -11,14 +11,14 @@
 namespace crownfit {
 
 struct WindowOptions {
-  std::filesystem::path material_file;      ///< for the title and for what is saved
-  size_t photograph = 0;                    ///< to begin with
+  std::filesystem::path material_file;      ///< for the title and for saved files
+  size_t photograph = 0;                    ///< the one shown first
   std::optional<std::pair<int, int>> size;  ///< of the window
   std::filesystem::path save_to = ".";
   bool prints_layout = false;   ///< "name x y w h" of every widget on stdout, once
   bool has_photographs = true;  ///< false: the capture was made up around a mesh
   int threads = 0;
-  std::string note;  ///< of what the parameters are, for the panel
+  std::string note;  ///< origin of the parameters, for the panel
 };
 
 /// Opens the window and stays until it is closed. Prints the files it saves. Throws InputError without a display.

@@ -17,7 +17,7 @@ namespace {
 
 constexpr float kFont_px = 16.0f;
 
-/// What GLFW's callbacks, which know no caller, leave behind. There is one window.
+/// State that GLFW's callbacks set, as they carry no context. There is one window.
 struct Happened {
   bool anything = false;
   std::vector<unsigned> keys;
@@ -30,7 +30,7 @@ struct Happened {
                    "driver has OpenGL 3.3.");
 }
 
-/// ImGui's backend calls the ones it replaces.
+/// ImGui's backend calls the callbacks that it replaces.
 void ListenTo(GLFWwindow* window) {
   const auto something = [](GLFWwindow*, auto...) { happened.anything = true; };
   glfwSetCursorPosCallback(window, something);

@@ -1,5 +1,5 @@
 'use strict';
-// Lays out what #data holds: material.json, run.json, report.json, prediction.json and the pictures of one result folder.
+// Lays out the content of #data: material.json, run.json, report.json, prediction.json and the pictures of one result folder.
 const {material, run, report, prediction, pictures} = JSON.parse(document.getElementById('data').textContent);
 
 /// An element with properties and children; texts become text, never markup.
@@ -20,11 +20,11 @@ const list = items => make('ul', {}, items.map(item => make('li', {}, item)));
 const row = (cells, tag = 'td') => make('tr', {}, cells.map(cell =>
     cell instanceof Node ? cell : make(tag, typeof cell === 'number' ? {className: 'n'} : {}, String(cell))));
 const figureCell = text => make('td', {className: 'n'}, text);
-/// Heads stand over their columns: to the right over figures.
+/// Heads are aligned with their columns: to the right for figures.
 const table = (heads, rows) => make('div', {className: 'wide'}, make('table', {},
     make('thead', {}, row(heads.map((head, i) => make('th', {scope: 'col', className: rows[0]?.cells[i].className ?? ''}, head)))),
     make('tbody', {}, rows)));
-/// "dentine.absorption_per_mm[B]" as people say it.
+/// "dentine.absorption_per_mm[B]" in everyday words.
 const plainName = name => name.replace('.', ' ').replace('_per_mm', '').replace('_mm', '').replaceAll('_', ' ').replace('[', ' ').replace(']', '');
 const unitOf = key => key.endsWith('_per_mm') ? '1/mm' : key.endsWith('_mm') ? 'mm' : '';
 
@@ -162,7 +162,7 @@ function paint() {
 }
 const axis = (text, more) => ({title: {display: true, text}, ...more});
 const shortTicks = {callback: v => number(v), maxRotation: 0, autoSkip: true, autoSkipPadding: 12, maxTicksLimit: 6};
-/// At 1, 2 and 5 of every decade; of many decades at their beginnings, or every second one's.
+/// Ticks at 1, 2 and 5 of every decade; with many decades at the start of each, or of every second one.
 const decadeTicks = {maxRotation: 0, autoSkip: false, callback: (v, index, ticks) => {
   const decades = Math.log10(ticks.at(-1).value / ticks[0].value);
   return (decades < 2.5 ? /^[125]e/ : decades < 7 ? /^1e/ : /^1e[+-]\d?[02468]$/).test(v.toExponential()) ? number(v) : '';
@@ -199,7 +199,7 @@ function showCorrelation() {
   if (names.length < 2) return;
   const cell = r => {
     const box = figureCell(r == null ? '' : r.toFixed(2));
-    // Over half of the paper, so that the text stays readable on it, light or dark.
+    // Partly transparent, so that the text stays readable on a light or dark page.
     box.style.background = `rgb(${r > 0 ? '178 24 43' : '33 102 172'} / ${.55 * Math.abs(r ?? 0)})`;
     return box;
   };
