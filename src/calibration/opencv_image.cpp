@@ -10,7 +10,7 @@ namespace {
 
 /// The value that becomes white.
 float WhiteOf(const ImageFile& photo) {
-  if (photo.is_srgb_encoded) return 1.0f;
+  if (photo.transfer.is_encoded()) return 1.0f;
   std::vector<float> values = photo.image.values;
   const auto at = values.begin() + static_cast<std::ptrdiff_t>(0.995 * static_cast<double>(values.size() - 1));
   std::nth_element(values.begin(), at, values.end());
@@ -27,7 +27,7 @@ cv::Mat Bgr8(const ImageFile& photo) {
     for (int x = 0; x < image.width; ++x)
       for (int c = 0; c < 3; ++c) {
         const double value = image.at(x, y, image.channels < 3 ? 0 : c) / white;
-        const double encoded = photo.is_srgb_encoded ? value : SrgbFromLinear(value);
+        const double encoded = photo.transfer.is_encoded() ? value : SrgbFromLinear(value);
         bgr.at<cv::Vec3b>(y, x)[2 - c] = cv::saturate_cast<uchar>(255.0 * encoded);
       }
   return bgr;
@@ -43,7 +43,7 @@ cv::Mat GreyOf(const ImageFile& photo, bool decode) {
     for (int x = 0; x < image.width; ++x) {
       const auto value = [&](int c) {
         const double stored = image.at(x, y, c) / white;
-        return decode ? LinearFromSrgb(stored) : stored;
+        return decode ? photo.transfer.Light(stored, c) : stored;
       };
       const double luminance =
           image.channels < 3 ? value(0) : 0.2126 * value(0) + 0.7152 * value(1) + 0.0722 * value(2);
@@ -55,6 +55,6 @@ cv::Mat GreyOf(const ImageFile& photo, bool decode) {
 }  // namespace
 
 cv::Mat StoredGrey8(const ImageFile& photo) { return GreyOf(photo, false); }
-cv::Mat LinearGrey8(const ImageFile& photo) { return GreyOf(photo, photo.is_srgb_encoded); }
+cv::Mat LinearGrey8(const ImageFile& photo) { return GreyOf(photo, photo.transfer.is_encoded()); }
 
 }  // namespace crownfit

@@ -186,10 +186,19 @@ void ReadObject(const JsonNode& node, bool has_shape, Capture& capture) {
   }
 }
 
+Encoding ReadEncoding(const JsonNode& node) {
+  if (node.IsObject()) return {Encoding::Kind::kGamma, JsonObject(node, {"gamma"}).Require("gamma").Number(0.2, 5.0)};
+  const std::string word = node.OneOf({"file", "linear", "srgb"});
+  return {word == "linear" ? Encoding::Kind::kLinear
+          : word == "srgb" ? Encoding::Kind::kSrgb
+                           : Encoding::Kind::kFile,
+          1.0};
+}
+
 PhotographSpec ReadPhotographSpec(const JsonNode& node, Capture& capture) {
   const JsonObject o(node, {"name", "file", "camera", "camera_from_object", "lights", "polarisation",
                             "polarisation_memory_events", "backing", "scenery", "mask", "colour", "noise", "blur",
-                            "variance", "saturation", "exposure_scale", "exposure_group", "use"});
+                            "variance", "saturation", "encoding", "exposure_scale", "exposure_group", "use"});
   PhotographSpec photo;
   photo.key = node.key();
   photo.name = o.Require("name").Name();
@@ -232,6 +241,7 @@ PhotographSpec ReadPhotographSpec(const JsonNode& node, Capture& capture) {
       photo.scenery.push_back(IndexOf(capture.scenery, thing.String(), thing, "piece of scenery"));
   if (const auto mask = o.Find("mask")) photo.files.mask = ReadPath(*mask, capture);
   if (const auto variance = o.Find("variance")) photo.files.variance = ReadPath(*variance, capture);
+  if (const auto encoding = o.Find("encoding")) photo.files.encoding = ReadEncoding(*encoding);
   if (const auto saturation = o.Find("saturation")) photo.files.saturation = saturation->Positive();
   if (const auto colour = o.Find("colour")) {
     photo.rgb_from_sensor = ReadColourTransform(ReadPath(*colour, capture));

@@ -205,6 +205,7 @@ double EnvironmentMap::Density(const glm::dvec3& direction) const {
 std::shared_ptr<const EnvironmentMap> ReadEnvironmentMap(const std::filesystem::path& file) {
   const ImageFile read = ReadImageFile(file);
   const Image& image = read.image;
+  const Transfer transfer = Resolved(read.transfer, {}, file, "");
   if (image.width != 2 * image.height)
     throw InputError(file, "",
                      "an environment map must be twice as wide as high, but this one is " +
@@ -217,7 +218,7 @@ std::shared_ptr<const EnvironmentMap> ReadEnvironmentMap(const std::filesystem::
       const float v = image.values[p * image.channels + (image.channels >= 3 ? c : 0)];
       if (!(v >= 0 && std::isfinite(v)))
         throw InputError(file, "", "the environment map has a value that is negative or not a number");
-      radiance.values[3 * p + c] = read.is_srgb_encoded ? static_cast<float>(LinearFromSrgb(v)) : v;
+      radiance.values[3 * p + c] = static_cast<float>(transfer.Light(v, c));
       sum += radiance.values[3 * p + c];
     }
   if (!(sum > 0)) throw InputError(file, "", "the environment map is black");

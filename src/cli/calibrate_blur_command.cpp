@@ -13,7 +13,7 @@ struct BlurTask {
   std::vector<double> region;  ///< x, y, width, height in pixels; empty: anywhere
   std::optional<double> dark_reflectance, light_reflectance;
   std::optional<std::filesystem::path> noise;
-  bool is_linear = false;
+  std::string encoding = "file";
 };
 
 /// The part of a picture that starts at (x, y).
@@ -27,12 +27,11 @@ Image Part(const Image& image, int x0, int y0, int width, int height) {
 
 int RunBlur(const BlurTask& asked) {
   if (asked.images.size() != 1) throw InputError("", "IMAGES", "blur is measured from one photograph");
-  ImageFile photo = ReadLinear(asked.images, asked.is_linear)[0];
+  ImageFile photo = ReadLinear(asked.images, asked.encoding)[0];
   BlurInput input;
   input.dark_reflectance = asked.dark_reflectance;
   input.light_reflectance = asked.light_reflectance;
   input.saturation = RemoveBlack(photo.image, asked.noise);
-  photo.is_srgb_encoded = false;
   ImageFile searched = photo;
   glm::dvec2 corner(0.0);
   if (const auto& region = asked.region; !region.empty()) {
@@ -78,7 +77,7 @@ void AddCalibrateBlur(CLI::App& calibrate, Command& command) {
   blur->add_option("--light-reflectance", asked->light_reflectance, "Reflectance of the paper (default 0.9).")
       ->check(CLI::Range(0.1, 1.0));
   blur->add_option("--noise", asked->noise, "noise.json of the camera, for black level and saturation.");
-  blur->add_flag("--linear", asked->is_linear, "Take the values of the file as linear.");
+  AddEncodingOptions(blur, asked->encoding);
   RunWith(blur, command, asked, RunBlur);
 }
 

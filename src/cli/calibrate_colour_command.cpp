@@ -19,7 +19,7 @@ struct ColourTask {
   std::optional<double> card_reflectance;           ///< of the grey card; default 0.18
   std::optional<std::filesystem::path> flat_field;  ///< picture of a white card
   std::optional<std::filesystem::path> noise;
-  bool is_linear = false;
+  std::string encoding = "file";
 };
 
 /// Divides by a white card's picture, smoothed over a twentieth of its width; the middle keeps its value.
@@ -37,18 +37,15 @@ int RunColour(const ColourTask& asked) {
   if (asked.images.size() != 1) throw InputError("", "IMAGES", "colour is calibrated from one photograph");
   const auto& path = asked.images[0];
   const Chart chart = ReadChart(asked.chart);
-  const ImageFile photo = ReadImageFile(path);
+  ImageFile photo = ReadLight(path, asked.encoding);
   if (photo.image.channels < 3) throw InputError(path, "", "is grey, but the chart needs a colour photograph");
-  const bool encoded = photo.is_srgb_encoded && !asked.is_linear;
+  const bool encoded = photo.transfer.is_encoded() && asked.encoding == "file";
+  photo.transfer.kind = Transfer::Kind::kLinear;
   Image linear = photo.image;
-  if (encoded)
-    for (float& v : linear.values) v = static_cast<float>(LinearFromSrgb(v));
   glm::dvec3 saturation = RemoveBlack(linear, asked.noise);
   if (asked.flat_field) {
-    Image card = ReadImageFile(*asked.flat_field).image;
+    Image card = ReadLight(*asked.flat_field, asked.encoding).image;
     RequireOneSize(card, linear, *asked.flat_field, path);
-    if (encoded)
-      for (float& v : card.values) v = static_cast<float>(LinearFromSrgb(v));
     const auto is_saturated = [&, saturation](const Image& image, size_t i) {
       return image.values[i] >= saturation[std::min(2, static_cast<int>(i % image.channels))];
     };
@@ -116,7 +113,7 @@ void AddCalibrateColour(CLI::App& calibrate, Command& command) {
   colour->add_option("--flat-field", asked->flat_field,
                      "Photograph of a white card in the chart's place, which corrects uneven light.");
   colour->add_option("--noise", asked->noise, "noise.json of the camera, for black level and saturation.");
-  colour->add_flag("--linear", asked->is_linear, "Take the values of the file as linear.");
+  AddEncodingOptions(colour, asked->encoding);
   RunWith(colour, command, asked, RunColour);
 }
 

@@ -14,7 +14,7 @@ struct ExposuresTask {
   std::vector<std::filesystem::path> images, darks;
   std::vector<double> times;  ///< exposure times of the images
   std::optional<std::filesystem::path> noise;
-  bool is_linear = false;
+  std::string encoding = "file";
 };
 
 int RunExposures(const ExposuresTask& asked) {
@@ -38,8 +38,11 @@ int RunExposures(const ExposuresTask& asked) {
     series.times.push_back(time);
   }
   if (asked.noise) series.noise = ReadSensorNoise(*asked.noise);
-  const bool encoded = photos[0].is_srgb_encoded && !asked.is_linear;
+  // Of pictures for display, whose tone curve nobody knows, the response is estimated; others are decoded.
+  const bool encoded = asked.encoding == "file" && photos[0].transfer.is_encoded() && photos[0].bits == 8;
   Product product;
+  if (!encoded)
+    for (size_t i = 0; i < photos.size(); ++i) photos[i] = ReadLight(order[i].second, asked.encoding);
   if (encoded) {
     const auto response = EstimateResponse(photos, series.times);
     double departure = 0;
@@ -50,7 +53,7 @@ int RunExposures(const ExposuresTask& asked) {
   }
   for (auto& photo : photos) series.photographs.push_back(std::move(photo.image));
   if (!asked.darks.empty()) {
-    const auto darks = ReadLinear(asked.darks, true);
+    const auto darks = ReadLinear(asked.darks, "linear");
     for (int c = 0; c < 3; ++c) {
       double sum = 0, count = 0;
       for (const auto& dark : darks)
@@ -118,7 +121,7 @@ void AddCalibrateExposures(CLI::App& calibrate, Command& command) {
       ->delimiter(',');
   exposures->add_option("--noise", asked->noise, "noise.json of the camera, for black level, weights and variance.");
   exposures->add_option("--dark", asked->darks, "Frames with the lens cap on; their mean is the black level.");
-  exposures->add_flag("--linear", asked->is_linear, "Take the values of the files as linear.");
+  AddEncodingOptions(exposures, asked->encoding);
   RunWith(exposures, command, asked, RunExposures);
 }
 

@@ -26,7 +26,7 @@ struct LightsTask {
   std::optional<double> card_reflectance;  ///< default 0.9
   bool refine = false;
   std::optional<std::filesystem::path> noise;
-  bool is_linear = false;
+  std::string encoding = "file";
 };
 
 int RunLights(const LightsTask& asked) {
@@ -42,9 +42,8 @@ int RunLights(const LightsTask& asked) {
   const auto read = [&](const std::filesystem::path& file) {
     progress.Show("reading", 0.3, file.filename().string());
     inputs.push_back(file);
-    ImageFile photo = ReadLinear({file}, asked.is_linear)[0];
+    ImageFile photo = ReadLinear({file}, asked.encoding)[0];
     saturation = RemoveBlack(photo.image, asked.noise);
-    photo.is_srgb_encoded = false;
     return photo;
   };
   std::vector<ImageFile> balls;
@@ -170,7 +169,7 @@ void AddCalibrateLights(CLI::App& calibrate, Command& command) {
       ->check(CLI::Range(0.01, 1.0));
   lights->add_flag("--refine", asked->refine, "Move each lamp to the place that fits the shading of the cards.");
   lights->add_option("--noise", asked->noise, "noise.json of the camera, for black level and saturation.");
-  lights->add_flag("--linear", asked->is_linear, "Take the values of the files as linear.");
+  AddEncodingOptions(lights, asked->encoding);
   RunWith(lights, command, asked, RunLights);
 }
 

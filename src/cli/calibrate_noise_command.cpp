@@ -10,14 +10,14 @@ struct NoiseTask {
   ProductOptions product;
   std::vector<std::filesystem::path> images, darks;
   bool is_series = false;  ///< neighbours in the list form pairs
-  bool is_linear = false;  ///< the files are linear, whatever they state
+  std::string encoding = "file";
 };
 
 int RunNoise(const NoiseTask& asked) {
   Progress progress(asked.product.common.progress);
   progress.Show("reading", 0.0);
-  const auto photos = ReadLinear(asked.images, asked.is_linear);
-  const auto dark_files = ReadLinear(asked.darks, asked.is_linear);
+  const auto photos = ReadLinear(asked.images, asked.encoding);
+  const auto dark_files = ReadLinear(asked.darks, asked.encoding);
   if (photos.size() < 2 || (!asked.is_series && photos.size() % 2))
     throw InputError(
         "", "IMAGES", "expected pairs of photographs, found " + std::to_string(photos.size()),
@@ -53,8 +53,7 @@ void AddCalibrateNoise(CLI::App& calibrate, Command& command) {
   noise->add_flag("--series", asked->is_series,
                   "IMAGES show one still scene at rising exposures. Neighbours in the list make pairs, and\n"
                   "linearity is checked.");
-  noise->add_flag("--linear", asked->is_linear,
-                  "Take the values of the files as linear, as machine-vision cameras write them.");
+  AddEncodingOptions(noise, asked->encoding);
   RunWith(noise, command, asked, RunNoise);
 }
 

@@ -104,15 +104,40 @@ std::filesystem::path Required(const std::filesystem::path& file, const char* op
   return file;
 }
 
-std::vector<ImageFile> ReadLinear(const std::vector<std::filesystem::path>& files, bool taken_as_linear) {
+void AddEncodingOptions(CLI::App* app, std::string& encoding) {
+  app->add_option("--encoding", encoding,
+                  "How values stand for light: file (what the file states; default), linear, srgb, or a gamma such as\n"
+                  "2.2.");
+  app->add_flag_callback(
+      "--linear", [&] { encoding = "linear"; }, "The same as --encoding linear.");
+}
+
+ImageFile ReadLight(const std::filesystem::path& file, const std::string& encoding) {
+  constexpr float kOpaque = 0.999f;
+  ImageFile photo = ReadImageFile(file);
+  Image& image = photo.image;
+  for (size_t i = 0; photo.alpha_channel >= 0 && i < image.values.size(); i += image.channels)
+    if (image.values[i + photo.alpha_channel] < kOpaque)
+      throw InputError(file, "", "has pixels with an alpha below 1, whose light is mixed with what lies behind them",
+                       "Give the photograph without a cut-out.");
+  photo.transfer = Resolved(photo.transfer, Encoding::Named(encoding, "--encoding"), file, "--encoding");
+  for (size_t i = 0; photo.transfer.is_encoded() && i < image.values.size(); ++i)
+    if (const int c = static_cast<int>(i % image.channels); c != photo.alpha_channel)
+      image.values[i] = static_cast<float>(photo.transfer.Light(image.values[i], std::min(c, 2)));
+  return photo;
+}
+
+std::vector<ImageFile> ReadLinear(const std::vector<std::filesystem::path>& files, const std::string& encoding) {
   std::vector<ImageFile> photos;
   for (const auto& file : files) {
-    photos.push_back(ReadImageFile(file));
-    if (photos.back().is_srgb_encoded && !taken_as_linear)
+    photos.push_back(ReadLight(file, encoding));
+    if (photos.back().transfer.is_encoded() && encoding == "file")
       throw InputError(file, "",
                        "is encoded for display: its values are not proportional to the light, because the camera "
                        "applied a tone curve",
-                       "Give RAW files, or add --linear if the values are proportional to the light.");
+                       "Give RAW files. If no tone curve but the stated encoding was applied, add --encoding; if the "
+                       "values are proportional to the light, add --linear.");
+    photos.back().transfer.kind = Transfer::Kind::kLinear;
     RequireOneSize(photos.back().image, photos[0].image, file, files[0]);
   }
   return photos;

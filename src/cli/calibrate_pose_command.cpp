@@ -44,11 +44,9 @@ int AlignScanInPhotographs(const PoseTask& asked) {
   std::vector<std::string> names;
   pictures.reserve(asked.images.size());
   for (const auto& file : asked.images) {
-    ImageFile photo = ReadImageFile(file);
+    ImageFile photo = ReadLight(file, "file");
     RequireSizeOf(camera, photo.image, file, asked.camera);
     if (photo.image.channels < 3) throw InputError(file, "", "is grey, but the outline is found by colour");
-    if (photo.is_srgb_encoded)
-      for (float& v : photo.image.values) v = static_cast<float>(LinearFromSrgb(v));
     pictures.push_back(std::move(photo.image));
     names.push_back(file.stem().string());
     const StatedPose& start = PoseOf(starts, file, asked.start);

@@ -97,9 +97,10 @@ void PrintScene(const Capture& capture, const CaptureCheck& check) {
                 StandsOut(capture, *check.crown, i).c_str());
   for (size_t i = 0; i < capture.photographs.size(); ++i) {
     const PhotographSpec& p = capture.photographs[i];
-    std::printf("  photograph %-11s %4d x %-4d %s%s%s, %d saturated pixels in the mask\n", p.name.c_str(),
+    std::printf("  photograph %-11s %4d x %-4d %s%s%s, %d saturated pixels in the mask; %s\n", p.name.c_str(),
                 p.camera.width, p.camera.height, p.is_holdout ? "held out" : "fit", p.files.mask ? ", mask" : "",
-                p.exposure_is_free ? ", exposure free" : "", check.input.photographs[i].saturated_pixels);
+                p.exposure_is_free ? ", exposure free" : "", check.input.photographs[i].saturated_pixels,
+                check.input.photographs[i].encoding.c_str());
   }
   for (const FlatMeasurement& m : capture.measurements) {
     std::string what;

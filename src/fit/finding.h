@@ -10,7 +10,8 @@ namespace crownfit {
 enum class FindingKind {
   // Photographs and their files.
   kWhiteBalanceDiffers,  ///< names: two photographs
-  kProfileIgnored,       ///< names: the photograph
+  kForeignPrimaries,     ///< names: the photograph, its encoding
+  kTransparentPixels,    ///< N: pixels; names: the photograph
   kFalseColours,         ///< N: the channels' wavelengths, nm
   kLightNotCalibrated,   ///< display-encoded photographs
   kJpeg,                 ///< names: photographs

@@ -18,10 +18,13 @@ std::vector<Finding> PhotographFindings(const Capture& capture, const std::vecto
       else if (photo.white_balance != white_balance)
         findings.push_back({FindingKind::kWhiteBalanceDiffers, {}, {first_raw->name, p.name}});
     }
-    if (photo.has_ignored_profile) findings.push_back({FindingKind::kProfileIgnored, {}, {p.name}});
+    if (photo.has_foreign_primaries && !p.has_colour_file)
+      findings.push_back({FindingKind::kForeignPrimaries, {}, {p.name, photo.encoding}});
+    if (photo.transparent_pixels > 0)
+      findings.push_back({FindingKind::kTransparentPixels, {static_cast<double>(photo.transparent_pixels)}, {p.name}});
     if (p.is_holdout) continue;
     every_exposure_free &= p.exposure_is_free;
-    encoded |= photo.was_srgb_encoded;
+    encoded |= photo.is_for_display;
     if (photo.was_jpeg) jpegs.push_back(p.name);
     colour_known &= p.has_colour_file;
     noise_known &= p.has_noise_file || p.files.variance.has_value();

@@ -81,15 +81,29 @@ ImageFile ReadImageFile(const std::filesystem::path& file) {
   std::memcpy(&found, bytes.data(), sizeof found);
   ImageFile result;
   result.image = Image(found.width, found.height, found.channels);
-  Check(bytes.size() == sizeof found + sizeof(float) * result.image.values.size(), "a decoded image has its size");
-  std::memcpy(result.image.values.data(), bytes.data() + sizeof found, bytes.size() - sizeof found);
+  const size_t pixel_bytes = sizeof(float) * result.image.values.size();
+  Check(bytes.size() == sizeof found + pixel_bytes + 3 * sizeof(float) * found.curve_points,
+        "a decoded image has its size");
+  std::memcpy(result.image.values.data(), bytes.data() + sizeof found, pixel_bytes);
   for (float v : result.image.values) {
     if (!std::isfinite(v)) throw InputError(file, "", "the image holds a value that is not finite (NaN or infinity)");
   }
   result.is_jpeg = found.is_jpeg;
+  result.bits = found.bits;
   result.is_integer = found.is_integer;
-  result.is_srgb_encoded = found.is_srgb_encoded;
-  result.has_colour_profile = found.has_colour_profile;
+  result.full_scale = found.full_scale;
+  result.has_foreign_primaries = found.has_foreign_primaries;
+  result.alpha_channel = found.alpha_channel;
+  result.transfer.kind = found.transfer;
+  result.transfer.gamma = found.gamma;
+  result.transfer.source.assign(found.source, strnlen(found.source, sizeof found.source));
+  result.transfer.fault.assign(found.fault, strnlen(found.fault, sizeof found.fault));
+  const std::byte* curves = bytes.data() + sizeof found + pixel_bytes;
+  for (size_t c = 0; c < 3 && found.curve_points > 0; ++c) {
+    result.transfer.curve[c].resize(found.curve_points);
+    std::memcpy(result.transfer.curve[c].data(), curves + c * sizeof(float) * found.curve_points,
+                sizeof(float) * found.curve_points);
+  }
   if (found.has_white_balance)
     result.white_balance =
         std::array<double, 3>{found.white_balance[0], found.white_balance[1], found.white_balance[2]};

@@ -10,22 +10,27 @@
 #include <vector>
 
 #include "photo/image.h"
+#include "photo/transfer.h"
 
 namespace crownfit {
 
 struct ImageFile {
   Image image;
-  bool is_integer = false;       ///< 8- or 16-bit file: values are scaled to [0, 1] and 1 means saturated
-  bool is_srgb_encoded = false;  ///< display-encoded: JPEG, PNG and 8-bit TIFF unless the file says gamma 1
+  int bits = 32;            ///< of a value
+  bool is_integer = false;  ///< values are scaled to [0, 1]; from `full_scale` on they are saturated
+  double full_scale = 1.0;  ///< 1, or of camera RAW the smallest factor of the white balance
   bool is_jpeg = false;
-  bool has_colour_profile = false;                     ///< ICC
+  Transfer transfer;                                   ///< how the values stand for light, as the file states it
+  bool has_foreign_primaries = false;                  ///< an ICC profile says that they are not sRGB's
+  int alpha_channel = -1;                              ///< -1: none
   std::optional<std::array<double, 3>> white_balance;  ///< camera RAW: factors applied, green's is 1
 };
 
 /// EXR, PNG, TIFF (8, 16, 32 bit), JPEG, camera RAW, Radiance HDR, BMP, PNM, WebP, HEIF, DPX and JPEG 2000. Values are
 /// as stored, not linearised. 1 to 4 channels; of an EXR with more layers the first, which must be R, G, B. Camera RAW
 /// comes out linear in the camera's own primaries: black level removed, white balance as shot, interpolated linearly,
-/// neither turned nor brightened, 1 where the first channel saturates. Throws InputError when the file is missing,
+/// neither turned nor brightened, `full_scale` where saturated. Alpha multiplies nothing, but an EXR's values are
+/// products with it. Throws InputError when the file is missing,
 /// damaged, truncated, cropped (an EXR whose data window is not its display window) or beyond the limits of
 /// base/limits.h, or holds a value that is not finite.
 ImageFile ReadImageFile(const std::filesystem::path& file);

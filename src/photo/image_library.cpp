@@ -8,14 +8,20 @@
 #include <algorithm>
 #include <array>
 #include <chrono>
+#include <cmath>
+#include <cstdio>
+#include <cstdlib>
 #include <cstring>
 #include <filesystem>
+#include <fstream>
 #include <optional>
 #include <set>
+#include <sstream>
 #include <string>
 #include <thread>
 
 #include "photo/font.h"
+#include "photo/icc_profile.h"
 
 namespace crownfit {
 namespace {
@@ -32,11 +38,117 @@ OIIO::ImageSpec CameraRawSettings() {
   return settings;
 }
 
+/// Factors of the camera's white balance as shot, green's 1; nothing where the file has none.
 std::optional<std::array<double, 3>> WhiteBalance(const OIIO::ImageSpec& spec) {
   const auto* factors = spec.find_attribute("raw:cam_mul");
-  if (!factors || !(factors->get_float_indexed(1) > 0)) return std::nullopt;
+  if (!factors || !(factors->get_float_indexed(0) > 0) || !(factors->get_float_indexed(1) > 0) ||
+      !(factors->get_float_indexed(2) > 0))
+    return std::nullopt;
   const double green = factors->get_float_indexed(1);
   return std::array<double, 3>{factors->get_float_indexed(0) / green, 1.0, factors->get_float_indexed(2) / green};
+}
+
+/// The first bytes of a file, which hold what its writer says of it.
+std::string Head(const std::filesystem::path& file) {
+  constexpr size_t kMost = 1 << 20;
+  std::string head(kMost, '\0');
+  std::ifstream stream(file, std::ios::binary);
+  stream.read(head.data(), static_cast<std::streamsize>(head.size()));
+  head.resize(static_cast<size_t>(std::max<std::streamsize>(0, stream.gcount())));
+  return head;
+}
+
+uint32_t BigEndian(const std::string& bytes, size_t at) {
+  uint32_t value = 0;
+  for (size_t k = 0; k < 4; ++k) value = value << 8 | static_cast<unsigned char>(bytes[at + k]);
+  return value;
+}
+
+/// The content of a PNG's chunk before its pixels; nothing where there is none.
+std::optional<std::string> PngChunk(const std::string& head, const std::string& type) {
+  for (size_t at = 8; at + 12 <= head.size();) {
+    const size_t length = BigEndian(head, at);
+    const std::string name = head.substr(at + 4, 4);
+    if (name == "IDAT" || length > head.size() || at + 12 + length > head.size()) break;
+    if (name == type) return head.substr(at + 8, length);
+    at += 12 + length;
+  }
+  return std::nullopt;
+}
+
+struct StatedTransfer {
+  Transfer::Kind kind = Transfer::Kind::kUnknown;
+  double gamma = 1.0;
+  std::string source, fault;
+  IccProfile profile;
+};
+
+StatedTransfer OfGamma(double gamma, const std::string& source) {
+  using Kind = Transfer::Kind;
+  constexpr double kSame = 0.01;
+  if (std::abs(gamma - 1.0) < kSame) return {Kind::kLinear, 1.0, source, "", {}};
+  // PNG 3, 11.3.2.4: writers of sRGB state 45455 for programs that know no better.
+  if (std::abs(gamma - 2.2) < kSame) return {Kind::kSrgb, 1.0, source, "", {}};
+  return {Kind::kGamma, gamma, source, "", {}};
+}
+
+/// Transfer functions by their number in ITU-T H.273, table 3.
+StatedTransfer OfCicp(int number) {
+  using Kind = Transfer::Kind;
+  const std::string source = "cICP " + std::to_string(number);
+  if (number == 8) return {Kind::kLinear, 1.0, source, "", {}};
+  if (number == 13) return {Kind::kSrgb, 1.0, source, "", {}};
+  if (number == 4) return {Kind::kGamma, 2.2, source, "", {}};
+  if (number == 5) return {Kind::kGamma, 2.8, source, "", {}};
+  return {Kind::kUnknown,
+          1.0,
+          "",
+          "its encoding (cICP, transfer function " + std::to_string(number) + ") is not decoded",
+          {}};
+}
+
+/// What a file states of how its values are encoded, the strongest statement first (PNG 3, 4.3: cICP, iCCP, sRGB,
+/// gAMA).
+StatedTransfer TransferOf(const std::filesystem::path& file, const std::string& format, const OIIO::ImageSpec& spec) {
+  using Kind = Transfer::Kind;
+  if (format == "raw") return {Kind::kLinear, 1.0, "camera RAW", "", {}};
+  if (spec.format.is_floating_point()) return {Kind::kLinear, 1.0, "floating point", "", {}};
+  const std::string head = format == "png" ? Head(file) : "";
+  if (const auto cicp = PngChunk(head, "cICP"); cicp && cicp->size() == 4)
+    return OfCicp(static_cast<unsigned char>((*cicp)[1]));
+  if (const auto* icc = spec.find_attribute("ICCProfile")) {
+    StatedTransfer stated;
+    stated.profile = ReadIccProfile({static_cast<const std::byte*>(icc->data()), static_cast<size_t>(icc->datasize())},
+                                    spec.nchannels);
+    stated.source = "ICC profile '" + stated.profile.name + "'";
+    stated.fault = stated.profile.fault;
+    if (stated.fault.empty()) stated.kind = stated.profile.is_linear ? Kind::kLinear : Kind::kCurve;
+    return stated;
+  }
+  if (format == "png" && !PngChunk(head, "sRGB"))
+    if (const auto gama = PngChunk(head, "gAMA"); gama && gama->size() == 4 && BigEndian(*gama, 0) > 0)
+      return OfGamma(1e5 / BigEndian(*gama, 0), "gAMA");
+  if (format == "png") return {Kind::kSrgb, 1.0, "PNG", "", {}};
+  if (spec.format.basesize() == 1) return {Kind::kSrgb, 1.0, "8 bits", "", {}};
+  const std::string space = spec.get_string_attribute("oiio:ColorSpace");
+  if (format == "pnm" || (format == "dpx" && space.find("inear") != space.npos))
+    return {Kind::kLinear, 1.0, format, "", {}};
+  return {};
+}
+
+/// Radiance's EXPOSURE: the values are radiance times it, and times it again for each line (Ward 1991).
+double HdrExposure(const std::filesystem::path& file) {
+  std::istringstream lines(Head(file));
+  double exposure = 1.0;
+  for (std::string line; std::getline(lines, line) && !line.empty() && line != "\r";)
+    if (line.starts_with("EXPOSURE=")) exposure *= std::strtod(line.c_str() + 9, nullptr);
+  return exposure > 0 && std::isfinite(exposure) ? exposure : 1.0;
+}
+
+/// LibRaw's values are such that the smallest factor of the white balance is 1: green's is to be.
+void MakeGreenOne(const DecodedImage& image, float* values) {
+  const size_t count = static_cast<size_t>(image.width) * image.height * image.channels;
+  for (size_t i = 0; i < count; ++i) values[i] *= static_cast<float>(image.full_scale);
 }
 
 /// Checks a picture's header before memory is allocated.
@@ -111,9 +223,17 @@ class OpenImageIo : public ImageLibrary {
 
   void Decode(const std::filesystem::path& file, const Limits& limits,
               const std::function<std::span<std::byte>(size_t)>& memory) const override {
-    const OIIO::ImageSpec settings = CameraRawSettings();
-    (void)OIIO::geterror();  // forget complaints about earlier files
-    const auto input = OIIO::ImageInput::open(file.string(), &settings);
+    OIIO::ImageSpec settings = CameraRawSettings();
+    settings.attribute("oiio:UnassociatedAlpha", 1);  // values as stored: alpha must not multiply light
+    (void)OIIO::geterror();                           // forget complaints about earlier files
+    auto input = OIIO::ImageInput::open(file.string(), &settings);
+    if (input && std::string(input->format_name()) == "raw" && !WhiteBalance(input->spec())) {
+      // Without one as shot, LibRaw would take daylight's.
+      const float even[4] = {1, 1, 1, 1};
+      settings.attribute("raw:use_camera_wb", 0);
+      settings.attribute("raw:user_mul", OIIO::TypeDesc(OIIO::TypeDesc::FLOAT, 4), even);
+      input = OIIO::ImageInput::open(file.string(), &settings);
+    }
     if (!input) DamagedImage(file, OIIO::geterror());
     const OIIO::ImageSpec spec = input->spec();
     const std::string format = input->format_name();
@@ -121,26 +241,40 @@ class OpenImageIo : public ImageLibrary {
     DecodedImage found{};
     found.width = spec.width;
     found.height = spec.height;
-    found.channels = spec.nchannels > 4 ? 3 : spec.nchannels;  // channels beyond alpha are layers of other pictures
+    found.channels = spec.nchannels > 4 ? 3 : spec.nchannels;  // channels after alpha are layers of other pictures
+    found.alpha_channel = spec.alpha_channel < found.channels ? spec.alpha_channel : -1;
     found.is_jpeg = format == "jpeg";
+    found.bits = static_cast<int>(8 * spec.format.basesize());
+    found.is_integer = !spec.format.is_floating_point();
+    found.full_scale = 1.0;
     if (const auto balance = WhiteBalance(spec); balance && format == "raw") {
       found.has_white_balance = true;
       std::copy(balance->begin(), balance->end(), found.white_balance);
+      found.full_scale = *std::min_element(balance->begin(), balance->end());
     }
-    found.is_integer = !spec.format.is_floating_point();
-    const std::string space = spec.get_string_attribute("oiio:ColorSpace");
-    const bool eight_bit = spec.format.basesize() == 1;
-    found.is_srgb_encoded =
-        found.is_integer && space.find("inear") == std::string::npos &&
-        (eight_bit || space.find("RGB") != std::string::npos || space.find("Gamma") != std::string::npos);
-    found.has_colour_profile = spec.find_attribute("ICCProfile") != nullptr;
-    const auto bytes =
-        memory(sizeof found + sizeof(float) * spec.width * static_cast<size_t>(spec.height) * found.channels);
+    const StatedTransfer stated = TransferOf(file, format, spec);
+    found.transfer = stated.kind;
+    found.gamma = stated.gamma;
+    found.has_foreign_primaries =
+        stated.profile.fault.empty() && !stated.profile.curve[0].empty() && !stated.profile.has_srgb_primaries;
+    found.curve_points = stated.kind == Transfer::Kind::kCurve ? stated.profile.curve[0].size() : 0;
+    std::snprintf(found.source, sizeof found.source, "%s", stated.source.c_str());
+    std::snprintf(found.fault, sizeof found.fault, "%s", stated.fault.c_str());
+    const size_t values = static_cast<size_t>(spec.width) * spec.height * found.channels;
+    const auto bytes = memory(sizeof found + sizeof(float) * (values + 3 * found.curve_points));
     std::memcpy(bytes.data(), &found, sizeof found);
-    const bool read = input->read_image(0, 0, 0, found.channels, OIIO::TypeDesc::FLOAT, bytes.data() + sizeof found);
+    auto* pixels = reinterpret_cast<float*>(bytes.data() + sizeof found);
+    const bool read = input->read_image(0, 0, 0, found.channels, OIIO::TypeDesc::FLOAT, pixels);
     // read_image returns true on truncated TIFF files: a non-empty error string is a failure too.
     const std::string complaint = input->geterror() + OIIO::geterror();
     if (!read || !complaint.empty()) DamagedImage(file, complaint);
+    for (size_t c = 0; c < 3 && found.curve_points > 0; ++c)
+      std::copy(stated.profile.curve[c].begin(), stated.profile.curve[c].end(),
+                pixels + values + c * found.curve_points);
+    if (found.full_scale != 1.0) MakeGreenOne(found, pixels);
+    if (format == "hdr")
+      if (const double exposure = HdrExposure(file); exposure != 1.0)
+        for (size_t i = 0; i < values; ++i) pixels[i] = static_cast<float>(pixels[i] / exposure);
   }
 
   void Write(const std::filesystem::path& file, const std::filesystem::path& beside, const Image& image, bool half,

@@ -13,14 +13,22 @@
 #include "base/error.h"
 #include "base/limits.h"
 #include "photo/image.h"
+#include "photo/transfer.h"
 
 namespace crownfit {
 
 /// Result of decoding a file; the pixels follow it in memory.
 struct DecodedImage {
   int width, height, channels;
-  bool is_integer, is_srgb_encoded, is_jpeg, has_colour_profile, has_white_balance;
+  int alpha_channel;  ///< -1: none
+  int bits;
+  bool is_integer, is_jpeg, has_white_balance, has_foreign_primaries;
   double white_balance[3];
+  double full_scale;  ///< value of integer files at which the first channel saturates
+  Transfer::Kind transfer;
+  double gamma;
+  size_t curve_points;           ///< of kCurve: three curves of so many floats stand behind the pixels
+  char source[120], fault[200];  ///< as in Transfer
 };
 static_assert(sizeof(DecodedImage) % sizeof(float) == 0);
 

@@ -31,14 +31,17 @@ Image ThreeChannels(Image image, const std::filesystem::path& file) {
   return rgb;
 }
 
-}  // namespace
-
-double LinearFromSrgb(double v) { return v <= 0.04045 ? v / 12.92 : std::pow((v + 0.055) / 1.055, 2.4); }
-
-double SrgbFromLinear(double v) {
-  v = std::clamp(v, 0.0, 1.0);
-  return v <= 0.0031308 ? 12.92 * v : 1.055 * std::pow(v, 1.0 / 2.4) - 0.055;
+/// Where alpha is 1, or there is none.
+std::vector<uint8_t> Opaque(const ImageFile& file) {
+  constexpr float kOpaque = 0.999f;
+  const Image& image = file.image;
+  std::vector<uint8_t> opaque(static_cast<size_t>(image.width) * image.height, 1);
+  for (size_t i = 0; i < opaque.size() && file.alpha_channel >= 0; ++i)
+    opaque[i] = image.values[i * image.channels + file.alpha_channel] >= kOpaque;
+  return opaque;
 }
+
+}  // namespace
 
 SensorNoise ReadSensorNoise(const std::filesystem::path& path) {
   const JsonFile file(path);
@@ -73,11 +76,20 @@ SensorNoise ReadSensorNoise(const std::filesystem::path& path) {
 
 Photograph ReadPhotograph(const PhotographFiles& files) {
   ImageFile file = ReadImageFile(files.image);
+  if (file.image.channels < 3)
+    throw InputError(files.image, "",
+                     "is grey: it has " + std::to_string(file.image.channels) +
+                         " channels, but a photograph needs red, green and blue",
+                     "Give the photograph in colour.");
+  const Transfer transfer = Resolved(file.transfer, files.encoding, files.image, "encoding");
   Photograph photo;
+  const std::vector<uint8_t> opaque = Opaque(file);
   photo.linear = ThreeChannels(std::move(file.image), files.image);
-  photo.was_srgb_encoded = file.is_srgb_encoded;
+  photo.is_for_display = transfer.is_encoded() && files.encoding.kind == Encoding::Kind::kFile &&
+                         (file.bits == 8 || transfer.source == "PNG");
+  photo.encoding = transfer.InWords();
   photo.was_jpeg = file.is_jpeg;
-  photo.has_ignored_profile = file.has_colour_profile && file.is_integer && !file.is_srgb_encoded;
+  photo.has_foreign_primaries = file.has_foreign_primaries;
   photo.white_balance = file.white_balance;
   const size_t pixels = static_cast<size_t>(photo.linear.width) * photo.linear.height;
   photo.usable.assign(pixels, 1);
@@ -87,6 +99,8 @@ Photograph ReadPhotograph(const PhotographFiles& files) {
     for (size_t i = 0; i < pixels; ++i) photo.usable[i] = mask.values[i * mask.channels] > 0.5f;
     photo.has_mask = true;
   }
+  for (size_t i = 0; i < pixels; ++i)
+    if (!opaque[i] && photo.usable[i]) photo.usable[i] = 0, ++photo.transparent_pixels;
   Image stated_variance;
   if (files.variance) {
     stated_variance = ThreeChannels(ReadImageFile(*files.variance).image, *files.variance);
@@ -94,21 +108,21 @@ Photograph ReadPhotograph(const PhotographFiles& files) {
   }
 
   // 8-bit values carry a quantisation error: half a step, uniformly distributed, times the decoding's slope.
-  constexpr double kStep = 1.0 / 255.0;
+  const double step = std::ldexp(1.0, -file.bits) / (1.0 - std::ldexp(1.0, -file.bits));
   photo.variance = Image(photo.linear.width, photo.linear.height, 3);
   for (size_t i = 0; i < pixels; ++i) {
     bool saturated = false;
     for (int c = 0; c < 3; ++c) {
       const double stored = photo.linear.values[3 * i + c];
       double value = stored, rounding = 0.0;
-      if (file.is_srgb_encoded) {
-        value = LinearFromSrgb(stored);
-        const double slope = (LinearFromSrgb(stored + 0.5 * kStep) - LinearFromSrgb(stored - 0.5 * kStep)) / kStep;
-        rounding = kStep * kStep / 12.0 * slope * slope;
+      if (transfer.is_encoded()) {
+        value = transfer.Light(stored, c);
+        const double slope = (transfer.Light(stored + 0.5 * step, c) - transfer.Light(stored - 0.5 * step, c)) / step;
+        rounding = step * step / 12.0 * slope * slope;
       }
       const std::optional<double> limit = files.saturation            ? files.saturation
                                           : files.noise.saturation[c] ? files.noise.saturation[c]
-                                          : file.is_integer           ? std::optional<double>(0.995)
+                                          : file.is_integer           ? std::optional<double>(0.995 * file.full_scale)
                                                                       : std::nullopt;
       saturated |= limit && value >= *limit;
       value -= files.noise.black[c];

@@ -5,9 +5,11 @@
 #include <cstdint>
 #include <filesystem>
 #include <optional>
+#include <string>
 #include <vector>
 
 #include "photo/image.h"
+#include "photo/transfer.h"
 
 namespace crownfit {
 
@@ -26,6 +28,7 @@ struct PhotographFiles {
   std::filesystem::path image;
   std::optional<std::filesystem::path> mask = {}, variance = {};
   SensorNoise noise = {};
+  Encoding encoding = {};
   std::optional<double> saturation = {};  ///< linear value from which a pixel counts as saturated
 };
 
@@ -33,9 +36,12 @@ struct Photograph {
   Image linear;                 ///< three channels, proportional to the light, black level removed
   Image variance;               ///< of `linear`, same shape
   std::vector<uint8_t> usable;  ///< 1: inside the mask and not saturated; index y * width + x
-  bool has_mask = false, was_srgb_encoded = false, was_jpeg = false;
-  bool has_ignored_profile = false;                    ///< an ICC profile was ignored and the values taken as linear
+  bool has_mask = false, was_jpeg = false;
+  bool is_for_display = false;                         ///< encoded as pictures for display are, and nobody says why
+  std::string encoding;                                ///< how values were decoded, and who says so
+  bool has_foreign_primaries = false;                  ///< an ICC profile says that they are not sRGB's
   std::optional<std::array<double, 3>> white_balance;  ///< of camera RAW, as shot; green is 1
+  int transparent_pixels = 0;                          ///< inside the mask, with an alpha below 1: not usable
   int saturated_pixels = 0;                            ///< inside the mask
 };
 
@@ -47,8 +53,5 @@ Photograph ReadPhotograph(const PhotographFiles& files);
 /// where all of its pixels are. `noise_is_known`: variances are of independent noise, which averages out; assumed
 /// variances do not.
 Photograph Averaged(Photograph photo, int side, bool noise_is_known);
-
-double LinearFromSrgb(double encoded);  ///< IEC 61966-2-1
-double SrgbFromLinear(double linear);   ///< its inverse, clamped to [0, 1]
 
 }  // namespace crownfit

@@ -121,10 +121,14 @@ std::string InWords(const Finding& f) {
     case FindingKind::kWhiteBalanceDiffers:
       return "The white balance differs between the camera files of " + Quoted(f.names) +
              ", so their red and blue are on different scales. Use one white balance for all photographs.";
-    case FindingKind::kProfileIgnored:
-      return "Photograph " + Quoted(f.names) +
-             " carries a colour profile, so it is probably encoded for display. Its values were taken as linear "
-             "light. Export it as linear, or give the camera's RAW file.";
+    case FindingKind::kForeignPrimaries:
+      return "Photograph '" + f.names[0] + "' has primaries other than sRGB's: " + f.names[1] +
+             ". Its tone curve was decoded and its primaries were kept, so colours are off. Calibrate the colour from "
+             "a "
+             "chart that was exported in the same way, or export with an sRGB profile.";
+    case FindingKind::kTransparentPixels:
+      return Printed("%.0f pixels of photograph ", n[0]) + Quoted(f.names) +
+             " have an alpha below 1. They are not used: what lies behind them is mixed into their light.";
     case FindingKind::kFalseColours:
       return "The channels are " + BandsText({n[0], n[1], n[2]}) +
              ", not red, green and blue in this order. Fitted values hold for the bands as stated; colours, CIEDE2000 "

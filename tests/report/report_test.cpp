@@ -188,8 +188,11 @@ TEST(Findings, PhotographsThatCannotBeTrustedAreNamed) {
   EXPECT_TRUE(finds(FindingKind::kWhiteBalanceDiffers, {}, {"front", "back"}));
   photographs[1].was_jpeg = true;
   EXPECT_TRUE(finds(FindingKind::kJpeg, {}, {"back"}));
-  photographs[0].has_ignored_profile = true;
-  EXPECT_TRUE(finds(FindingKind::kProfileIgnored, {}, {"front"}));
+  photographs[0].has_foreign_primaries = true;
+  photographs[0].encoding = "tone curve (ICC profile 'wide')";
+  EXPECT_TRUE(finds(FindingKind::kForeignPrimaries, {}, {"front", photographs[0].encoding}));
+  photographs[0].transparent_pixels = 7;
+  EXPECT_TRUE(finds(FindingKind::kTransparentPixels, {7}, {"front"}));
   EXPECT_FALSE(finds(FindingKind::kFalseColours, {600, 540, 450}, {}));
   capture.wavelengths_nm = {450, 540, 600};
   EXPECT_TRUE(finds(FindingKind::kFalseColours, {450, 540, 600}, {}));
