@@ -10,7 +10,7 @@
 #include "fit/fit_measurements.h"
 #include "fit/fit_shader.h"
 #include "fit/judge.h"
-#include "fit/material_priors.h"
+#include "fit/prior_file.h"
 #include "fit_path/fit_by_walks.h"
 #include "fit_path/gather_walks.h"
 #include "fit_path/predict_by_walks.h"

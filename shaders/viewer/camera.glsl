@@ -1,4 +1,4 @@
-// The photograph's camera (src/calibration/camera.h), set by SetCamera.
+// The photograph's camera (src/capture/camera.h), set by SetCamera.
 
 uniform mat3 camera_rotation;
 uniform vec3 camera_translation, focal_centre_x, focal_centre_y;  // (f, c, size) in pixels

@@ -1,4 +1,4 @@
-// What every pass of the viewer knows of the material; the formulas are those of src/forward/shader_model.h, three channels
+// What every pass of the viewer knows of the material; the formulas are those of src/shader/shader_model.h, three channels
 // at a time.
 
 uniform bool has_outer, may_be_wet;

@@ -1,5 +1,5 @@
 // The layers' shares per ring, tabulated over the thicknesses of the outer and the inner one (DiffuserTable in
-// src/optics/diffuser_table.h).
+// src/shader/diffuser_table.h).
 
 uniform samplerBuffer table;  // inner nodes of each outer node: reflected rings, transmitted rings, totals of both, way in the outer layer
 uniform int rings, outer_nodes, inner_nodes;

@@ -1,5 +1,5 @@
 #pragma once
-// Errors. A user's mistake is an InputError: thrown where it is found, caught once in main, exit code 2.
+// Errors. A user's mistake is an InputError: thrown where it is found. main catches what reaches it: exit code 2.
 // A programmer's mistake aborts through Check. A numerical outcome is a result, never an exception.
 
 #include <cstdio>

@@ -1,6 +1,8 @@
 #pragma once
 // Errors of a capture's calibration, as the capture states them.
 
+#include <glm/glm.hpp>
+#include <optional>
 #include <string>
 #include <vector>
 

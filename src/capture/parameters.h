@@ -25,6 +25,7 @@ enum class Quantity {
   kRoughness,
   kWetness,
   kNeckReturn,  ///< light returned through a root-like neck, relative to what the root's half space would return
+  kCount        ///< no quantity: their number
 };
 
 enum class Scale { kLog, kLinear };  ///< scale of the fit's steps and of priors
@@ -47,7 +48,7 @@ struct ParameterRow {
 /// Priors are wide on purpose (ln standard deviation 1 is a factor 2.7 either way): they resolve ambiguities and do not
 /// replace measurements. Ranges: enamel, dentine and dental ceramics, Zijp et al. 1995, Fried et al. 1995,
 /// Fernandez-Oliveras 2013.
-inline constexpr std::array<ParameterRow, 10> kParameters{{
+inline constexpr std::array<ParameterRow, static_cast<size_t>(Quantity::kCount)> kParameters{{
     {Quantity::kThickness, "thickness_mm", "mm", Owner::kLayer, false, Scale::kLog, 1.0, 0.02, 20.0, 1e-3, 1e3, 1.0,
      0.7},
     {Quantity::kThicknessScale, "thickness_scale", "1", Owner::kLayer, false, Scale::kLog, 1.0, 0.2, 5.0, 0.2, 5.0, 1.0,
@@ -65,6 +66,14 @@ inline constexpr std::array<ParameterRow, 10> kParameters{{
     {Quantity::kNeckReturn, "neck_return", "1", Owner::kSurface, false, Scale::kLinear, 1.0, 0.0, 2.0, 0.0, 2.0, 1.0,
      0.5},
 }};
+
+/// Row i describes quantity i, and no row is missing: RowOf and every array of parameters count on it.
+constexpr bool RowsFollowQuantities() {
+  for (size_t i = 0; i < kParameters.size(); ++i)
+    if (kParameters[i].quantity != static_cast<Quantity>(i) || kParameters[i].key == nullptr) return false;
+  return true;
+}
+static_assert(RowsFollowQuantities(), "kParameters needs one row per Quantity, in the same order");
 
 constexpr const ParameterRow& RowOf(Quantity quantity) { return kParameters[static_cast<size_t>(quantity)]; }
 

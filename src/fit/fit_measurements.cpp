@@ -6,7 +6,7 @@
 #include "fit/fit_options.h"
 #include "fit/fit_result.h"
 #include "fit/judge.h"
-#include "fit/material_priors.h"
+#include "fit/prior_file.h"
 #include "optics/flat_reading.h"
 
 namespace crownfit {

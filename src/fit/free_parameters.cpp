@@ -191,7 +191,7 @@ Material MaterialAt(const FreeParameters& free, const Eigen::VectorXd& x) {
   return material;
 }
 
-bool IsToldByWalks(const FreeEntry& entry) {
+bool HasWalkDerivative(const FreeEntry& entry) {
   switch (entry.quantity) {
     case Quantity::kReducedScattering:
     case Quantity::kAbsorption:
@@ -207,7 +207,7 @@ bool IsToldByWalks(const FreeEntry& entry) {
 std::vector<int> HeldByWalks(const Capture& capture, const std::vector<FreeEntry>& entries) {
   std::vector<int> held;
   for (int k = 0; k < static_cast<int>(entries.size()); ++k)
-    if (!IsToldByWalks(entries[k]) && (entries[k].layer == kSurfaceOwner || capture.measurements.empty()))
+    if (!HasWalkDerivative(entries[k]) && (entries[k].layer == kSurfaceOwner || capture.measurements.empty()))
       held.push_back(k);
   return held;
 }

@@ -25,9 +25,9 @@ struct FreeEntry {
   bool moves_surface = false;  ///< a thickness that shapes the next layer's surface: geometry is cast again for it
 };
 
-/// Whether random walks give derivatives by it. They do not for a film, the neck's reflectance, the isotropic share,
-/// and depths that come from a mesh.
-bool IsToldByWalks(const FreeEntry& entry);
+/// Whether random walks give a derivative by this entry. They give none by a film, the neck's reflectance, the
+/// isotropic share, and depths that come from a mesh.
+bool HasWalkDerivative(const FreeEntry& entry);
 
 /// Entries that a path-traced fit holds at their start: neither walks nor readings of flat samples identify them.
 std::vector<int> HeldByWalks(const Capture& capture, const std::vector<FreeEntry>& entries);

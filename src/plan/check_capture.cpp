@@ -20,7 +20,7 @@ DataEstimate KnowledgeByWalks(const FitProblem& problem, const FitState& at, con
                        .Evaluate(x, true);
     e.residuals.setZero();
     for (int k = 0; k < problem.free.count(); ++k)
-      if (!IsToldByWalks(problem.free.entries[k])) e.jacobian.col(k).setZero();
+      if (!HasWalkDerivative(problem.free.entries[k])) e.jacobian.col(k).setZero();
     return KnowledgeByShader(at.cast, problem.free, x, e, pixels, /*with_model_errors=*/false);
   };
   std::vector<FitPixels> walked;

@@ -78,7 +78,7 @@ class Foreseer {
   }
 
  private:
-  bool IsTold(int k) const { return !IsByWalks() || IsToldByWalks(problem_.free.entries[k]); }
+  bool IsTold(int k) const { return !IsByWalks() || HasWalkDerivative(problem_.free.entries[k]); }
 
   bool IsByWalks() const { return at_.knowledge.of_walks.size() > 0; }
 

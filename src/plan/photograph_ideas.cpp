@@ -9,11 +9,17 @@ namespace {
 
 /// Unit direction from a place towards a lamp; nothing for light from all around.
 std::optional<glm::dvec3> Towards(const LightShape& shape, const glm::dvec3& from_mm) {
-  if (const auto* l = std::get_if<DirectionalLight>(&shape)) return glm::normalize(l->direction);
-  if (const auto* l = std::get_if<PointLight>(&shape)) return glm::normalize(l->position_mm - from_mm);
-  if (const auto* l = std::get_if<DiskLight>(&shape)) return glm::normalize(l->centre_mm - from_mm);
-  if (const auto* l = std::get_if<RectangleLight>(&shape)) return glm::normalize(l->centre_mm - from_mm);
-  return std::nullopt;
+  struct Direction {
+    const glm::dvec3& from_mm;
+    using Result = std::optional<glm::dvec3>;
+    Result operator()(const DirectionalLight& l) const { return glm::normalize(l.direction); }
+    Result operator()(const PointLight& l) const { return glm::normalize(l.position_mm - from_mm); }
+    Result operator()(const DiskLight& l) const { return glm::normalize(l.centre_mm - from_mm); }
+    Result operator()(const RectangleLight& l) const { return glm::normalize(l.centre_mm - from_mm); }
+    Result operator()(const DomeLight&) const { return std::nullopt; }
+    Result operator()(const EnvironmentLight&) const { return std::nullopt; }
+  };
+  return std::visit(Direction{from_mm}, shape);
 }
 
 RigidTransform TurnAbout(const glm::dvec3& centre, const glm::dvec3& axis, double angle) {

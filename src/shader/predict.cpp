@@ -12,22 +12,23 @@ std::array<std::optional<ShaderSlot>, kShaderSlots> SlotsOf(const Capture& captu
   std::array<std::optional<ShaderSlot>, kShaderSlots> slots;
   const size_t diffuser = capture.layers.size() > 1 ? 1 : 0;
   if (diffuser == 1) {
-    slots[0] = {0, Quantity::kReducedScattering};
-    slots[1] = {0, Quantity::kAbsorption};
-    slots[2] = {0, ThicknessQuantity(capture, 0)};
-    slots[3] = {0, Quantity::kIor};
-    slots[12] = {0, Quantity::kAsymmetry};
+    slots[Slot::kOuterScattering] = {0, Quantity::kReducedScattering};
+    slots[Slot::kOuterAbsorption] = {0, Quantity::kAbsorption};
+    slots[Slot::kOuterThickness] = {0, ThicknessQuantity(capture, 0)};
+    slots[Slot::kOuterIor] = {0, Quantity::kIor};
+    slots[Slot::kOuterG] = {0, Quantity::kAsymmetry};
   }
-  slots[4] = {diffuser, Quantity::kReducedScattering};
-  slots[5] = {diffuser, Quantity::kAbsorption};
+  slots[Slot::kDiffuserScattering] = {diffuser, Quantity::kReducedScattering};
+  slots[Slot::kDiffuserAbsorption] = {diffuser, Quantity::kAbsorption};
   // For the last layer of a flat sample thickness_mm moves the back face.
   const bool is_last = diffuser + 1 == capture.layers.size();
-  if (is_last && capture.layers[diffuser][Quantity::kThickness].stated) slots[6] = {diffuser, Quantity::kThickness};
-  slots[7] = {diffuser, Quantity::kIor};
-  slots[8] = {diffuser, Quantity::kAsymmetry};
-  slots[9] = {kSurfaceOwner, Quantity::kRoughness};
-  slots[10] = {kSurfaceOwner, Quantity::kWetness};
-  slots[11] = {kSurfaceOwner, Quantity::kNeckReturn};
+  if (is_last && capture.layers[diffuser][Quantity::kThickness].stated)
+    slots[Slot::kDiffuserThickness] = {diffuser, Quantity::kThickness};
+  slots[Slot::kDiffuserIor] = {diffuser, Quantity::kIor};
+  slots[Slot::kDiffuserG] = {diffuser, Quantity::kAsymmetry};
+  slots[Slot::kRoughness] = {kSurfaceOwner, Quantity::kRoughness};
+  slots[Slot::kWetness] = {kSurfaceOwner, Quantity::kWetness};
+  slots[Slot::kNeckReturn] = {kSurfaceOwner, Quantity::kNeckReturn};
   return slots;
 }
 
@@ -37,15 +38,17 @@ std::array<double, kShaderSlots> SlotDerivatives(const Capture& capture, const C
   const auto slots = SlotsOf(capture);
   // Lengths were cast at this thickness, except to a mesh, whose geometry is given. A last layer's stated thickness
   // describes its mesh.
-  for (int i : {2, 6})
-    if (slots[i] && !(i == 2 && capture.layers[1].surface)) derivatives[i] = 1.0 / state.thickness_mm[slots[i]->layer];
+  for (int i : {Slot::kOuterThickness, Slot::kDiffuserThickness})
+    if (slots[i] && !(i == Slot::kOuterThickness && capture.layers[1].surface))
+      derivatives[i] = 1.0 / state.thickness_mm[slots[i]->layer];
   return derivatives;
 }
 
 std::array<double, kShaderSlots> SlotValues(const Capture& capture, const Material& material, const CastState& state,
                                             int channel) {
   std::array<double, kShaderSlots> values{};
-  values[2] = values[6] = values[3] = values[7] = 1.0;
+  values[Slot::kOuterThickness] = values[Slot::kDiffuserThickness] = values[Slot::kOuterIor] =
+      values[Slot::kDiffuserIor] = 1.0;
   const auto slots = SlotsOf(capture);
   const auto derivatives = SlotDerivatives(capture, state);
   for (int i = 0; i < kShaderSlots; ++i) {

@@ -10,17 +10,36 @@
 
 namespace crownfit {
 
-/// Layer and parameter of one slot of ShaderOptics, in the order of the slots below.
+/// The model's inputs. Each has a slot in the arrays below, a member of ShaderOptics and, in a capture, an owner.
+struct Slot {
+  enum Index : int {
+    kOuterScattering,
+    kOuterAbsorption,
+    kOuterThickness,
+    kOuterIor,
+    kDiffuserScattering,
+    kDiffuserAbsorption,
+    kDiffuserThickness,
+    kDiffuserIor,
+    kDiffuserG,
+    kRoughness,
+    kWetness,
+    kNeckReturn,
+    kOuterG,
+    kCount  ///< no slot: their number
+  };
+};
+inline constexpr int kShaderSlots = Slot::kCount;
+
+/// Layer and parameter of one slot.
 struct ShaderSlot {
   size_t layer;  ///< kSurfaceOwner for the surface
   Quantity quantity;
 };
 inline constexpr size_t kSurfaceOwner = static_cast<size_t>(-1);
-inline constexpr int kShaderSlots = 13;
 
-/// The slots of this capture: outer scattering, absorption, thickness, ior; diffuser scattering, absorption, thickness,
-/// ior, g; roughness, wetness, the neck's reflectance; outer g. This model ignores layers below the second. Slots of an
-/// absent outer layer have no owner.
+/// The owners of the slots in this capture. This model ignores layers below the second. Slots of an absent outer layer
+/// have no owner.
 std::array<std::optional<ShaderSlot>, kShaderSlots> SlotsOf(const Capture& capture);
 
 /// Slot values of one channel; lengths are already divided by the cast ones.
@@ -33,20 +52,20 @@ template <class T>
 ShaderOptics<T> OpticsFromSlots(const Capture& capture, const std::array<T, kShaderSlots>& s) {
   ShaderOptics<T> o;
   o.has_outer = capture.layers.size() > 1;
-  o.outer_scattering = s[0];
-  o.outer_absorption = s[1];
-  o.outer_thickness_scale = s[2];
-  o.outer_ior = s[3];
-  o.diffuser_scattering = s[4];
-  o.diffuser_absorption = s[5];
-  o.diffuser_thickness_scale = s[6];
-  o.diffuser_ior = s[7];
-  o.diffuser_g = s[8];
-  o.roughness = s[9];
-  o.wetness = s[10];
-  o.neck_return = s[11];
-  o.outer_g = s[12];
-  o.may_be_wet = s[10] > 0.0 || !capture.surface[static_cast<size_t>(Quantity::kWetness)].fixed;
+  o.outer_scattering = s[Slot::kOuterScattering];
+  o.outer_absorption = s[Slot::kOuterAbsorption];
+  o.outer_thickness_scale = s[Slot::kOuterThickness];
+  o.outer_ior = s[Slot::kOuterIor];
+  o.diffuser_scattering = s[Slot::kDiffuserScattering];
+  o.diffuser_absorption = s[Slot::kDiffuserAbsorption];
+  o.diffuser_thickness_scale = s[Slot::kDiffuserThickness];
+  o.diffuser_ior = s[Slot::kDiffuserIor];
+  o.diffuser_g = s[Slot::kDiffuserG];
+  o.roughness = s[Slot::kRoughness];
+  o.wetness = s[Slot::kWetness];
+  o.neck_return = s[Slot::kNeckReturn];
+  o.outer_g = s[Slot::kOuterG];
+  o.may_be_wet = s[Slot::kWetness] > 0.0 || !capture.surface[static_cast<size_t>(Quantity::kWetness)].fixed;
   o.outside_ior = capture.outside_ior;
   return o;
 }

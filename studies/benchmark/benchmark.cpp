@@ -60,7 +60,8 @@ void PredictOneChannel(benchmark::State& state) {
   const KnownScene scene = Scene();
   const auto crown = scene.Build();
   const PhotographCast cast = scene.Cast(*crown);
-  const std::array<double, kShaderSlots> at{0.3, 0.02, 1.0, 1.63, 2.0, 0.07, 1.0, 1.54, 0.9, 0.25, 0.0, 1.0, 0.68};
+  constexpr std::array<double, kShaderSlots> at{0.3, 0.02, 1.0, 1.63, 2.0, 0.07, 1.0, 1.54, 0.9, 0.25, 0.0, 1.0, 0.68};
+  static_assert(at.back() != 0, "every slot needs a value");
   std::array<T, kShaderSlots> slots;
   for (int i = 0; i < kShaderSlots; ++i) slots[i] = T(at[i]);
   const auto optics = OpticsFromSlots(scene.capture, slots);

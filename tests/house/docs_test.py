@@ -1,5 +1,6 @@
 #!/usr/bin/env python3
-"""Examples in the docs are JSON (with comments), and links lead somewhere, anchors included."""
+"""Examples in the docs are JSON (with comments). Links lead somewhere, anchors included, and named source files exist."""
+import itertools
 import json
 import re
 import sys
@@ -23,7 +24,13 @@ def anchors(text):
     return {re.sub(r"[^\w\- ]", "", heading.lower()).replace(" ", "-") for heading in headings}
 
 
-bad, examples, links = [], 0, 0
+def files_of(path):
+    """Patterns of the files that `path` names: NAME, READER and EXT stand for any word, {a,b} for each of its parts."""
+    parts = re.split(r"\{([^}]*)\}", re.sub(r"NAME|READER|EXT", "*", path))
+    return ["".join(choice) for choice in itertools.product(*(p.split(",") if i % 2 else [p] for i, p in enumerate(parts)))]
+
+
+bad, examples, links, named = [], 0, 0, 0
 for page, text in pages.items():
     name = page.relative_to(root)
     for block in re.findall(r"```jsonc?\n(.*?)```", text, re.S):
@@ -42,8 +49,11 @@ for page, text in pages.items():
             bad.append(f"{name}: there is no {target}")
         elif anchor and other in pages and anchor not in anchors(pages[other]):
             bad.append(f"{name}: {target} names no heading")
+    for path in re.findall(r"`((?:src|tests|shaders|studies)/[^`\s]+)", prose):
+        named += 1
+        bad += [f"{name}: there is no {file}" for file in files_of(path) if not any(root.glob(file))]
 
 for line in bad:
     print(line)
-print(f"{len(pages)} pages, {examples} examples, {links} links, {len(bad)} faults")
-sys.exit(1 if bad or not examples or not links else 0)
+print(f"{len(pages)} pages, {examples} examples, {links} links, {named} source files, {len(bad)} faults")
+sys.exit(1 if bad or not examples or not links or not named else 0)

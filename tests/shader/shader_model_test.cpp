@@ -182,7 +182,8 @@ TEST(Derivatives, PixelsOfACurvedLayeredObjectAgreeWithDifferences) {
   std::vector<int> vertices(state.crown->fine.vertices.size());
   std::iota(vertices.begin(), vertices.end(), 0);
   using Jet = ceres::Jet<double, kShaderSlots>;
-  const std::array<double, kShaderSlots> at{0.3, 0.02, 1.05, 1.63, 2.0, 0.07, 1.0, 1.54, 0.9, 0.25, 0.3, 1.0, 0.68};
+  constexpr std::array<double, kShaderSlots> at{0.3, 0.02, 1.05, 1.63, 2.0, 0.07, 1.0, 1.54, 0.9, 0.25, 0.3, 1.0, 0.68};
+  static_assert(at.back() != 0, "every slot needs a value");
   std::array<Jet, kShaderSlots> jets;
   for (int i = 0; i < kShaderSlots; ++i) jets[i] = Jet(at[i], i);
   const auto jet_optics = OpticsFromSlots(scene.capture, jets);

@@ -1,4 +1,4 @@
-#include "fit/material_priors.h"
+#include "fit/prior_file.h"
 
 #include <algorithm>
 #include <array>
