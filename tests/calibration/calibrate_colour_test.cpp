@@ -60,8 +60,7 @@ struct ChartScene {
 
 Product Calibrated(const ImageFile& photo, const Chart& chart) {
   Image linear = photo.image;
-  if (photo.is_srgb_encoded)
-    for (float& v : linear.values) v = static_cast<float>(LinearFromSrgb(v));
+  for (float& v : linear.values) v = static_cast<float>(photo.transfer.Light(v, 0));
   const auto corners = FindClassicChart(photo, linear, chart);
   if (!corners) {
     Product product;
@@ -69,7 +68,7 @@ Product Calibrated(const ImageFile& photo, const Chart& chart) {
     return product;
   }
   return ColourProduct(chart, ReadPatches(linear, chart, *corners, kClassicGap, glm::dvec3(0.98)),
-                       {nullptr, photo.is_srgb_encoded, photo.is_jpeg});
+                       {nullptr, photo.transfer.is_encoded(), photo.is_jpeg});
 }
 
 double FigureOf(const Product& product, const std::string& name) {

@@ -227,7 +227,7 @@ TEST(ExposureSeries, TheResponseOfAnEncodingCameraIsFound) {
     ImageFile file;
     file.image = Noisy(light, 2e-5, 5e-4, 11);
     for (float& v : file.image.values) v = static_cast<float>(std::round(255 * encoded(v)) / 255);
-    file.is_srgb_encoded = true;
+    file.transfer.kind = Transfer::Kind::kSrgb;
     files.push_back(file);
   }
   const auto response = EstimateResponse(files, times);

@@ -61,7 +61,7 @@ void ReadMesh(const Path& file) {
 void ReadManifestFile(const Path& file) {
   FitCommand fit;
   fit.columns = {{"model", false, false}, {"fix", false, true}, {"no-priors", true, false}};
-  fit.fault = [](const std::vector<std::string>&) { return std::string(); };
+  fit.fault = [](const std::vector<std::string>&, const std::filesystem::path&) { return std::string(); };
   const Manifest manifest = ReadManifest(file, fit);
   Check(!manifest.rows.empty(), "a manifest has rows or is refused");
 }
