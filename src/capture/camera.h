@@ -25,6 +25,10 @@ Camera WithPixels(Camera camera, int width, int height, double across, double do
 /// Pixel position of a point in the camera frame; nothing when it is not in front of the camera.
 std::optional<glm::dvec2> PixelFromPoint(const Camera& camera, const glm::dvec3& point_in_camera_mm);
 
+/// Distance from the principal point, in pixels, at which the distortion folds back (or has a pole) inside the picture:
+/// beyond it pixels belong to no direction, or to two. Nothing where it is one-to-one over the picture.
+std::optional<double> FoldRadius_px(const Camera& camera);
+
 /// Unit direction in the camera frame through a pixel position (inverts the distortion by Newton steps).
 glm::dvec3 DirectionFromPixel(const Camera& camera, const glm::dvec2& pixel);
 

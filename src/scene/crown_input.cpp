@@ -30,6 +30,20 @@ void CheckNothingStandsInside(const Capture& capture, const TriangleMesh& outer)
   }
 }
 
+/// Whether a grid of rays meets the object: a face may be in the picture though none of its corners is.
+bool FillsPicture(const PhotographSpec& photo, const TriangleMesh& outer) {
+  constexpr int kRays = 32;
+  const RayCaster caster({&outer});
+  const RigidTransform object_from_camera = photo.camera_from_object.Inverse();
+  for (int y = 0; y < kRays; ++y)
+    for (int x = 0; x < kRays; ++x) {
+      const glm::dvec2 pixel((x + 0.5) * photo.camera.width / kRays, (y + 0.5) * photo.camera.height / kRays);
+      const glm::dvec3 direction = object_from_camera.Direction(DirectionFromPixel(photo.camera, pixel));
+      if (caster.Nearest(object_from_camera.translation_mm, direction)) return true;
+    }
+  return false;
+}
+
 void CheckObjectIsInPicture(const Capture& capture, const TriangleMesh& outer) {
   for (const PhotographSpec& photo : capture.photographs) {
     bool seen = false;
@@ -37,6 +51,7 @@ void CheckObjectIsInPicture(const Capture& capture, const TriangleMesh& outer) {
       const auto pixel = PixelFromPoint(photo.camera, photo.camera_from_object.Point(outer.vertices[v]));
       seen = pixel && pixel->x >= 0 && pixel->y >= 0 && pixel->x < photo.camera.width && pixel->y < photo.camera.height;
     }
+    seen = seen || FillsPicture(photo, outer);
     if (!seen)
       throw InputError(
           capture.file, photo.key + ".camera_from_object",
@@ -63,8 +78,9 @@ void CheckAnyPixelIsUsable(const Capture& capture, const PhotographSpec& spec, c
   throw InputError(
       capture.file, spec.key,
       "photograph '" + spec.name + "' has no usable pixel: " +
-          (photo.saturated_pixels > 0 ? "all " + std::to_string(photo.saturated_pixels) + " in the mask are saturated"
-                                      : "its mask has no value above 0.5"),
+          (photo.transparent_pixels > 0 ? std::to_string(photo.transparent_pixels) + " have an alpha below 1"
+           : photo.saturated_pixels > 0 ? "all " + std::to_string(photo.saturated_pixels) + " in the mask are saturated"
+                                        : "its mask has no value above 0.5"),
       "Expose it less, correct the mask, or remove the photograph.");
 }
 
