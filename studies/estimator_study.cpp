@@ -1,5 +1,5 @@
-// Noise against time of every way to find the lamps: by chance, by chance and by points on the lamps, in the lobe of
-// diffuse light; under a softbox, a flash, a back light and a dome; on a smooth and on rough surfaces. As CSV.
+// Noise against time for every way to sample lamps: by chance, by chance and by points on the lamps, in the lobe of
+// diffuse light. Lit by a softbox, a flash, a back light and a dome; on smooth and rough surfaces. Writes CSV.
 
 #include <cmath>
 #include <cstdio>
@@ -51,15 +51,14 @@ int main() {
     for (const double roughness : {0.0, 0.05, 0.15, 0.3})
       for (const Way& way : ways) {
         const bool is_smooth = roughness == 0;
-        // One way is another's: on a smooth surface points on lamps are of no use, and domes are found by chance.
+        // Redundant ways are skipped: on a smooth surface points on lamps are of no use, and domes are found by chance.
         if (is_smooth ? way.lamps_are_sampled && !way.diffuse_exits : way.diffuse_exits) continue;
         if (std::holds_alternative<DomeLight>(light.shape) && way.lamps_are_sampled) continue;
         KnownScene scene = SmoothIncisor(24);
         scene.capture.lights.clear();
         scene.capture.photographs[0].lights.clear();
         scene.capture.surface[static_cast<size_t>(Quantity::kRoughness)].value.fill(roughness);
-        scene.capture.photographs[0].polarisation =
-            Polarisation::kCross;  // what the surface alone reflects is left out
+        scene.capture.photographs[0].polarisation = Polarisation::kCross;  // excludes pure surface reflection
         scene.Light(light.shape);
         const LayeredBody body(BuildSurfaces(scene.capture, scene.source, StatedThicknesses(scene.capture)), 0);
         PathOptions options{.paths_per_pixel = 1500};

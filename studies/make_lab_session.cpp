@@ -1,5 +1,5 @@
-// make_lab_session OUT: photographs of a lab's calibration session, computed for a camera, lamps and poses that only
-// OUT/truth/ knows: boards, a jig, mirror balls, cards, a colour chart, a step wedge twice, dark frames.
+// make_lab_session OUT: photographs of a lab's calibration session, rendered for a camera, lamps and poses that only
+// OUT/truth/ states: boards, a jig, mirror balls, cards, a colour chart, a step wedge twice, dark frames.
 
 #include <cmath>
 #include <cstdio>
@@ -149,7 +149,7 @@ void Write(const Path& out) {
                    Noisy(Image(kCamera.width, kCamera.height, 3), kGain, kRead, 90 + k));
   }
 
-  // What only the session's maker knows.
+  // The truth, which calibration does not see.
   std::vector<Light> lights;
   for (const Lamp& lamp : kLamps) {
     Light light;

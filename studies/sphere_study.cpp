@@ -56,7 +56,7 @@ Exits Illuminate(double shell_mm, bool uniform, size_t photons) {
       state.Begin(media.size());
       glm::dvec3 start, direction;
       if (uniform) {
-        // By symmetry every photon may come in at the pole; it starts a way back along its direction.
+        // By symmetry every photon may enter at the pole; it starts some distance back along its direction.
         direction = SampleLambert({0, 0, -1}, random);
         start = glm::dvec3(0, 0, kRadius) - kRadius * direction;
       } else {
@@ -65,7 +65,7 @@ Exits Illuminate(double shell_mm, bool uniform, size_t photons) {
         direction = {0, 0, -1};
       }
       const auto entry = scene.Next(start, direction, kOutside, kFar);
-      if (!entry) continue;  // between the mesh and the sphere it stands for
+      if (!entry) continue;  // passes between the mesh and the sphere it represents
       state.position = entry->position;
       state.direction = ScatterAtSmoothBoundary(direction, entry->normal, 1.63, random);
       if (glm::dot(state.direction, entry->normal) >= 0) continue;  // mirrored

@@ -1,8 +1,8 @@
 // The shading terms and the diffusing stack in double, and their derivatives, against the same text in 50 digits, over
-// corner and random points of what a capture may state and beyond: stability_study [--points N] [--csv FILE]. Exit code
-// 1 when a bar does not hold.
+// corner and random points of a capture's valid range and beyond: stability_study [--points N] [--csv FILE]. Exit code
+// 1 when a tolerance is exceeded.
 //
-// A value may differ by 1e-12 of itself or by what kSteps roundings of its arguments do to it: no formula in double can
+// A value may differ by 1e-12 of itself or by the effect of kSteps roundings of its arguments: no formula in double can
 // promise more. The same holds for a derivative and its own derivatives.
 
 #include <ceres/jet.h>
@@ -26,7 +26,7 @@ using Wide = boost::multiprecision::number<boost::multiprecision::cpp_bin_float<
 
 }  // namespace
 
-// The wide numbers take the way of numbers with derivatives, which computes everything in them.
+// Wide numbers use the code for numbers with derivatives, which computes everything in their type.
 template <>
 bool HasDerivative<Wide>(const Wide&) {
   return true;
@@ -40,7 +40,7 @@ namespace {
 
 constexpr int kMost = 6;  // arguments of a term
 using Jet = ceres::Jet<double, kMost>;
-// Of the stack fewer digits are asked for.
+// The tolerance of the stack is wider.
 constexpr double kTermBar = 1e-12, kStackBar = 1e-8, kSteps = 16;
 
 struct Term {
@@ -85,7 +85,7 @@ std::vector<Term> AllTerms() {
   return terms;
 }
 
-/// What was seen of one term: the largest errors in units of what is allowed, and points beyond.
+/// Results of one term: the largest errors in units of the tolerance, and the points beyond it.
 struct Seen {
   size_t points = 0, beyond = 0, derivatives = 0, slopes_beyond = 0, not_finite = 0, negative = 0, above = 0;
   double worst = 0, worst_slope = 0, worst_relative = 0;
@@ -129,8 +129,8 @@ void Look(const Term& term, const std::vector<double>& x, Seen& seen) {
   for (size_t i = 0; i < n; ++i) {
     if (!term.row.ranges[i].has_slope) continue;
     const double scale = static_cast<double>(abs(left[i]) + abs(right[i]));
-    if (static_cast<double>(abs(left[i] - right[i])) > 1e-6 * scale) continue;  // a bend: there is no derivative
-    // What rounding the arguments does to the derivative: its differences over larger steps.
+    if (static_cast<double>(abs(left[i] - right[i])) > 1e-6 * scale) continue;  // a kink, without a derivative
+    // The effect of rounding the arguments on the derivative: its differences over larger steps.
     Wide shake = 0;
     for (size_t k = 0; k < n; ++k) {
       std::vector<Wide> moved = wide;

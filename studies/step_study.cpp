@@ -1,5 +1,5 @@
-// One Gauss-Newton step of eight parameters from two walked photographs of an incisor, over many seeds: whether what
-// the step finds is right, and its stated errors are those it makes.
+// One Gauss-Newton step of eight parameters from two path-traced photographs of an incisor, over many seeds. It checks
+// whether the step is right and whether its stated errors match its actual errors.
 //
 // usage: step_study [SEEDS]      exit 1: fewer than 93 % or more than 98 % of the values within two standard
 // deviations,
@@ -42,10 +42,10 @@ Material Moved(Material m, const Eigen::VectorXd& x) {
   return m;
 }
 
-/// A pixel's place in the picture, and what a step is told of it.
+/// A pixel's position in the image, and its input to the step.
 using Compared = std::pair<size_t, WalkedStep::Pixel>;
 
-/// Differences and their covariance, averaged over the neighbours: a pixel's own goes up and down with its value.
+/// Differences and their covariance, averaged over the neighbours: a pixel's own covariance varies with its value.
 std::vector<Compared> Compare(const PathPhotograph& observed, const PathPhotograph& predicted, uint64_t key) {
   constexpr int kReach = 3;
   std::vector<Compared> pixels;

@@ -1,4 +1,4 @@
-// Photographs by walks, fitted by walks: what the fit finds is the truth within its own intervals.
+// Path-traced photographs, fitted by path tracing: the truth lies within the fitted intervals.
 
 #include <gtest/gtest.h>
 
@@ -22,7 +22,7 @@
 namespace crownfit {
 namespace {
 
-/// Walks the photographs of a synthetic capture from its truth.json; `exposures`: recorded over stated.
+/// Path-traces the photographs of a synthetic capture from its truth.json; `exposures`: recorded over stated.
 Capture Walked(const std::filesystem::path& folder, const std::vector<double>& exposures, uint64_t seed = 77) {
   WriteSyntheticCapture(folder, {.pixels = 24, .size = 0.5});
   Capture capture = ReadCapture(folder);
@@ -55,8 +55,8 @@ CrownFit Fit(const Capture& capture, size_t walks, Model model = Model::kAuto) {
   FitOptions options;
   options.model = model;
   options.use_priors = false;
-  options.advises = false;     // no test of these looks at it
-  options.profile_points = 0;  // nor at these
+  options.advises = false;     // no test uses it
+  options.profile_points = 0;  // nor these
   options.paths_per_photograph = walks;
   options.overrides.fix = {{"surface.roughness", {0.22, 0.22, 0.22}}};
   Progress silent(ProgressMode::kNone);
@@ -84,7 +84,7 @@ Coverage CoverageOf(const CrownFit& fit, const std::filesystem::path& folder) {
   return coverage;
 }
 
-TEST(FitByWalks, FindsAToothWithinItsOwnIntervalsWhereShaderMissesIt) {
+TEST(FitByWalks, IntervalsHoldTheTruthWhereShaderFails) {
   const TemporaryFolder folder;
   Capture capture = Walked(folder.path, {1.0, 1.04, 1.0, 0.97, 1.0, 1.0}, 81);
   for (size_t i : {1, 3}) capture.photographs[i].exposure_stddev = 0.04;
@@ -92,7 +92,8 @@ TEST(FitByWalks, FindsAToothWithinItsOwnIntervalsWhereShaderMissesIt) {
   EXPECT_EQ(fit.model, Model::kPath) << "shader is not enough";
   EXPECT_TRUE(fit.converged);
   EXPECT_TRUE(fit.usable);
-  EXPECT_NEAR(fit.uncertainty.block_chi2, 1.0, 0.25) << "patches are off by noise, whose channels go together";
+  EXPECT_NEAR(fit.uncertainty.block_chi2, 1.0, 0.25)
+      << "patch residuals are noise, which is correlated between channels";
   const Coverage c = CoverageOf(fit, folder.path);
   EXPECT_GE(c.fitted, 7);
   EXPECT_GE(c.held, c.fitted - 1);
@@ -101,13 +102,13 @@ TEST(FitByWalks, FindsAToothWithinItsOwnIntervalsWhereShaderMissesIt) {
   const auto s = std::find_if(dentine.begin(), dentine.end(), [](const FittedParameter& p) {
     return p.layer == 1 && p.quantity == Quantity::kReducedScattering;
   });
-  EXPECT_LT(s->stddev[1] / s->value[1], 0.1) << "said to be well known";
+  EXPECT_LT(s->stddev[1] / s->value[1], 0.1) << "stated to be well known";
   for (const auto& [photograph, recorded] : {std::pair<size_t, double>{1, 1.04}, {3, 0.97}}) {
     const PhotographResult& p = fit.photographs[photograph];
     EXPECT_NEAR(p.exposure, recorded, 0.03);  // in this draw: about one standard deviation
     EXPECT_LT(std::abs(p.exposure - recorded), 2.0 * p.exposure_stddev) << p.exposure << " +- " << p.exposure_stddev;
-    EXPECT_GT(p.exposure_stddev, 0.005) << "pixels of 30 % noise tell it no better";
-    EXPECT_LT(p.exposure_stddev, 0.04) << "better known than it was stated";
+    EXPECT_GT(p.exposure_stddev, 0.005) << "pixels with 30 % noise cannot determine it better";
+    EXPECT_LT(p.exposure_stddev, 0.04) << "better known than stated";
   }
   EXPECT_EQ(fit.photographs[0].exposure_stddev, 0.0) << "exact";
   for (const PhotographResult& p : fit.photographs) {
@@ -124,14 +125,14 @@ TEST(FitByWalks, FindsAToothWithinItsOwnIntervalsWhereShaderMissesIt) {
   EXPECT_NO_THROW(ReadMaterialFile(folder.path / "material.json", fit.capture)) << "other commands read it";
   EXPECT_NE(fit.seen_by_shader.layers[0][Quantity::kReducedScattering][1],
             fit.material.layers[0][Quantity::kReducedScattering][1])
-      << "the viewer keeps what looks right to it";
+      << "the viewer keeps the values that match its own model";
   for (const double share : fit.uncertainty.of_walks) {
     EXPECT_GT(share, 0.0);
     EXPECT_LT(share, 1.0);
   }
 }
 
-TEST(FitByWalks, OneRunTellsHowFarScatteringIsOffALawThatItDoesNotKeep) {
+TEST(FitByWalks, OneStepEstimatesTheDepartureFromAFalseLaw) {
   const TemporaryFolder folder;
   Capture capture = Walked(folder.path, {1.0, 1.0, 1.0, 1.0, 1.0, 1.0});
   Material material = ReadMaterialFile(folder.path / "truth.json", capture);
@@ -156,26 +157,26 @@ TEST(FitByWalks, OneRunTellsHowFarScatteringIsOffALawThatItDoesNotKeep) {
   for (int c = 0; c < kChannels; ++c) {
     const double off = std::log(truth[c] / dentine[c]);
     EXPECT_NEAR(departures[0].off[c], off, 3.0 * departures[0].stddev[c]) << c;
-    EXPECT_LT(departures[0].stddev[c], 0.1) << "or nothing is told";
+    EXPECT_LT(departures[0].stddev[c], 0.1) << "otherwise the departure is not identified";
   }
 }
 
-TEST(FitByWalks, ByDiffusionIntervalsHoldTheModelsOwnError) {
-  // Clear enamel of g 0.96: ten collisions are less than half a transport path, the worst there is for this model.
+TEST(FitByWalks, DiffusionIntervalsIncludeTheModelError) {
+  // Clear enamel of g 0.96: ten collisions are less than half a transport mean free path, this model's worst case.
   const TemporaryFolder folder;
   const Capture capture = Walked(folder.path, {1.0, 1.0, 1.0, 1.0, 1.0, 1.0});
   const CrownFit fit = Fit(capture, 200000, Model::kDiffusion);
   EXPECT_EQ(fit.model, Model::kDiffusion);
   EXPECT_TRUE(fit.usable);
-  EXPECT_LT(fit.uncertainty.block_chi2, 1.5) << "patches are off by no more than the model is said to be";
+  EXPECT_LT(fit.uncertainty.block_chi2, 1.5) << "patch residuals stay within the stated model error";
   const Coverage c = CoverageOf(fit, folder.path);
   EXPECT_GE(c.fitted, 3);
-  EXPECT_LT(c.chi2, 6.25 * c.fitted) << "channels share one error of the model, so that one direction is off in all: "
-                                        "2.5 standard deviations at most, where one by chance has 2";
+  EXPECT_LT(c.chi2, 6.25 * c.fitted) << "channels share one model error, so that one direction is off in all: "
+                                        "at most 2.5 standard deviations, against 2 by chance";
   EXPECT_TRUE(std::ranges::count(fit.caveats, Finding{FindingKind::kSwitchesToDiffusion, {10}}));
 }
 
-/// The bundled disc's first photographs in 12 x 12 pixels, its roughness known: else every fit is four.
+/// The bundled disc's first photographs at 12 x 12 pixels. Its roughness is fixed, otherwise every fit becomes four.
 Capture FewPixels(const std::filesystem::path& folder, size_t photographs) {
   std::filesystem::copy(CROWNFIT_DATASETS "/disc", folder, std::filesystem::copy_options::recursive);
   Capture capture = ReadCapture(folder);
@@ -189,7 +190,7 @@ Capture FewPixels(const std::filesystem::path& folder, size_t photographs) {
   return capture;
 }
 
-TEST(FitByWalks, ADepthThatAMeshHasIsHeldAndSaidToBe) {
+TEST(FitByWalks, MeshThicknessIsHeldFixedAndReported) {
   const TemporaryFolder folder;
   Capture capture = FewPixels(folder.path, 1);
   capture.layers[0][Quantity::kThickness].fixed = false;
@@ -206,7 +207,7 @@ TEST(FitByWalks, ADepthThatAMeshHasIsHeldAndSaidToBe) {
   EXPECT_EQ(fit.advice.find("thickness_mm"), fit.advice.npos) << "no photograph helps: " << fit.advice;
 }
 
-TEST(FitByWalks, EndsSoonWherePhotographsContradictEachOther) {
+TEST(FitByWalks, StepCountIsBoundedForContradictoryPhotographs) {
   const TemporaryFolder folder;
   Capture capture = FewPixels(folder.path, 2);
   RenderTruth(capture, StatedMaterial(capture));
@@ -219,18 +220,18 @@ TEST(FitByWalks, EndsSoonWherePhotographsContradictEachOther) {
   const CrownFit fit = FitCrown(capture, options, silent);
   EXPECT_FALSE(fit.usable);
   EXPECT_GT(fit.uncertainty.block_chi2, 3.0);
-  int in_vain = 0;  // steps of one search since the last that took something off
+  int in_vain = 0;  // steps of one search since the last improvement
   double least = HUGE_VAL, paths = 0;
   for (const WalkedFitStep& step : fit.steps) {
     if (step.stage != "search") continue;
     if (step.paths_per_photograph != paths) least = HUGE_VAL, in_vain = 0;
-    constexpr double kByChance = 0.97;  // what is left changes by as much where nothing is explained
+    constexpr double kByChance = 0.97;  // the residual changes by this much by chance
     in_vain = step.block_chi2 < kByChance * least ? 0 : in_vain + 1;
     least = std::min(least, step.block_chi2);
     paths = step.paths_per_photograph;
     EXPECT_LE(in_vain, 3) << "further steps explain no more";
   }
-  EXPECT_LT(fit.steps.size(), 25) << "nor do long runs; 15 to 20, as roundings have it";
+  EXPECT_LT(fit.steps.size(), 25) << "nor do long runs; 15 to 20, depending on rounding";
 }
 
 }  // namespace

@@ -36,7 +36,7 @@ CrownFit Fit(const Capture& capture, FitOptions options = {}, Model model = Mode
   return FitCrown(capture, options, silent);
 }
 
-/// Largest relative error of the parameters that the fit calls fitted; `count`: how many values those are.
+/// Largest relative error of the parameters with status "fitted"; `count`: their number of values.
 double WorstError(const CrownFit& fit, const std::filesystem::path& folder, int& count) {
   const Material truth = ReadMaterialFile(folder / "truth.json", fit.capture);
   double worst = 0;
@@ -50,7 +50,7 @@ double WorstError(const CrownFit& fit, const std::filesystem::path& folder, int&
   return worst;
 }
 
-/// Few photographs, the outer layer known: for what has nothing to do with how many there are.
+/// Few photographs and a fixed outer layer, for tests that do not depend on the number of photographs.
 void Keep(const std::vector<size_t>& photographs, Capture& capture, FitOptions& options) {
   std::vector<PhotographSpec> kept;
   for (size_t i : photographs) kept.push_back(capture.photographs[i]);
@@ -75,9 +75,9 @@ class SelfConsistency : public testing::Test {
   TemporaryFolder folder;
 };
 
-TEST_F(SelfConsistency, EveryIdentifiedParameterComesBackWithinOnePerCent) {
+TEST_F(SelfConsistency, IdentifiedParametersAreRecoveredWithinOnePerCent) {
   const CrownFit fit = Fit(Make({.pixels = 24}), {}, Model::kAuto);
-  EXPECT_EQ(fit.model, Model::kShader) << "it suffices where it made the photographs";
+  EXPECT_EQ(fit.model, Model::kShader) << "shader suffices for photographs that it rendered";
   int count = 0;
   EXPECT_LT(WorstError(fit, folder.path, count), 0.01);
   EXPECT_GE(count, 10);  // of twelve coefficients and the roughness
@@ -86,7 +86,7 @@ TEST_F(SelfConsistency, EveryIdentifiedParameterComesBackWithinOnePerCent) {
   EXPECT_TRUE(fit.photographs[5].is_holdout);
 }
 
-TEST_F(SelfConsistency, AFreeThicknessIsCastAgainUntilItIsFound) {
+TEST_F(SelfConsistency, FreeThicknessConvergesByRecasting) {
   const Capture capture = Make({.pixels = 24, .initial_factor = 1.5, .free_thickness = true});
   const Material truth = TruthOf(capture);
   FitOptions options;  // six derivatives in place of thirteen: half the time
@@ -102,9 +102,9 @@ TEST_F(SelfConsistency, AFreeThicknessIsCastAgainUntilItIsFound) {
   EXPECT_TRUE(fit.converged) << fit.casts << " casts";
 }
 
-TEST_F(SelfConsistency, AFreeDepthIsFoundBeyondTheValleyOfEqualOpticalDepth) {
-  // Black glass: what returns tells scattering over absorption, what passes absorption times depth, and only the
-  // shadow's edge how long a millimetre is.
+TEST_F(SelfConsistency, FreeThicknessEscapesTheEqualOpticalDepthMinimum) {
+  // Black glass: reflected light determines scattering over absorption, transmitted light absorption times depth. Only
+  // the shadow's edge determines the scale of length.
   std::filesystem::copy(CROWNFIT_DATASETS "/disc", folder.path, std::filesystem::copy_options::recursive);
   Capture capture = ReadCapture(folder.path);
   for (PhotographSpec& p : capture.photographs) p.camera = WithPixels(p.camera, 24, 24, 4.0, 4.0);
@@ -122,7 +122,7 @@ TEST_F(SelfConsistency, AFreeDepthIsFoundBeyondTheValleyOfEqualOpticalDepth) {
   capture.surface[static_cast<size_t>(Quantity::kRoughness)].value.fill(0.03);
   capture.surface[static_cast<size_t>(Quantity::kRoughness)].fixed = true;
   std::erase_if(capture.photographs, [](const PhotographSpec& p) { return p.is_holdout; });
-  for (Light& light : capture.lights) light.intensity_scale = 100.0;  // far above what is taken for read noise
+  for (Light& light : capture.lights) light.intensity_scale = 100.0;  // far above the assumed read noise
   for (PhotographSpec& p : capture.photographs) p.files.variance.reset();
   RenderTruth(capture, StatedMaterial(capture));
   set(Quantity::kReducedScattering, {0.0034, 0.0034, 0.0034}, true);
@@ -164,7 +164,7 @@ TEST_F(SelfConsistency, OneAndTwoThreadsGiveTheSameBytes) {
   EXPECT_EQ(MaterialJson(Fit(capture, one)), MaterialJson(Fit(capture, two)));
 }
 
-TEST_F(SelfConsistency, AHeldOutPhotographIsNeverSeen) {
+TEST_F(SelfConsistency, HeldOutPhotographDoesNotAffectTheFit) {
   Capture capture = Make({.pixels = 24});
   FitOptions options;
   Keep({0, 5}, capture, options);
@@ -176,7 +176,7 @@ TEST_F(SelfConsistency, AHeldOutPhotographIsNeverSeen) {
   EXPECT_NE(before.photographs[1].difference.median, after.photographs[1].difference.median);
 }
 
-TEST_F(SelfConsistency, AFitEndsWhereverInItsRangeItStarts) {
+TEST_F(SelfConsistency, ConvergesFromBothEndsOfTheRange) {
   Capture capture = Make({.pixels = 24, .initial_factor = 1.0});
   FitOptions options;
   Keep({0, 3}, capture, options);
@@ -195,7 +195,7 @@ TEST_F(SelfConsistency, AFitEndsWhereverInItsRangeItStarts) {
   }
 }
 
-TEST_F(SelfConsistency, PhotographsThatContradictEachOtherAreFoundOut) {
+TEST_F(SelfConsistency, ContradictoryPhotographsAreDetected) {
   Capture capture = Make({.pixels = 24, .initial_factor = 1.0});
   FitOptions options;
   Keep({0, 1, 3}, capture, options);
@@ -210,7 +210,7 @@ TEST_F(SelfConsistency, PhotographsThatContradictEachOtherAreFoundOut) {
   EXPECT_EQ(fit.reasons[0].kind, FindingKind::kChi2) << InWords(fit.reasons[0]);
 }
 
-TEST_F(SelfConsistency, ScatteringThatChannelsDoNotShareIsDenied) {
+TEST_F(SelfConsistency, WrongSharedScatteringIsRejected) {
   WriteSyntheticCapture(folder.path, {.pixels = 24, .size = 0.5, .initial_factor = 1.0});
   Capture capture = ReadCapture(folder.path);
   Material truth = TruthOf(capture);
@@ -221,7 +221,7 @@ TEST_F(SelfConsistency, ScatteringThatChannelsDoNotShareIsDenied) {
   capture = ReadCapture(folder.path);
   FitOptions options;
   Keep({0, 1, 2}, capture, options);
-  for (PhotographSpec& p : capture.photographs) p.files.noise.relative = 0.1;  // in which a wrong law hides
+  for (PhotographSpec& p : capture.photographs) p.files.noise.relative = 0.1;  // which hides a wrong law
   for (const Sharing law : {Sharing::kPowerLaw, Sharing::kOneValue}) {
     options.overrides.share = {{"dentine.reduced_scattering_per_mm", law}};
     const CrownFit fit = Fit(capture, options);
@@ -240,7 +240,7 @@ TEST_F(SelfConsistency, ScatteringThatChannelsDoNotShareIsDenied) {
   }
 }
 
-TEST_F(SelfConsistency, APredictionsOwnNoiseDoesNotMakeThePhotographLookDarkerOrFurtherOff) {
+TEST_F(SelfConsistency, PredictionNoiseDoesNotBiasTheComparison) {
   const Capture capture = Make({.pixels = 48, .initial_factor = 1.0});
   const CrownInput input = ReadInput(capture, 0);
   Progress silent(ProgressMode::kNone);
@@ -248,7 +248,7 @@ TEST_F(SelfConsistency, APredictionsOwnNoiseDoesNotMakeThePhotographLookDarkerOr
   const CastState state = CastAll(input, ThicknessesOf(input.capture, material), {}, silent);
   const LinearScales scales{{}, StatedLightScales(input.capture), {}};
   const Predictor exact = PredictorByShader(input, state, material, scales, 0);
-  constexpr double kNoise = 0.7;  // of the light; no pixel is darker than black
+  constexpr double kNoise = 0.7;  // relative to the light; no pixel is darker than black
   const auto noisy = [&](size_t photograph) {
     PredictedPixels p = exact(photograph);
     for (size_t i = 0; i < p.values.size(); ++i) {
@@ -266,7 +266,7 @@ TEST_F(SelfConsistency, APredictionsOwnNoiseDoesNotMakeThePhotographLookDarkerOr
   }
 }
 
-TEST_F(SelfConsistency, AMaskOfEverythingIsNoMask) {
+TEST_F(SelfConsistency, FullMaskEqualsNoMask) {
   Capture capture = Make({.pixels = 24});
   FitOptions options;
   Keep({0, 3}, capture, options);
@@ -280,11 +280,11 @@ TEST_F(SelfConsistency, AMaskOfEverythingIsNoMask) {
     EXPECT_EQ(with.material.layers[l].values, without.material.layers[l].values);
 }
 
-TEST_F(SelfConsistency, AParameterTheModelCannotSeeIsNotIdentifiedAndNotZeroVariance) {
+TEST_F(SelfConsistency, UnseenParameterIsUnidentifiedWithWideStddev) {
   Capture capture = Make({.pixels = 24});
   FitOptions options;
   Keep({0, 3}, capture, options);
-  options.overrides.free = {"enamel.isotropic_fraction"};  // the model knows g and reduced scattering alone
+  options.overrides.free = {"enamel.isotropic_fraction"};  // the model depends only on g and reduced scattering
   const CrownFit fit = Fit(capture, options);
   for (const auto& p : fit.uncertainty.parameters) {
     if (p.name != "enamel.isotropic_fraction") continue;
@@ -311,7 +311,7 @@ TEST_F(SelfConsistency, OneEvenlyLitPhotographDoesNotIdentifyTwoLayers) {
   EXPECT_FALSE(fit.uncertainty.weak_directions.empty());
 }
 
-TEST_F(SelfConsistency, NoiseIsCoveredByTheIntervals) {
+TEST_F(SelfConsistency, IntervalsCoverTheTruthUnderNoise) {
   // 1 % noise in every pixel: the 95 % intervals hold the truth for at least 10 of 13 values (a fit of true coverage
   // 0.95 falls below that once in 300 draws).
   const Capture capture = Make({.pixels = 24});
@@ -338,7 +338,7 @@ TEST_F(SelfConsistency, NoiseIsCoveredByTheIntervals) {
   EXPECT_NEAR(fit.uncertainty.reduced_chi2, 1.0, 0.1);
 }
 
-TEST_F(SelfConsistency, PosesAndLampsThatAreWrongWithinTheirStatedErrorsAreFound) {
+TEST_F(SelfConsistency, PoseAndLampErrorsWithinStddevAreCorrected) {
   Capture capture = Make({.pixels = 24, .initial_factor = 1.0});
   FitOptions options;
   Keep({0}, capture, options);
@@ -358,7 +358,7 @@ TEST_F(SelfConsistency, PosesAndLampsThatAreWrongWithinTheirStatedErrorsAreFound
   EXPECT_TRUE(moved.converged);
   EXPECT_LT(moved.uncertainty.reduced_chi2, 1.2 * exact.uncertainty.reduced_chi2 + 0.02);
   ASSERT_GE(moved.calibration.size(), 2u);
-  // 0.12 and 0.08 mm of 0.1 stated.
+  // 0.12 and 0.08 mm against a stated 0.1 mm.
   EXPECT_NEAR(moved.calibration[0].chi2, 1.44 + 0.64, 0.4);
   for (size_t i = 0; i < exact.uncertainty.parameters.size(); ++i) {
     const auto &a = exact.uncertainty.parameters[i], &b = moved.uncertainty.parameters[i];
@@ -366,7 +366,7 @@ TEST_F(SelfConsistency, PosesAndLampsThatAreWrongWithinTheirStatedErrorsAreFound
   }
 }
 
-TEST(ShaderSuffices, WherePatchesAreWithinNoiseAndNoLampIsMovedFurtherThanByChance) {
+TEST(ShaderSuffices, IfResidualsAndCalibrationAreWithinNoise) {
   const auto moved = [](double stddevs) {
     return MovedCalibration{CalibrationKind::kPlace, "the place of light 'left'", 3, 3 * stddevs * stddevs};
   };
@@ -374,22 +374,22 @@ TEST(ShaderSuffices, WherePatchesAreWithinNoiseAndNoLampIsMovedFurtherThanByChan
   EXPECT_TRUE(WhetherShaderSuffices(1.2, {moved(1.5), moved(0.2)}).suffices);
   EXPECT_FALSE(WhetherShaderSuffices(1.8, {moved(0.2)}).suffices);
   const ModelChoice far = WhetherShaderSuffices(0.2, {moved(0.2), moved(3.0)});
-  EXPECT_FALSE(far.suffices) << "a model's errors hide in lamps before they show in patches";
+  EXPECT_FALSE(far.suffices) << "lamps absorb a model's errors before patches show them";
   EXPECT_NE(far.why.find("moved the calibration by 3 times"), std::string::npos) << far.why;
-  EXPECT_FALSE(WhetherShaderSuffices(1.2, {}, 4.0).suffices) << "an index far off what is known of it";
+  EXPECT_FALSE(WhetherShaderSuffices(1.2, {}, 4.0).suffices) << "an index far outside its prior";
 }
 
-TEST(ModelChoice, AsksPriorsThatSayMoreThanWhatIsUsual) {
+TEST(ModelChoice, ComparesOnlyPriorsNarrowerThanTheDefault) {
   FreeParameters free;
   for (const double stddev : {0.05, RowOf(Quantity::kIor).prior_stddev}) {
     free.entries.emplace_back();
     free.entries.back().quantity = Quantity::kIor;
     free.entries.back().prior_mean = 1.6, free.entries.back().prior_stddev = stddev;
   }
-  EXPECT_NEAR(OffNarrowPriors(free, Eigen::Vector2d(1.7, 2.6)), 2.0, 1e-9) << "of the usual one nobody knows";
+  EXPECT_NEAR(OffNarrowPriors(free, Eigen::Vector2d(1.7, 2.6)), 2.0, 1e-9) << "the default prior does not count";
 }
 
-TEST_F(SelfConsistency, AnExposureKnownWithinAnErrorLiesBetweenAnExactAndAFreeOne) {
+TEST_F(SelfConsistency, UncertainExposureLiesBetweenFixedAndFree) {
   Capture capture = Make({.pixels = 16, .initial_factor = 1.0});
   FitOptions options;
   Keep({0, 3}, capture, options);
@@ -405,7 +405,7 @@ TEST_F(SelfConsistency, AnExposureKnownWithinAnErrorLiesBetweenAnExactAndAFreeOn
   EXPECT_NEAR(width(1e5, false), free, 1e-3 * free);
 }
 
-/// A small capture whose dentine's asymmetry is free too, and what is said of it.
+/// A small capture whose dentine asymmetry is also free, and the uncertainties reported for it.
 struct FreeAsymmetry {
   FreeAsymmetry() {
     const TemporaryFolder folder;
@@ -421,7 +421,7 @@ struct FreeAsymmetry {
       if (free.entries[k].quantity == Quantity::kAsymmetry) x[k] = asymmetry(free.entries[k]);
     return x;
   }
-  /// Where photographs tell every entry, each for itself, to within `stddev`.
+  /// The uncertainty if photographs determine every entry independently to within `stddev`.
   Uncertainty Told(const Eigen::VectorXd& x, double stddev) const {
     DataEstimate known;
     known.covariance = stddev * stddev * Eigen::MatrixXd::Identity(free.count(), free.count());
@@ -434,7 +434,7 @@ struct FreeAsymmetry {
   FreeParameters free;
 };
 
-TEST(Uncertainty, ANegativeBoundIsOneTooAndIntervalsReachDownAsLightIsLinear) {
+TEST(Uncertainty, BoundsMayBeNegativeAndLowerLimitsAreLinear) {
   const FreeAsymmetry c;
   const Eigen::VectorXd x = c.At([](const FreeEntry& e) { return e.low; });
   for (const FittedParameter& p : c.Told(x, 0.2).parameters) {
@@ -450,7 +450,7 @@ TEST(Uncertainty, ANegativeBoundIsOneTooAndIntervalsReachDownAsLightIsLinear) {
   }
 }
 
-TEST(Uncertainty, WhatMayBeZeroIsIdentifiedThereByItsWidthAlone) {
+TEST(Uncertainty, ZeroValuesAreIdentifiedByAbsoluteWidth) {
   const FreeAsymmetry c;
   const Eigen::VectorXd x = c.At([](const FreeEntry&) { return 0.0; });
   for (const auto& [stddev, status] : {std::pair{0.01, Status::kFitted}, {0.2, Status::kNotIdentified}})
@@ -460,7 +460,7 @@ TEST(Uncertainty, WhatMayBeZeroIsIdentifiedThereByItsWidthAlone) {
       }
 }
 
-TEST(CalibrationErrors, TheSquaresOfAPosesErrorsAreItsCovariance) {
+TEST(CalibrationErrors, PoseErrorsReproduceTheCovariance) {
   Capture capture;
   PhotographSpec photo;
   photo.name = "front";
@@ -468,7 +468,7 @@ TEST(CalibrationErrors, TheSquaresOfAPosesErrorsAreItsCovariance) {
   for (int r = 0; r < 6; ++r)
     for (int c = 0; c < 6; ++c) covariance[6 * r + c] = (r == c ? 2.0 : 0.3) * (1 + r) * (1 + c);
   photo.pose_covariance = covariance;
-  capture.photographs = {photo, photo};  // of one pose
+  capture.photographs = {photo, photo};  // both have one pose
   const auto errors = StatedErrors(capture);
   ASSERT_EQ(errors.size(), 6u);
   EXPECT_EQ(errors[0].photographs, (std::vector<size_t>{0, 1}));
@@ -481,11 +481,11 @@ TEST(CalibrationErrors, TheSquaresOfAPosesErrorsAreItsCovariance) {
     }
   capture.photographs[0].is_holdout = true;
   EXPECT_EQ(StatedErrors(capture).size(), 6u);
-  capture.photographs[1].is_holdout = true;  // a fit sees neither
+  capture.photographs[1].is_holdout = true;  // neither is fitted
   EXPECT_TRUE(StatedErrors(capture).empty());
 }
 
-TEST(CalibrationErrors, TheSquaresOfALampsErrorsAreItsCovariance) {
+TEST(CalibrationErrors, LampErrorsReproduceTheCovariance) {
   Capture capture;
   capture.photographs.resize(1);
   capture.photographs[0].lights = {0};
@@ -498,7 +498,7 @@ TEST(CalibrationErrors, TheSquaresOfALampsErrorsAreItsCovariance) {
   for (int c = 0; c < 3; ++c) EXPECT_LT(glm::length(sum[c] - lamp.covariance_mm2[c]), 1e-9);
 }
 
-TEST(CalibrationErrors, AStatedTurnIsAboutTheObjectAndNotAboutTheCamera) {
+TEST(CalibrationErrors, RotationStddevIsAboutTheObjectNotTheCamera) {
   TemporaryFolder folder;
   WriteTextFile(folder.path / "pose.json", R"({"rotation": [[1, 0, 0], [0, -1, 0], [0, 0, -1]],
     "translation_mm": [1, 2, 250], "stddev": {"rotation_deg": 0.1, "translation_mm": 0.02}})");

@@ -16,7 +16,7 @@
 namespace crownfit {
 namespace {
 
-TEST(GaussianInformation, DisagreesInWhatBothKnow) {
+TEST(GaussianInformation, DisagreementCountsOnlySharedParameters) {
   GaussianInformation a{{"a", "b"}, Eigen::Vector2d(1.0 / 0.09, 4).asDiagonal(), {}}, b = a;
   b.precision = Eigen::Vector2d(1.0 / 0.16, 0).asDiagonal();
   a.weighted_mean = a.precision * Eigen::Vector2d(1, 7);
@@ -25,7 +25,7 @@ TEST(GaussianInformation, DisagreesInWhatBothKnow) {
   EXPECT_EQ(d.freedom, 1);
   EXPECT_NEAR(d.chi2, 1.0 / (0.09 + 0.16), 1e-9);
   EXPECT_EQ(d.name, "a");
-  EXPECT_NEAR(UnlikelyChi2(1), 15.137, 0.001) << "tables";
+  EXPECT_NEAR(UnlikelyChi2(1), 15.137, 0.001) << "from published tables";
   EXPECT_NEAR(UnlikelyChi2(10), 35.564, 0.001);
 }
 
@@ -47,7 +47,7 @@ TEST(GaussianInformation, MarginalsAndSumsAreThoseOfGaussians) {
   EXPECT_NEAR(sum.precision(0, 0), 2.0 / covariance(2, 2), 1e-12) << "b integrated out";
   const Eigen::VectorXd stands = MeanOf(sum, Eigen::Vector2d(7, 8));
   EXPECT_NEAR(stands[0], 3, 1e-12);
-  EXPECT_NEAR(stands[1], 8, 1e-12) << "nothing is known of it";
+  EXPECT_NEAR(stands[1], 8, 1e-12) << "it keeps its value: nothing is known of it";
 }
 
 /// Two captures of one crown, some photographs in each, at the true values of model `shader`.
@@ -57,11 +57,11 @@ class TwoCaptures : public testing::Test {
     WriteSyntheticCapture(folder_.path / "all", {.pixels = 12, .levels = 9, .initial_factor = 1.5});
     all_ = ReadCapture(folder_.path / "all");
     std::erase_if(all_.photographs, [](const PhotographSpec& p) {
-      return !p.scenery.empty() || p.name == "front_white";  // as front_black without tiles
+      return !p.scenery.empty() || p.name == "front_white";  // the same as front_black without tiles
     });
     for (PhotographSpec& p : all_.photographs) {
       p.is_holdout = false;
-      p.backing.reset();  // half of the time
+      p.backing.reset();  // halves the time
     }
     RenderTruth(all_, TruthOf(all_));
     options_.model = Model::kShader;
@@ -76,7 +76,7 @@ class TwoCaptures : public testing::Test {
     Capture capture = all_;
     capture.photographs.clear();
     for (const size_t i : photographs) capture.photographs.push_back(all_.photographs[i]);
-    capture.folder = folder_.path / name;  // names it
+    capture.folder = folder_.path / name;  // sets its name
     return capture;
   }
   TemporaryFolder folder_;
@@ -85,7 +85,7 @@ class TwoCaptures : public testing::Test {
   Progress silent_{ProgressMode::kNone};
 };
 
-TEST_F(TwoCaptures, TellTogetherWhatOneWithAllTheirPhotographsTells) {
+TEST_F(TwoCaptures, JointFitMatchesOneFitOfAllPhotographs) {
   const CrownFit one = FitCrown(With({0, 1, 2, 3}, "one"), options_, silent_);
   const std::vector<CrownFit> fits = FitTogether({With({0, 2}, "a"), With({1, 3}, "b")}, options_, silent_);
   for (const CrownFit& fit : fits) {
@@ -97,7 +97,7 @@ TEST_F(TwoCaptures, TellTogetherWhatOneWithAllTheirPhotographsTells) {
       EXPECT_NEAR(std::sqrt(fit.uncertainty.covariance(at, at)), stddev, 0.1 * stddev) << one.entries[k].name;
     }
   }
-  EXPECT_LT((fits[0].best - fits[1].best).norm(), 1e-9) << "they share it";
+  EXPECT_LT((fits[0].best - fits[1].best).norm(), 1e-9) << "both fits share the material";
   const CrownFit joined = Joined(fits);
   EXPECT_EQ(joined.photographs.size(), 4u);
   EXPECT_EQ(joined.photographs[2].name.substr(0, 2), "b_");
@@ -108,38 +108,38 @@ TEST_F(TwoCaptures, TellTogetherWhatOneWithAllTheirPhotographsTells) {
   for (const size_t refused : {0, 1}) {
     std::vector<CrownFit> with = fits;
     with[refused].residual_chi2.regions = {12.0, 0.9, 96.0, 1.0};
-    EXPECT_FALSE(Joined(with).usable) << refused << ": noise does not explain what its photographs leave";
+    EXPECT_FALSE(Joined(with).usable) << refused << ": noise does not explain its residuals";
     with = fits;
     with[refused].inflation[0] = kMostInflated;
     Judge(with[refused]);
-    EXPECT_FALSE(Joined(with).usable) << refused << ": its own statements are contradicted";
+    EXPECT_FALSE(Joined(with).usable) << refused << ": its own calibration is contradicted";
   }
 }
 
-TEST_F(TwoCaptures, OfDifferentMaterialsAreFoundOut) {
+TEST_F(TwoCaptures, DifferentMaterialsAreDetected) {
   Capture other = With({1, 3}, "other");
   Material darker = TruthOf(all_);
   for (double& a : darker.layers[1][Quantity::kAbsorption]) a *= 3.0;
   RenderTruth(other, darker);
   const std::vector<CrownFit> fits = FitTogether({With({0, 2}, "first"), other}, options_, silent_);
   EXPECT_EQ(std::ranges::count(fits[0].caveats, FindingKind::kCapturesDisagree, &Finding::kind), 2)
-      << "each of the two with the other";
+      << "each disagrees with the other";
 }
 
-TEST_F(TwoCaptures, ThatStateTheMaterialDifferentlyAreRefused) {
+TEST_F(TwoCaptures, InconsistentCapturesAreRefused) {
   Capture other = With({1, 3}, "other");
   other.layers[1][Quantity::kAsymmetry].value.fill(0.5);
   EXPECT_THROW(FitTogether({With({0, 2}, "first"), other}, options_, silent_), InputError);
   EXPECT_THROW(FitTogether({With({0, 2}, "first"), With({2, 3}, "second")}, options_, silent_), InputError)
-      << "one photograph is in both";
+      << "both contain one photograph";
   FitOptions without = options_;
   without.leave_out = {"tile:of_nobody"};
   EXPECT_THROW(FitTogether({With({0, 2}, "first"), With({1, 3}, "second")}, without, silent_), InputError);
   for (LayerSpec& layer : other.layers) layer.name += "_of_another";
-  EXPECT_THROW(FitTogether({With({0, 2}, "first"), other}, options_, silent_), InputError) << "they share nothing";
+  EXPECT_THROW(FitTogether({With({0, 2}, "first"), other}, options_, silent_), InputError) << "they share no parameter";
 }
 
-TEST_F(TwoCaptures, AHeldOutPhotographMayBeInBothInEitherOrder) {
+TEST_F(TwoCaptures, HeldOutPhotographMayBeSharedInEitherOrder) {
   Capture holds_out = With({0, 2}, "first");
   holds_out.photographs[0].is_holdout = true;
   const Capture fits_it = With({0, 3}, "second");
@@ -147,7 +147,7 @@ TEST_F(TwoCaptures, AHeldOutPhotographMayBeInBothInEitherOrder) {
   EXPECT_NO_THROW(FitTogether({fits_it, holds_out}, options_, silent_));
 }
 
-TEST_F(TwoCaptures, TheJointFitListsWhatOnlyALaterOneHas) {
+TEST_F(TwoCaptures, JointFitListsParametersOfLaterCaptures) {
   CrownFit first = FitCrown(With({0, 2}, "a"), options_, silent_), second = first;
   first.capture.layers.resize(1);
   std::erase_if(first.uncertainty.parameters,

@@ -1,4 +1,4 @@
-// What a fit spends its time on. ./dev bench; docs/validation.md has the figures.
+// Run times of the parts of a fit. ./dev bench; docs/validation.md has the figures.
 
 #include <benchmark/benchmark.h>
 #include <ceres/jet.h>
@@ -89,7 +89,7 @@ void SlabByAddingDoubling(benchmark::State& state) {
 }
 BENCHMARK(SlabByAddingDoubling)->Arg(12)->Arg(16)->Arg(24)->Unit(benchmark::kMicrosecond);
 
-/// Likewise, what an instrument sees of it and how that changes with scattering, absorption, g, isotropic share and
+/// The same for an instrument's reading and its derivatives by scattering, absorption, g, isotropic share and
 /// thickness.
 void ChangesOfASlab(benchmark::State& state) {
   Slab slab;
@@ -110,7 +110,7 @@ void ChangesOfASlab(benchmark::State& state) {
 BENCHMARK(ChangesOfASlab)->Arg(12)->Arg(16)->Arg(24)->Unit(benchmark::kMicrosecond);
 
 void WalkTheToothSlab(benchmark::State& state) {
-  // Peers' tooth case: 338 scatterings a photon; MCML 74,000 photons/s and core.
+  // Peers' tooth case: 338 scatterings per photon; MCML traces 74,000 photons/s per core.
   Slab slab;
   slab.layers = {{1.63, 0.96, 0.0, 6.0, 0.03, 1.0}, {1.54, 0.93, 0.0, 28.0, 0.2, 2.0}};
   constexpr uint64_t kPhotons = 40000;
@@ -121,7 +121,7 @@ void WalkTheToothSlab(benchmark::State& state) {
 }
 BENCHMARK(WalkTheToothSlab)->Unit(benchmark::kMillisecond);
 
-/// walks/s of one thread unless told otherwise. `lanes` 0: one path after the other, a ray a flight.
+/// walks/s of one thread unless stated otherwise. `lanes` 0: one path after the other, one ray per flight.
 void WalkACrown(benchmark::State& state, const TriangleMesh& crown, bool derivatives) {
   const KnownScene scene = SmoothIncisor(48, true, crown);
   const LayeredBody body(BuildSurfaces(scene.capture, scene.source, StatedThicknesses(scene.capture)), 0);

@@ -1,5 +1,5 @@
-// Diffusion profiles of dentine as every model has them, as CSV for thesis_figures.py: ring means of the light that
-// leaves per mm^2 around a pencil beam. usage: profile_study [PHOTONS]
+// Diffusion profiles of dentine by every model, as CSV for thesis_figures.py: ring means of the light that leaves per
+// mm^2 around a pencil beam. usage: profile_study [PHOTONS]
 
 #include <cmath>
 #include <cstdio>

@@ -39,7 +39,7 @@ TEST(Json, CommentsAreAllowedAndStringsKeepTheirSlashes) {
   EXPECT_EQ(root.Require("b").String(), "x//y");
 }
 
-TEST(Json, AnUnknownKeyNamesFileKeyAndTheNearestKnownOne) {
+TEST(Json, UnknownKeyErrorNamesFileKeyAndNearestKnownKey) {
   const TemporaryFolder folder;
   const JsonFile file = FileWith(folder, "{\"o\": {\"exposre\": 1}}");
   const std::string text = ComplaintAbout([&] {
@@ -50,7 +50,7 @@ TEST(Json, AnUnknownKeyNamesFileKeyAndTheNearestKnownOne) {
   EXPECT_NE(text.find("Did you mean 'exposure'"), std::string::npos);
 }
 
-TEST(Json, MistypedMissingDoubledDeepAndHugeValuesAreRefusedByName) {
+TEST(Json, InvalidValuesAreRefusedByName) {
   const TemporaryFolder folder;
   const JsonFile file = FileWith(folder, "{\"a\": \"one\"}");
   const JsonObject root(file.root(), {"a", "b"});
@@ -62,7 +62,7 @@ TEST(Json, MistypedMissingDoubledDeepAndHugeValuesAreRefusedByName) {
   EXPECT_NE(ComplaintAbout([&] { FileWith(folder, "{\"a\": 1e999}"); }).find("a.json"), std::string::npos);
 }
 
-TEST(Json, NumbersSurviveTextExactly) {
+TEST(Json, NumbersRoundTripExactly) {
   const TemporaryFolder folder;
   for (double v : {0.1, 1.0 / 3.0, 1e-300, -12345.678901234567, 5.0}) {
     const JsonFile file = FileWith(folder, ToJsonText(JsonValue::Object{{"v", v}}));
@@ -70,7 +70,7 @@ TEST(Json, NumbersSurviveTextExactly) {
   }
 }
 
-TEST(Json, WhatWouldTakeForeverOrSpoilATerminalIsRefused) {
+TEST(Json, TooManyKeysLongKeysAndControlCharactersAreRefused) {
   const TemporaryFolder folder;
   std::string many = "{";
   for (int i = 0; i < 20000; ++i) many += "\"k" + std::to_string(i) + "\": 0, ";
@@ -83,7 +83,7 @@ TEST(Json, WhatWouldTakeForeverOrSpoilATerminalIsRefused) {
             std::string::npos);
 }
 
-TEST(Limits, TheEnvironmentRaisesThemAndNonsenseInItIsRefused) {
+TEST(Limits, EnvironmentRaisesLimitsAndInvalidValuesAreRefused) {
   const TemporaryFolder folder;
   const auto file = folder.path / "a.json";
   WriteTextFile(file, "[" + std::string(3000000, ' ') + "]");
@@ -98,7 +98,7 @@ TEST(Limits, TheEnvironmentRaisesThemAndNonsenseInItIsRefused) {
   unsetenv("CROWNFIT_MAX_JSON_MIB");
 }
 
-TEST(Confined, WhatAChildMakesReachesItsParentAndItsComplaintToo) {
+TEST(Confined, ChildResultsAndErrorsReachTheParent) {
   SharedMemory memory;
   int beside = 1;
   EXPECT_EQ(RunConfined({},
@@ -115,7 +115,7 @@ TEST(Confined, WhatAChildMakesReachesItsParentAndItsComplaintToo) {
             InputError("f", "k", "m", "r").what());
 }
 
-TEST(Confined, ACrashAHangAndGreedEndTheChildAlone) {
+TEST(Confined, CrashHangAndMemoryLimitEndOnlyTheChild) {
   EXPECT_EQ(RunConfined({}, [] { std::abort(); }), Ending::kCrashed);
   EXPECT_EQ(RunConfined({}, [] { throw 1; }), Ending::kCrashed);
   EXPECT_EQ(RunConfined({}, [] { std::_Exit(0x7f); }), Ending::kCrashed);
@@ -128,7 +128,7 @@ TEST(Confined, ACrashAHangAndGreedEndTheChildAlone) {
                           if (std::exchange(was_here[0], std::byte{1}) == std::byte{0}) pause();  // a lock nobody holds
                         }),
             Ending::kDone)
-      << "another child is tried";
+      << "the work is retried in another child";
   EXPECT_EQ(RunConfined({.seconds = 60, .memory_bytes = 1u << 20},
                         [] {
                           SharedMemory memory;
@@ -151,7 +151,7 @@ TEST(Files, OnlyRegularFilesAreReadWhole) {
   EXPECT_NE(ComplaintAbout([&] { read(folder.path); }).find("is a folder"), std::string::npos);
 }
 
-TEST(Files, NothingHalfWrittenStandsUnderTheFinalName) {
+TEST(Files, FailedWriteLeavesNoPartialFile) {
   const TemporaryFolder folder;
   const auto file = folder.path / "deep" / "result.txt";
   EXPECT_THROW(WriteBesideAndRename(file,
@@ -166,7 +166,7 @@ TEST(Files, NothingHalfWrittenStandsUnderTheFinalName) {
   EXPECT_EQ(Sha256OfFile(file), "ba7816bf8f01cfea414140de5dae2223b00361a396177a9cb410ff61f20015ad");  // FIPS 180-2, B.1
 }
 
-TEST(Random, MeanAndVarianceAreThoseOfTheUnitIntervalAndNeighboursAreIndependent) {
+TEST(Random, MeanVarianceAndCorrelationAreThoseOfUniformNumbers) {
   constexpr int kCount = 100000;
   double sum = 0, squares = 0, products = 0;
   for (int i = 0; i < kCount; ++i) {
@@ -181,7 +181,7 @@ TEST(Random, MeanAndVarianceAreThoseOfTheUnitIntervalAndNeighboursAreIndependent
   EXPECT_NEAR(products / kCount, 0.0, sigma / 12.0);
 }
 
-TEST(Parallel, EveryItemIsVisitedOnceWhateverTheThreads) {
+TEST(Parallel, EveryItemIsVisitedOnceForAnyThreadCount) {
   for (int threads : {1, 2, 7}) {
     std::vector<int> visits(1000, 0);
     ParallelFor(visits.size(), threads, [&](size_t i) { ++visits[i]; });

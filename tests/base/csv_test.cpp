@@ -31,13 +31,13 @@ std::string Refusal(const std::string& text) {
   return "";
 }
 
-TEST(Csv, CellsOfRfc4180) {
+TEST(Csv, ReadsCellsOfRfc4180) {
   EXPECT_EQ(RowsOf("a,b\n\"1,2\",\"say \"\"x\"\"\"\n"), (Rows{{"a", "b"}, {"1,2", "say \"x\""}}));
   EXPECT_EQ(RowsOf("\"two\r\nlines\",b"), (Rows{{"two\nlines", "b"}}));
   EXPECT_EQ(RowsOf("a,,\n"), (Rows{{"a", "", ""}}));
 }
 
-TEST(Csv, SpreadsheetsSeparateBySemicolonsAndTabs) {
+TEST(Csv, SemicolonsAndTabsSeparateCells) {
   EXPECT_EQ(RowsOf("\xEF\xBB\xBF"
                    "A3,5;65,4\n\"x;y\";1\n"),
             (Rows{{"A3,5", "65,4"}, {"x;y", "1"}}));
@@ -45,7 +45,7 @@ TEST(Csv, SpreadsheetsSeparateBySemicolonsAndTabs) {
   EXPECT_EQ(RowsOf("\"a;b\",c\n"), (Rows{{"a;b", "c"}}));
 }
 
-TEST(Csv, RowsWithoutContentAreSkippedAndLinesAreCounted) {
+TEST(Csv, EmptyRowsAreSkippedAndLinesAreCounted) {
   for (const char* eol : {"\n", "\r\n", "\r"}) {
     const std::string e = eol;
     const CsvTable table = TableOf("a;b" + e + ";;;" + e + e + "\"c" + e + "d\";1" + e + "x;2" + e);
@@ -55,7 +55,7 @@ TEST(Csv, RowsWithoutContentAreSkippedAndLinesAreCounted) {
   }
 }
 
-TEST(Csv, CommasAreDecimalOnlyWhereTheyDoNotSeparate) {
+TEST(Csv, CommaIsDecimalOnlyIfItIsNotTheSeparator) {
   const CsvTable semicolons{';', {}}, commas{',', {}};
   EXPECT_EQ(semicolons.Number("65,4"), 65.4);
   EXPECT_EQ(semicolons.Number("-0.5"), -0.5);
@@ -66,7 +66,7 @@ TEST(Csv, CommasAreDecimalOnlyWhereTheyDoNotSeparate) {
   for (const char* text : {"1.000,5", "1,000,5", "1,2,3"}) EXPECT_FALSE(semicolons.Number(text)) << text;
 }
 
-TEST(Csv, WhatIsNotCsvInUtf8IsRefusedWithItsLine) {
+TEST(Csv, InvalidCsvAndUtf8AreRefusedWithTheirLine) {
   EXPECT_NE(Refusal("a,b\nGr\xFCn,1\n").find("line 2: is not UTF-8"), std::string::npos);
   EXPECT_NE(Refusal(std::string("a\0,\0b\0", 6)).find("UTF-16"), std::string::npos);
   EXPECT_NE(Refusal("a,b\n\"open,1\n2,3\n").find("line 2: a cell in quotation marks is never closed"),

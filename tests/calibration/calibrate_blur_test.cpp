@@ -35,7 +35,7 @@ Product Measured(const Image& image, std::optional<double> dark = {}, std::optio
   return BlurProduct(image, input);
 }
 
-TEST(CalibrateBlur, TheSigmaOfAGaussianIsFound) {
+TEST(CalibrateBlur, RecoversGaussianSigma) {
   for (const double sigma : {0.5, 0.8, 1.4, 2.5}) {
     const Product product = Measured(JigPhotograph({.level = 0.6, .sigma_px = sigma, .seed = 3}));
     EXPECT_NEAR(FigureOf(product, "sigma"), sigma, 3 * FigureOf(product, "sigma_stddev") + 0.01 * sigma);
@@ -44,7 +44,7 @@ TEST(CalibrateBlur, TheSigmaOfAGaussianIsFound) {
   }
 }
 
-TEST(CalibrateBlur, AWideSecondGaussianIsFound) {
+TEST(CalibrateBlur, RecoversWideSecondGaussian) {
   const Product product =
       Measured(JigPhotograph({.level = 0.6, .sigma_px = 0.8, .wide_sigma_px = 3.0, .wide_weight = 0.15}));
   EXPECT_NEAR(FigureOf(product, "sigma"), 0.8, 3 * FigureOf(product, "sigma_stddev") + 0.02);
@@ -52,14 +52,14 @@ TEST(CalibrateBlur, AWideSecondGaussianIsFound) {
   EXPECT_NEAR(FigureOf(product, "wide_sigma"), 3.0, 0.3);
 }
 
-TEST(CalibrateBlur, VeilingGlareIsFound) {
+TEST(CalibrateBlur, RecoversVeilingGlare) {
   for (const double glare : {0.0, 0.01, 0.05}) {
     const Product product = Measured(JigPhotograph({.level = 0.6, .veiling_glare = glare}), 0.04, 0.90);
     EXPECT_NEAR(FigureOf(product, "veiling_glare"), glare, 3 * FigureOf(product, "veiling_glare_stddev") + 0.002);
   }
 }
 
-TEST(CalibrateBlur, StatedDeviationsCoverTheScatter) {
+TEST(CalibrateBlur, StandardDeviationsCoverTheScatter) {
   double squares = 0;
   constexpr int kTrials = 8;
   for (int i = 0; i < kTrials; ++i) {

@@ -66,30 +66,30 @@ void ExpectRecovered(const Board& board) {
   EXPECT_LT(estimate->rms_px, 0.15);
   for (int i = 0; i < 4; ++i) {
     EXPECT_LE(std::abs(found[i] - expected[i]), 3.0 * estimate->stddev[i]) << i << ": " << found[i];
-    EXPECT_LT(estimate->stddev[i], 8.0) << "or anything would agree";
+    EXPECT_LT(estimate->stddev[i], 8.0) << "a larger error would let any value agree";
   }
   for (int k = 0; k < 4; ++k)
     EXPECT_LE(std::abs(estimate->camera.distortion[k] - truth.distortion[k]), 3.0 * estimate->stddev[4 + k])
         << "k" << k;
 }
 
-TEST(CalibrateCamera, RenderedChessboardsGiveTheCameraBack) {
+TEST(CalibrateCamera, RenderedChessboardsRecoverTheCamera) {
   ExpectRecovered({.kind = BoardKind::kChessboard, .columns = 9, .rows = 6, .square_mm = 7});
 }
 
-TEST(CalibrateCamera, RenderedCharucoBoardsGiveTheCameraBackFromPartialViews) {
+TEST(CalibrateCamera, RenderedPartialCharucoViewsRecoverTheCamera) {
   ExpectRecovered({.kind = BoardKind::kCharuco, .columns = 9, .rows = 6, .square_mm = 10});
 }
 
-TEST(CalibrateCamera, RenderedAprilTagsGiveTheCameraBack) {
+TEST(CalibrateCamera, RenderedAprilTagsRecoverTheCamera) {
   ExpectRecovered({.kind = BoardKind::kAprilTag, .columns = 6, .rows = 4, .square_mm = 10});
 }
 
-TEST(CalibrateCamera, AWrongPhotographIsLeftOutAndNamed) {
+TEST(CalibrateCamera, OutlierPhotographIsExcludedAndNamed) {
   const Board board{.kind = BoardKind::kCharuco, .columns = 9, .rows = 6, .square_mm = 10};
   auto views = RenderViews(board, 8);
   const auto good = EstimateCamera(views, 640, 480);
-  // As after a change of zoom: the board a fifth larger around the picture's middle, off centre.
+  // As after a change of zoom: the board is a fifth larger about the image centre, and off centre.
   for (auto& p : views[5].corners.pixel) p = glm::dvec2(300, 260) + glm::dvec2(1.2, 0.95) * (p - glm::dvec2(320, 240));
   const auto estimate = EstimateCamera(views, 640, 480);
   ASSERT_TRUE(good && estimate);
@@ -132,7 +132,7 @@ TEST(CalibrateCamera, AMirroredBoardShowsNoMarkers) {
   EXPECT_TRUE(FindBoard(AsFile(image), board).pixel.empty());
 }
 
-TEST(CalibrateCamera, FoundCornersAreWhereTheyWerePrinted) {
+TEST(CalibrateCamera, DetectedCornersMatchPrintedPositions) {
   for (const BoardKind kind : {BoardKind::kChessboard, BoardKind::kCharuco, BoardKind::kAprilTag}) {
     const Board board{.kind = kind, .columns = 6, .rows = 5, .square_mm = 10};
     const double s = board.square_mm;
@@ -150,7 +150,7 @@ TEST(CalibrateCamera, FoundCornersAreWhereTheyWerePrinted) {
 
 // Photographs made elsewhere.
 
-TEST(CalibrateCameraReal, OpenCvChessboardsAsPublished) {
+TEST(CalibrateCameraReal, OpenCvChessboardsAgreeWithOpenCv) {
   REQUIRE_REAL_DATA("calib-opencv-chessboard");
   const auto views =
       ReadViews(real, "left", {.kind = BoardKind::kChessboard, .columns = 9, .rows = 6, .square_mm = 25});
@@ -159,8 +159,8 @@ TEST(CalibrateCameraReal, OpenCvChessboardsAsPublished) {
   ASSERT_TRUE(estimate);
   EXPECT_EQ(estimate->used.size(), 13u);
   EXPECT_LE(estimate->rms_px, 0.20);
-  // OpenCV 4.6's own answer to these pictures. (left_intrinsics.yml of the data says fx 535.92, with a mean error of
-  // 0.39 px, 1.18 in one view: it is not the optimum of these corners.)
+  // OpenCV 4.6's result for these photographs. (left_intrinsics.yml of the data has fx 535.92 with a mean error of 0.39
+  // px, 1.18 px in one view: it is not the optimum for these corners.)
   const double found[] = {estimate->camera.fx, estimate->camera.fy, estimate->camera.cx - 0.5,
                           estimate->camera.cy - 0.5};
   const double known[] = {532.83, 532.95, 342.49, 233.86, -0.2809, 0.0252, 0.0012, -0.0001, 0.1634};
@@ -168,7 +168,7 @@ TEST(CalibrateCameraReal, OpenCvChessboardsAsPublished) {
     EXPECT_NEAR(i < 4 ? found[i] : estimate->camera.distortion[i - 4], known[i], 3 * estimate->stddev[i]) << i;
 }
 
-TEST(CalibrateCameraReal, BoofCvSonyChessboardsAsPublished) {
+TEST(CalibrateCameraReal, BoofCvSonyChessboardsMatchPublishedCamera) {
   REQUIRE_REAL_DATA("calib-boofcv-sony-chess");
   const auto views =
       ReadViews(real, "frame", {.kind = BoardKind::kChessboard, .columns = 6, .rows = 4, .square_mm = 30});
@@ -183,7 +183,7 @@ TEST(CalibrateCameraReal, BoofCvSonyChessboardsAsPublished) {
   EXPECT_NEAR(estimate->camera.cy, 246.84 + 0.5, 3 * estimate->stddev[3]);
 }
 
-/// Ratio of the scatter of cameras from resampled photographs to the standard deviation that is stated.
+/// Compares the scatter of cameras over resampled photographs with the stated standard deviation.
 void ExpectHonestDeviations(const std::vector<CameraView>& views) {
   const auto estimate = EstimateCamera(views, 640, 480, Distortion::kRadial2Tangential);
   ASSERT_TRUE(estimate);
@@ -210,13 +210,13 @@ void ExpectHonestDeviations(const std::vector<CameraView>& views) {
   }
 }
 
-TEST(CalibrateCameraReal, StatedDeviationsAreTheScatterOverResampledPhotographsOpenCv) {
+TEST(CalibrateCameraReal, StandardDeviationsMatchBootstrapScatterOpenCv) {
   REQUIRE_REAL_DATA("calib-opencv-chessboard");
   ExpectHonestDeviations(
       ReadViews(real, "left", {.kind = BoardKind::kChessboard, .columns = 9, .rows = 6, .square_mm = 25}));
 }
 
-TEST(CalibrateCameraReal, StatedDeviationsAreTheScatterOverResampledPhotographsSony) {
+TEST(CalibrateCameraReal, StandardDeviationsMatchBootstrapScatterSony) {
   REQUIRE_REAL_DATA("calib-boofcv-sony-chess");
   ExpectHonestDeviations(
       ReadViews(real, "frame", {.kind = BoardKind::kChessboard, .columns = 6, .rows = 4, .square_mm = 30}));
@@ -235,7 +235,7 @@ TEST(CalibrateCameraReal, PhotographedCharucoBoardIsRead) {
   EXPECT_EQ(view.pixel.size(), 24u);
 }
 
-TEST(CalibrateCameraReal, PhotographedAprilTagsAreWhereTheirAuthorsFoundThem) {
+TEST(CalibrateCameraReal, PhotographedAprilTagsMatchPublishedCorners) {
   REQUIRE_REAL_DATA("calib-apriltag-nasa");
   size_t expected = 0, found = 0;
   double worst = 0;

@@ -1,4 +1,4 @@
-// Colour charts: found, read, fitted; what is damaged left out, what cannot be trusted refused.
+// Colour charts are found, read and fitted. Damaged patches are excluded; unreliable charts are refused.
 
 #include <gtest/gtest.h>
 
@@ -39,7 +39,7 @@ struct ChartScene {
           const glm::dvec2 d = glm::dvec2(x + (s % 3 + 0.5) / 3, y + (s / 3 + 0.5) / 3) - glm::dvec2(260, 240);
           const glm::dvec2 p =
               glm::dvec2(std::cos(a) * d.x + std::sin(a) * d.y, -std::sin(a) * d.x + std::cos(a) * d.y) / patch_px;
-          // In patches; the gaps between them are a tenth as wide.
+          // In units of patches; the gaps between them are a tenth as wide.
           const glm::dvec2 at = (p + glm::dvec2(3.25, 2.15)) / 1.1;
           const int column = static_cast<int>(std::floor(at.x)), row = static_cast<int>(std::floor(at.y));
           const bool on_patch =
@@ -92,7 +92,7 @@ const Chart& Classic() {
   return chart;
 }
 
-TEST(CalibrateColour, ReferenceValuesAreThoseOfWhiteAndBlack) {
+TEST(CalibrateColour, ReferenceValuesMatchWhiteGreyAndBlack) {
   ASSERT_EQ(Classic().patches.size(), 24u);
   const glm::dvec3 white = Classic().patches[18].linear_rgb, black = Classic().patches[23].linear_rgb;
   EXPECT_NEAR(white.y, 0.88, 0.02);
@@ -124,11 +124,11 @@ TEST(CalibrateColour, AKnownCameraIsRecoveredFromAnyAngle) {
     EXPECT_NEAR(estimate->tone_slope, 1.0, 0.02);
     const glm::dvec3 white = scene.level * (kSensorFromRgb * glm::dvec3(1.0));
     for (int c = 0; c < 3; ++c)
-      EXPECT_NEAR(estimate->white[c] / white[c], 1.0, 0.01) << "a perfect white; the chart's own is yellowish";
+      EXPECT_NEAR(estimate->white[c] / white[c], 1.0, 0.01) << "a perfect white; the chart's white is yellowish";
   }
 }
 
-TEST(CalibrateColour, ScratchedAndGlaringPatchesAreLeftOutAndNamed) {
+TEST(CalibrateColour, ScratchedAndGlarePatchesAreExcludedAndNamed) {
   const ImageFile photo = ChartScene().Photograph(Classic(), [](int patch, glm::dvec3 v) {
     return patch == 9 ? v * 0.3 + 0.2 : v;  // glare over all of "purple"
   });
@@ -166,7 +166,7 @@ TEST(CalibrateColour, AToneCurveIsRefused) {
   EXPECT_TRUE(AnyContains(Calibrated(photo, Classic()).refusals, "tone curve"));
 }
 
-TEST(CalibrateColour, EachChannelIsSaturatedAtItsOwnLevel) {
+TEST(CalibrateColour, EachChannelHasItsOwnSaturationLevel) {
   const ImageFile photo = ChartScene().Photograph(Classic());
   const auto corners = FindClassicChart(photo, photo.image, Classic());
   ASSERT_TRUE(corners);
@@ -190,7 +190,7 @@ TEST(CalibrateColour, UnevenLightIsReported) {
   EXPECT_TRUE(AnyContains(Calibrated(photo, Classic()).notes, "--flat-field"));
 }
 
-TEST(CalibrateColour, AGreyCardGivesTheWhiteBalanceAlone) {
+TEST(CalibrateColour, GreyCardGivesOnlyTheWhiteBalance) {
   Image card(60, 40, 3);
   const glm::dvec3 grey(0.11, 0.18, 0.13);
   for (int y = 0; y < 40; ++y)
@@ -210,15 +210,15 @@ TEST(CalibrateColour, AGreyCardInGlareOrTooBrightIsRefused) {
   EXPECT_TRUE(AnyContains(GreyCardProduct(card, {5, 5, 70, 30}, 0.18, glm::dvec3(1.0), {}).refusals, "outside"));
   EXPECT_TRUE(AnyContains(GreyCardProduct(card, {5, 5, 50, 30}, 0.18, glm::dvec3(0.3), {}).refusals, "saturated"));
   EXPECT_TRUE(AnyContains(GreyCardProduct(card, {5, 5, 50, 30}, 0.18, glm::dvec3(0.3, 1, 1), {}).refusals, "saturated"))
-      << "of any channel";
+      << "saturated in any channel";
   for (int y = 0; y < 40; ++y)
     for (int x = 30; x < 60; ++x)
       for (int c = 0; c < 3; ++c) card.at(x, y, c) = 0.4f;
   EXPECT_TRUE(AnyContains(GreyCardProduct(card, {5, 5, 50, 30}, 0.18, glm::dvec3(1.0), {}).refusals, "glare"));
 }
 
-TEST(CalibrateColour, APolynomialIsTakenWhereLeftOutPatchesPreferIt) {
-  // A sensor whose crosstalk goes with the geometric mean of two channels: no matrix undoes it.
+TEST(CalibrateColour, LeaveOneOutErrorSelectsThePolynomial) {
+  // The sensor's crosstalk is proportional to the geometric mean of two channels: no matrix undoes it.
   const ImageFile photo = ChartScene().Photograph(Classic(), [](int, glm::dvec3 v) {
     return glm::dvec3(v.x, v.y, v.z) + 0.25 * glm::dvec3(std::sqrt(v.x * v.y), 0.0, -0.5 * std::sqrt(v.y * v.z));
   });
@@ -238,7 +238,7 @@ TEST(CalibrateColour, APolynomialIsTakenWhereLeftOutPatchesPreferIt) {
 
 // Photographs made elsewhere.
 
-TEST(CalibrateColourReal, AColorCheckerPassportInRaw) {
+TEST(CalibrateColourReal, RawColorCheckerPassportFits) {
   REQUIRE_REAL_DATA("colorchecker-passport-dng");
   const Product product = Calibrated(ReadImageFile(real / "colorchart.dng"), Classic());
   EXPECT_TRUE(product.refusals.empty());
@@ -248,7 +248,7 @@ TEST(CalibrateColourReal, AColorCheckerPassportInRaw) {
               FigureOf(product, "de00_worst"), FigureOf(product, "de00_leave_one_out"));
 }
 
-TEST(CalibrateColourReal, CardsOfPlantPhotographs) {
+TEST(CalibrateColourReal, PlantPhotographCardsAreFittedOrRefused) {
   REQUIRE_REAL_DATA("colorchecker-plantcv");
   for (const std::string name : {"classic.png", "colorchecker-classic-mini.jpg"}) {
     const Product product = Calibrated(ReadImageFile(real / name), Classic());
@@ -256,7 +256,7 @@ TEST(CalibrateColourReal, CardsOfPlantPhotographs) {
     EXPECT_TRUE(AnyContains(product.notes, "encoded for display")) << name;
     EXPECT_LT(FigureOf(product, "de00_mean"), 5.0) << name;
   }
-  // Processed by a camera with a strong tone curve: found in the right order, measured, refused.
+  // Charts with a strong in-camera tone curve are found in the right order, measured and refused.
   for (const std::string name : {"source1_img.png", "target_img.png"}) {
     const Product product = Calibrated(ReadImageFile(real / name), Classic());
     EXPECT_GE(FigureOf(product, "patches_used"), 20) << name;
@@ -267,7 +267,7 @@ TEST(CalibrateColourReal, CardsOfPlantPhotographs) {
   EXPECT_FALSE(Calibrated(ReadImageFile(real / "partial_card_rgb.png"), Classic()).refusals.empty());
 }
 
-TEST(CalibrateColourReal, AnOverexposedTungstenCaseIsReportedAsAPoorFit) {
+TEST(CalibrateColourReal, OverexposedTungstenChartIsRefused) {
   REQUIRE_REAL_DATA("ccm-opencv-case");
   std::ifstream file(real / "patches.csv");
   std::vector<PatchReading> readings;

@@ -69,7 +69,7 @@ std::vector<LampRay> Rays(const Image& image, int balls) {
   return rays;
 }
 
-TEST(CalibrateLights, ABallShowsTheDirectionOfALamp) {
+TEST(CalibrateLights, OneBallGivesTheDirectionOfALamp) {
   for (const glm::dvec3 lamp : {glm::dvec3(-200, -150, 20), glm::dvec3(150, -50, -100), glm::dvec3(0, 200, 150)}) {
     const glm::dvec3 centre(3, -2, 250);
     const auto rays = Rays(BallPhotograph({centre}, 6.0, lamp, 12.0), 1);
@@ -81,7 +81,7 @@ TEST(CalibrateLights, ABallShowsTheDirectionOfALamp) {
   }
 }
 
-TEST(CalibrateLights, TwoBallsShowThePlaceOfANearLamp) {
+TEST(CalibrateLights, TwoBallsGiveThePositionOfANearLamp) {
   const glm::dvec3 lamp(-120, -90, 60);
   const auto rays = Rays(BallPhotograph({{-18, 4, 250}, {20, -6, 260}}, 6.0, lamp, 6.0), 2);
   ASSERT_EQ(rays.size(), 2u);
@@ -93,7 +93,7 @@ TEST(CalibrateLights, TwoBallsShowThePlaceOfANearLamp) {
   EXPECT_LT(glm::length(error), 25.0);
 }
 
-TEST(CalibrateLights, BallsThatShowDifferentLampsAreNotAveragedSilently) {
+TEST(CalibrateLights, InconsistentBallsWidenTheDirectionAndWarn) {
   const std::vector<glm::dvec3> balls{{-18, 4, 250}, {20, -6, 260}};
   const Image one = BallPhotograph(balls, 6.0, {-200, -150, 20}, 12.0);
   Image both = BallPhotograph(balls, 6.0, {150, -50, -100}, 12.0);
@@ -110,12 +110,12 @@ TEST(CalibrateLights, BallsThatShowDifferentLampsAreNotAveragedSilently) {
   EXPECT_EQ(loud.size(), 1u);
 }
 
-TEST(CalibrateLights, ParallelRaysGiveNoPlace) {
+TEST(CalibrateLights, ParallelRaysGiveNoPosition) {
   const glm::dvec3 direction = glm::normalize(glm::dvec3(-1, -1, -1));
   EXPECT_FALSE(Triangulate({{{0, 0, 250}, direction, 0.005}, {{0, 0, 250}, direction, 0.005}}));
 }
 
-/// An even card of reflectance 0.5 under a lamp, in the picture from edge to edge.
+/// A uniform card of reflectance 0.5 under a lamp; it fills the image.
 Image CardPicture(const LightShape& lamp, const RigidTransform& camera_from_card, uint64_t seed) {
   Image image(kCamera.width, kCamera.height, 3);
   const RigidTransform card_from_camera = camera_from_card.Inverse();
@@ -155,7 +155,7 @@ TEST(CalibrateLights, ACardGivesIntensityAndColour) {
     EXPECT_NEAR(found.radiant_intensity[c] / truth.radiant_intensity[c], 1.0, 3 * fit->stddev[c] + 1e-3);
 }
 
-TEST(CalibrateLights, HowWellAPlaceIsKnownIsReadAsItWasWritten) {
+TEST(CalibrateLights, PositionCovarianceRoundTrips) {
   TemporaryFolder folder;
   const auto rig = [&](const JsonValue& lights) {
     WriteTextFile(folder.path / "rig.json",
@@ -181,7 +181,7 @@ TEST(CalibrateLights, HowWellAPlaceIsKnownIsReadAsItWasWritten) {
   EXPECT_THROW(rig(stated("[[1, 0, 0], [0, 1, 0], [0, 0, 1]]", ", \"stddev_mm\": 1")), InputError);  // both
 }
 
-TEST(CalibrateLights, ARingFlashIsRefinedOnCardsAtSeveralTilts) {
+TEST(CalibrateLights, TiltedCardsRefineARingFlash) {
   // Stated 6 mm too far forward and to the side.
   const DiskLight truth{{2, 0, 15}, {0, 0, 1}, glm::dvec3(4, 3.5, 3), 25, 35};
   Light start;
@@ -212,7 +212,7 @@ TEST(CalibrateLights, ARingFlashIsRefinedOnCardsAtSeveralTilts) {
   for (int c = 0; c < 3; ++c) EXPECT_NEAR(found.radiance[c] / truth.radiance[c], 1.0, 0.03);
 }
 
-TEST(CalibrateLights, APlaceIsKnownNoBetterThanAnUnevenCardTells) {
+TEST(CalibrateLights, PositionCovarianceCoversUnevenCards) {
   const PointLight truth{{-120, -90, 60}, glm::dvec3(30000), 2.0};
   for (const double fall_off : {0.0, 0.05, -0.05}) {
     const RigidTransform pose = LookingAt({0, 0, 0}, 250, 20, 30, 0);
@@ -234,7 +234,7 @@ TEST(CalibrateLights, APlaceIsKnownNoBetterThanAnUnevenCardTells) {
   }
 }
 
-TEST(CalibrateLights, ALampThatIsNotWhereItIsSaidToBeIsRefused) {
+TEST(CalibrateLights, MisplacedLampIsRefused) {
   const RigidTransform pose = LookingAt({0, 0, 0}, 250, 20, 30, 0);
   const Image image = CardPicture(PointLight{{-60, -50, 190}, glm::dvec3(6000), 2.0}, pose, 3);
   Light start;
@@ -245,7 +245,7 @@ TEST(CalibrateLights, ALampThatIsNotWhereItIsSaidToBeIsRefused) {
   EXPECT_NE(product.refusals[0].find("shading disagrees"), std::string::npos) << product.refusals[0];
 }
 
-TEST(CalibrateLightsReal, TwelveLampsAroundAChromeBallAsPublished) {
+TEST(CalibrateLightsReal, ChromeBallMatchesTwelvePublishedLampDirections) {
   REQUIRE_REAL_DATA("chrome-ball-psbox");
   double circle[3], published[3][12];
   std::ifstream circle_file(real / "LightProbe-1/circle_data.txt"),
@@ -259,13 +259,13 @@ TEST(CalibrateLightsReal, TwelveLampsAroundAChromeBallAsPublished) {
     char name[40];
     std::snprintf(name, sizeof name, "LightProbe-1/Image_%02d.JPG", i + 1);
     const ImageFile photo = ReadImageFile(real / name);
-    // Theirs counts rows from the bottom and pixels from 1.
+    // The published circles count rows from the bottom and pixels from 1.
     const BallOutline ball{{circle[0] - 0.5, photo.image.height - circle[1] + 0.5}, circle[2], 0};
     const auto error_of = [&](const BallOutline& outline) {
       const auto highlight = FindHighlight(photo.image, outline);
       if (!highlight) return 180.0;
       const auto ray = RayTowardsLamp(outline, *highlight, nullptr, 1.0);
-      // x right, y up, z towards the camera there.
+      // The published frame has x right, y up, z towards the camera.
       const glm::dvec3 theirs(published[0][i], -published[1][i], -published[2][i]);
       return std::acos(std::min(1.0, glm::dot(ray->direction, glm::normalize(theirs)))) * 180 / 3.14159265358979;
     };
@@ -274,7 +274,7 @@ TEST(CalibrateLightsReal, TwelveLampsAroundAChromeBallAsPublished) {
   std::sort(errors.begin(), errors.end());
   std::printf("given outline: median %.2f, worst %.2f deg\n", errors[6], errors[11]);
   EXPECT_LT(errors[6], 0.5);
-  // The outline as it is found in the photograph with room light.
+  // The outline detected in the photograph with room light.
   ImageFile mean = ReadImageFile(real / "LightProbe-1/ref.JPG");
   const auto found = FindBalls(mean, 1, 200);
   ASSERT_EQ(found.size(), 1u);

@@ -28,14 +28,14 @@ Image Scene(double exposure, int shift = 0) {
   return image;
 }
 
-/// As a sensor gives it: noise, black level, saturation, and steps of 12 bits.
+/// The image as a sensor records it: noise, black level, saturation and 12-bit quantisation.
 Image Photographed(const Image& light, uint64_t seed) {
   Image image = Noisy(light, kGain, kRead, seed);
   for (float& v : image.values) v = std::round(std::clamp(v + static_cast<float>(kBlack), 0.0f, 1.0f) * 4095) / 4095;
   return image;
 }
 
-TEST(CalibrateNoise, AKnownSensorIsFoundToWithinItsStandardDeviations) {
+TEST(CalibrateNoise, RecoversKnownSensorWithinStandardDeviations) {
   double worst = 0, squares = 0;
   constexpr int kTrials = 12;
   for (int trial = 0; trial < kTrials; ++trial) {
@@ -74,7 +74,7 @@ TEST(CalibrateNoise, SaturationIsWhereValuesPileUp) {
       << "no dark frame: the black level counts as light";
 }
 
-TEST(CalibrateNoise, DarkFramesCutOffAtZeroDoNotSetTheReadNoise) {
+TEST(CalibrateNoise, DarkFramesClippedAtZeroDoNotSetTheReadNoise) {
   Image a = Noisy(Scene(0.8), kGain, kRead, 1), b = Noisy(Scene(0.8), kGain, kRead, 2);
   Image dark = Noisy(Image(256, 160, 1), kGain, kRead, 3), dark2 = Noisy(Image(256, 160, 1), kGain, kRead, 4);
   for (Image* image : {&a, &b, &dark, &dark2})
@@ -88,7 +88,7 @@ bool AnyContains(const std::vector<std::string>& texts, const std::string& part)
   return std::any_of(texts.begin(), texts.end(), [&](const auto& t) { return t.find(part) != std::string::npos; });
 }
 
-TEST(CalibrateNoise, ABlackLevelThatNoDarkFrameShowsIsTold) {
+TEST(CalibrateNoise, BlackLevelWithoutDarkFramesIsReported) {
   const auto shifted = [](uint64_t seed) {
     Image image = Noisy(Scene(0.8), kGain, 1e-3, seed);
     for (float& v : image.values) v += 0.06f;
@@ -103,7 +103,7 @@ TEST(CalibrateNoise, ABlackLevelThatNoDarkFrameShowsIsTold) {
   EXPECT_EQ(EstimateChannelNoise({{&c, &d}}, {}, 0)->hidden_black, 0.0);
 }
 
-TEST(CalibrateNoise, DarkFramesWhoseNoiseTheStepsHideSayNothingOfIt) {
+TEST(CalibrateNoise, QuantisedDarkFramesDoNotMakeReadNoiseExact) {
   const auto in_steps = [](Image image) {
     for (float& v : image.values) v = std::round(v * 255) / 255;
     return image;
@@ -112,7 +112,7 @@ TEST(CalibrateNoise, DarkFramesWhoseNoiseTheStepsHideSayNothingOfIt) {
               dark = in_steps(Image(256, 160, 1));
   const auto noise = EstimateChannelNoise({{&a, &b}}, {&dark, &dark}, 0);
   ASSERT_TRUE(noise);
-  EXPECT_GT(noise->read_noise_stddev, 2e-5) << "none is stated as exact";
+  EXPECT_GT(noise->read_noise_stddev, 2e-5) << "read noise is not stated as exact";
   EXPECT_NEAR(noise->black_stddev, 1.0 / 255 / std::sqrt(12.0), 1e-6);
 }
 
@@ -157,7 +157,7 @@ TEST(ExposureSeries, MergedValuesAreUnbiasedAndTheirVarianceIsRight) {
   EXPECT_LT(merged.worst_ratio, 0.01);
 }
 
-TEST(ExposureSeries, AMovedCameraShows) {
+TEST(ExposureSeries, MovedCameraIsDetected) {
   const auto shift = [](int px) {
     ExposureSeries series;
     series.times = {1, 4};
@@ -170,7 +170,7 @@ TEST(ExposureSeries, AMovedCameraShows) {
   EXPECT_GT(shift(3), 1.0);
 }
 
-TEST(ExposureSeries, AWrongTimeShows) {
+TEST(ExposureSeries, WrongExposureTimeIsDetected) {
   ExposureSeries series;
   series.times = {1, 4, 20};
   for (const double t : {1.0, 4.0, 16.0}) series.photographs.push_back(Photographed(Scene(0.9 * t), 3));
@@ -178,20 +178,20 @@ TEST(ExposureSeries, AWrongTimeShows) {
   EXPECT_NEAR(MergeExposures(series).time_ratios[1].value(), 0.8, 0.01);
 }
 
-TEST(ExposureSeries, TimesThatAreFarOffOrInTheWrongOrderShow) {
+TEST(ExposureSeries, GrossOrSwappedExposureTimesAreDetected) {
   ExposureSeries series;
   series.noise.black = {kBlack, kBlack, kBlack};
   series.photographs = {Photographed(Scene(0.9), 3), Photographed(Scene(3.6), 4)};
   series.times = {1, 40};
-  EXPECT_LT(MergeExposures(series).time_ratios[0].value(), 0.2) << "a tenth, but for noise";
+  EXPECT_LT(MergeExposures(series).time_ratios[0].value(), 0.2) << "0.1, apart from noise";
   std::swap(series.photographs[0], series.photographs[1]);
   series.times = {1, 4};
   EXPECT_NEAR(MergeExposures(series).time_ratios[0].value(), 1.0 / 16, 0.01);
   series.photographs = {Photographed(Scene(0.01), 3), Photographed(Scene(0.04), 4)};
-  EXPECT_FALSE(MergeExposures(series).time_ratios[0]) << "nothing is bright enough to say";
+  EXPECT_FALSE(MergeExposures(series).time_ratios[0]) << "no pixel is bright enough to tell";
 }
 
-TEST(CalibrateNoise, AChannelThatWasNotSaturatedLeavesTheOthersTheirLevel) {
+TEST(CalibrateNoise, UnsaturatedChannelKeepsOtherSaturationLevels) {
   const auto colours = [](uint64_t seed) {
     Image image(256, 160, 3);
     const Image bright = Photographed(Scene(1.6), seed), dim = Photographed(Scene(0.8), seed);
@@ -213,7 +213,7 @@ TEST(CalibrateNoise, AChannelThatWasNotSaturatedLeavesTheOthersTheirLevel) {
   EXPECT_EQ(std::get<double>(levels[0].data), 0.995);
 }
 
-TEST(ExposureSeries, TheResponseOfAnEncodingCameraIsFound) {
+TEST(ExposureSeries, RecoversTheResponseOfAnEncodingCamera) {
   // A curve that is not sRGB's.
   const auto encoded = [](double v) { return std::pow(std::clamp(v, 0.0, 1.0), 1.0 / 1.8); };
   std::vector<ImageFile> files;
@@ -238,7 +238,7 @@ TEST(ExposureSeries, TheResponseOfAnEncodingCameraIsFound) {
           << v << " " << c;
 }
 
-TEST(ExposureSeriesReal, AMachineVisionCamerasFramesAreLinearAndMerge) {
+TEST(ExposureSeriesReal, MachineVisionFramesAreLinearAndMerge) {
   REQUIRE_REAL_DATA("colorchecker-flea3-bracket");
   const Image labels = ReadImageFile(real / "labels/d2_colorChecker30cm_550nm_labels.png").image;
   for (const std::string band : {"450", "550", "650"}) {
@@ -263,8 +263,8 @@ TEST(ExposureSeriesReal, AMachineVisionCamerasFramesAreLinearAndMerge) {
     const MergedExposures merged = MergeExposures(series);
     EXPECT_LT(merged.worst_ratio, 0.035);
 
-    // Patches against the authors' combination. Theirs joins exposures by factors found channel by channel, and these
-    // depart from the exposure times (docs/validation.md): so the ratio is compared among patches of one exposure.
+    // Patches against the authors' merged image. The authors scale exposures by factors found per channel, which differ
+    // from the exposure times (docs/validation.md). The ratio is therefore compared among patches of one exposure.
     std::filesystem::path published;
     for (const auto& entry : std::filesystem::directory_iterator(real / "published_hdr"))
       if (entry.path().filename().string().find(band + "nm") != std::string::npos) published = entry.path();
@@ -281,9 +281,9 @@ TEST(ExposureSeriesReal, AMachineVisionCamerasFramesAreLinearAndMerge) {
       std::nth_element(values.begin(), values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2), values.end());
       return values[values.size() / 2];
     };
-    std::map<std::tuple<int, int, size_t>, std::vector<double>> ratios;  // colour's place, longest exposure used
+    std::map<std::tuple<int, int, size_t>, std::vector<double>> ratios;  // by colour position, longest exposure
     for (int patch = 1; patch <= 24; ++patch) {
-      // The colour that the band belongs to, in a mosaic GBRG.
+      // Position of the band's colour in the GBRG mosaic.
       const int y = band == "650", x = band == "450";
       size_t longest = 0;
       for (size_t k = 0; k < 7; ++k)

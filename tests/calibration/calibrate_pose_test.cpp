@@ -35,7 +35,7 @@ std::array<double, 6> Between(const RigidTransform& from, const RigidTransform& 
   return {w.x, w.y, w.z, t.x, t.y, t.z};
 }
 
-TEST(CalibratePose, MarkersOfAJigGiveItsPoseToWithinTheStatedDeviations) {
+TEST(CalibratePose, JigMarkersRecoverPoseWithinStandardDeviations) {
   const Jig jig = JigOf({});
   double squares = 0;
   constexpr int kTrials = 6;
@@ -57,7 +57,7 @@ TEST(CalibratePose, MarkersOfAJigGiveItsPoseToWithinTheStatedDeviations) {
   EXPECT_LT(std::sqrt(squares), 2.0);
 }
 
-TEST(CalibratePose, AMarkerThatLiesElsewhereIsLeftOut) {
+TEST(CalibratePose, MisplacedMarkerIsExcluded) {
   const RigidTransform truth = LookingAt({0, 0, 0}, 260, 15, 40, 0);
   BoardView view = FindJig(JigPhotograph(truth, 1), JigOf({}));
   for (int k = 0; k < 4; ++k) view.pixel[k] += glm::dvec2(40, -25);
@@ -79,7 +79,7 @@ TEST(CalibratePose, TooFewMarkersAreRefused) {
 }
 
 TEST(CalibratePose, AWrongCameraIsRefused) {
-  Camera wrong = kCamera;  // of a picture half as large
+  Camera wrong = kCamera;  // for an image of half the size
   wrong.fx = wrong.fy = 1500;
   wrong.cx = 160;
   wrong.cy = 130;

@@ -81,7 +81,7 @@ const Camera kCamera{.width = 480, .height = 400, .fx = 5200, .fy = 5200, .cx = 
 
 TriangleMesh Incisor() { return ReadMeshFile(std::filesystem::path(CROWNFIT_DATASETS) / "incisor/mesh/incisor.ply"); }
 
-/// How far the mesh's points lie from where they should, in pixels, largest.
+/// Largest image distance, in pixels, between the mesh's vertices under the two poses.
 double Misplaced_px(const TriangleMesh& mesh, const RigidTransform& a, const RigidTransform& b) {
   double worst = 0;
   for (const auto& v : mesh.vertices)
@@ -89,7 +89,7 @@ double Misplaced_px(const TriangleMesh& mesh, const RigidTransform& a, const Rig
   return worst;
 }
 
-TEST(ScanPose, ACrownIsFoundByItsOutlineAlone) {
+TEST(ScanPose, OutlineAloneAlignsACrown) {
   const TriangleMesh mesh = Incisor();
   const auto [low, high] = Bounds(mesh);
   const glm::dvec3 centre = 0.5 * (low + high);
@@ -101,18 +101,18 @@ TEST(ScanPose, ACrownIsFoundByItsOutlineAlone) {
         AlignScan(mesh, {{&image, kCamera, start}}, {.search_mm = 1.5, .search_deg = 5, .starts = 120});
     EXPECT_GT(aligned.contrast[0], 0.8);
     EXPECT_GT(aligned.matched[0], 0.7) << trial;
-    EXPECT_GT(Misplaced_px(mesh, start, truth), 15) << "a start that is right would prove nothing";
-    // What the outline fixes; a turn about an axis in the picture's plane hardly moves it.
+    EXPECT_GT(Misplaced_px(mesh, start, truth), 15) << "starting at the truth would prove nothing";
+    // The outline determines the lateral position. A turn about an axis in the image plane hardly changes it.
     const glm::dvec3 off = aligned.camera_from_object[0].Point(centre) - truth.Point(centre);
     EXPECT_LT(std::hypot(off.x, off.y), 0.05) << trial;
     const glm::dmat3 turn = glm::transpose(truth.rotation) * aligned.camera_from_object[0].rotation;
     const double degrees = std::acos(std::clamp(0.5 * (turn[0][0] + turn[1][1] + turn[2][2] - 1.0), -1.0, 1.0)) * 57.3;
-    EXPECT_LT(degrees, 3.0) << trial << ": another turn has an outline much alike";
+    EXPECT_LT(degrees, 3.0) << trial << ": other rotations have nearly the same outline";
     EXPECT_LT(aligned.from_start, 1.0);
   }
 }
 
-TEST(ScanPose, SeveralPhotographsTogetherFixWhatOneLeavesOpen) {
+TEST(ScanPose, SeveralPhotographsResolveSingleViewAmbiguity) {
   const TriangleMesh mesh = Incisor();
   const auto [low, high] = Bounds(mesh);
   const glm::dvec3 centre = 0.5 * (low + high);
@@ -122,7 +122,7 @@ TEST(ScanPose, SeveralPhotographsTogetherFixWhatOneLeavesOpen) {
     truths.push_back(LookingAt(centre, 250, 180 - 35 * k, 120 * k, 0));
     images.push_back(CrownPicture(mesh, kCamera, truths.back(), 9 + k));
   }
-  // One wrong place of the object in all of them.
+  // The object's pose is wrong by the same amount in all photographs.
   const RigidTransform wrong = Perturbed({}, centre, 5.0, 1.0, 3);
   std::vector<ScanPhotograph> photographs;
   for (int k = 0; k < 3; ++k)
@@ -131,7 +131,7 @@ TEST(ScanPose, SeveralPhotographsTogetherFixWhatOneLeavesOpen) {
   const AlignedScan aligned = AlignScan(mesh, photographs, {.search_mm = 1.0, .search_deg = 5, .starts = 120});
   for (int k = 0; k < 3; ++k) {
     EXPECT_LT(Misplaced_px(mesh, aligned.camera_from_object[k], truths[k]), 3.0) << k;
-    // Shift in the camera frame of the object's middle against the stated deviation.
+    // Shift of the object's centre in the camera frame, against its stated standard deviation.
     const glm::dvec3 at = truths[k].Point(centre), off = aligned.camera_from_object[k].Point(centre) - at;
     const glm::dmat3 cov = PlaceCovariance(aligned.covariance[k], at);
     for (int i = 0; i < 2; ++i)
@@ -139,7 +139,7 @@ TEST(ScanPose, SeveralPhotographsTogetherFixWhatOneLeavesOpen) {
   }
 }
 
-TEST(ScanPose, AMeshOfAnotherSizeThanTheCrownIsRefused) {
+TEST(ScanPose, MeshOfWrongSizeIsRefused) {
   TriangleMesh mesh = Incisor();
   const auto [low, high] = Bounds(mesh);
   const glm::dvec3 centre = 0.5 * (low + high);
@@ -195,12 +195,12 @@ void ExpectReturn(const std::filesystem::path& real, const std::vector<std::stri
   }
 }
 
-TEST(ScanPoseReal, CrownsReturnToTheDrawnOutlines) {
+TEST(ScanPoseReal, PerturbedCrownsReturnToDrawnOutlines) {
   REQUIRE_REAL_DATA("teeth-photos-scan-smartee-case1");
   ExpectReturn(real, {"frontal", "right", "lower_occlusal"});
 }
 
-TEST(ScanPoseReal, CrownsReturnToTheDrawnOutlinesOfTheOtherViews) {
+TEST(ScanPoseReal, PerturbedCrownsReturnToDrawnOutlinesInOtherViews) {
   REQUIRE_REAL_DATA("teeth-photos-scan-smartee-case1");
   ExpectReturn(real, {"left", "upper_occlusal"});
 }

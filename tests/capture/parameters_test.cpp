@@ -18,10 +18,10 @@ std::string Plain(double v) {
   return {text.data(), std::to_chars(text.data(), text.data() + text.size(), v, std::chars_format::fixed).ptr};
 }
 
-TEST(Documents, TellEveryParametersDefaultRangeAndPrior) {
+TEST(Documents, ListEveryParametersDefaultRangeAndPrior) {
   const std::string formats = ReadWholeFile(CROWNFIT_DOCS "/file_formats.md", 1e6, "");
   for (const ParameterRow& row : kParameters) {
-    // Thickness is known by its order of magnitude at least: its prior is about what the capture begins with.
+    // The thickness prior is centred on the capture's initial value: at least its order of magnitude is known.
     const std::string mean = row.quantity == Quantity::kThickness ? "the initial value" : Plain(row.prior_mean);
     const std::string line = std::string("| ") + row.key + " | " + Plain(row.initial) + " | " + Plain(row.low) +
                              " to " + Plain(row.high) + " | " + mean + ", " +

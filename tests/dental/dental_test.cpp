@@ -1,4 +1,4 @@
-// Predicted colours of flat samples: what physics demands of them, and what has been published of teeth and ceramics.
+// Predicted colours of flat samples against physical laws and published data on teeth and ceramics.
 
 #include <gtest/gtest.h>
 
@@ -54,14 +54,14 @@ Slab OneSlab(double ior, double g, double scattering, double absorption, double 
   return slab;
 }
 
-TEST(ViewSlab, ASphereSeesAllThatEntersAWhiteFurnace) {
+TEST(ViewSlab, WhiteFurnaceReturnsAllLightThatEnters) {
   const double cosine = std::cos(8.0 * M_PI / 180.0);
   for (const double ior : {1.0, 1.54, 2.16})
     EXPECT_NEAR(ViewSlab(OneSlab(ior, 0.8, 40, 0, 1), {{1.0}}, MeasuredAt::kD_8)[0].Over(1.0),
                 1.0 - Terms<double>::FresnelReflectance(cosine, ior), 2e-5);
 }
 
-TEST(ViewSlab, AtFortyFiveDegreesAHalfSpaceFollowsChandrasekhar) {
+TEST(ViewSlab, HalfSpaceAgreesWithChandrasekharAt45Degrees) {
   // Isotropic scattering, index 1: albedo H(mu) H(mu0) / (4 (mu + mu0)), H by its own equation.
   const double albedo = 0.95, root = std::sqrt(1.0 - albedo);
   const Quadrature q = GaussLegendre(64, 0.0, 1.0);
@@ -80,9 +80,9 @@ TEST(ViewSlab, AtFortyFiveDegreesAHalfSpaceFollowsChandrasekhar) {
   EXPECT_NEAR(ViewSlab(OneSlab(1.0, 0.0, 19.0, 1.0, 20.0), {{20.0}}, MeasuredAt::k45_0)[0].reflectance, want, 2e-5);
 }
 
-TEST(ViewSlab, OverABackingItIsAddingDoublingOfTheBackedSlab) {
-  // By reciprocity a view along the normal under diffuse light is the total of light along the normal; 8 degrees are
-  // near. What changes with the backing must agree closely.
+TEST(ViewSlab, BackedSlabAgreesWithAddingDoubling) {
+  // By reciprocity, a view along the normal under diffuse light equals the total for light along the normal; 8 degrees
+  // are close. The change with the backing must agree closely.
   for (const double rho : {0.2, 0.9}) {
     Slab slab = OneSlab(1.54, 0.8, 15, 0.05, 1);
     const ViewedSlab v = ViewSlab(slab, {{1.0}}, MeasuredAt::kD_8, {24})[0];
@@ -91,7 +91,7 @@ TEST(ViewSlab, OverABackingItIsAddingDoublingOfTheBackedSlab) {
   }
 }
 
-TEST(ViewSlab, GivesEveryThicknessWhatASlabOfItGets) {
+TEST(ViewSlab, SeveralThicknessesAgreeWithSingleOnes) {
   const Slab slab = OneSlab(1.54, 0.8, 15, 0.05, 1);
   const auto both = ViewSlab(slab, {{0.5}, {2.0}}, MeasuredAt::k45_0);
   EXPECT_DOUBLE_EQ(both[1].reflectance, ViewSlab(slab, {{2.0}}, MeasuredAt::k45_0)[0].reflectance);
@@ -99,7 +99,7 @@ TEST(ViewSlab, GivesEveryThicknessWhatASlabOfItGets) {
   EXPECT_GT(both[0].transmittance, both[1].transmittance);
 }
 
-TEST(Aperture, ReadsWhatWalksReadWithinItsStatedErrors) {
+TEST(Aperture, AgreesWithMonteCarloWithinStatedErrors) {
   const struct {
     Slab slab;
     double tolerance;  ///< measured errors are 0.6 to 0.9 of it
@@ -121,7 +121,7 @@ TEST(Aperture, ReadsWhatWalksReadWithinItsStatedErrors) {
     const SlabAnswer walked = SolveByWalks(slab, {20000, 1, 1}, [](double) {});
     double path = 0;
     for (size_t i = 0; i + 1 < slab.radii_mm.size(); ++i) {
-      // What comes up at this distance and lies in the aperture, for light that went in anywhere in it.
+      // For light that enters anywhere in the aperture: the share leaving at this distance that leaves inside it.
       const double r0 = slab.radii_mm[i], r1 = slab.radii_mm[i + 1], x = 0.5 * (r0 + r1) / kDiameter;
       path += walked.radial_reflectance_per_mm2[i] * M_PI * (r1 * r1 - r0 * r0) * 2.0 / M_PI *
               (std::acos(x) - x * std::sqrt(1.0 - x * x));
@@ -131,7 +131,7 @@ TEST(Aperture, ReadsWhatWalksReadWithinItsStatedErrors) {
   }
 }
 
-TEST(Aperture, AWideOneLosesNothing) {
+TEST(Aperture, WideApertureLosesNothing) {
   const Slab slab = OneSlab(1.54, 0.8, 15, 0.05, 1);
   double wide = 0;
   for (const ApertureWave& wave : ApertureWaves(1000.0))
@@ -139,8 +139,8 @@ TEST(Aperture, AWideOneLosesNothing) {
   EXPECT_NEAR(wide, ViewSlab(slab, {{1.0}}, MeasuredAt::k45_0)[0].reflectance, 0.01);
 }
 
-TEST(Translucency, KubelkaMunkFindsTheCoefficientsThatMadeTheReflectances) {
-  // Kubelka's own formula, forwards.
+TEST(Translucency, KubelkaMunkInvertsItsOwnReflectances) {
+  // Kubelka's forward formula.
   const double k = 0.3, s = 1.7, mm = 0.8, a = 1 + k / s, b = std::sqrt(a * a - 1);
   const auto over = [&](double rg) {
     const double coth = 1.0 / std::tanh(b * s * mm);
@@ -154,12 +154,12 @@ TEST(Translucency, KubelkaMunkFindsTheCoefficientsThatMadeTheReflectances) {
   EXPECT_TRUE(std::isnan(KubelkaMunkFromCards(0.4, 0.4, 0.0, 1.0, 1.0).scattering_per_mm));
 }
 
-TEST(Colour, LabAndBack) {
+TEST(Colour, LabRoundTrips) {
   for (const glm::dvec3 lab : {glm::dvec3(68, 1, 18), glm::dvec3(3, 0.5, -1), glm::dvec3(95, -3, 12)})
     EXPECT_LT(glm::length(LabFromLinearRgb(LinearRgbFromLab(lab)) - lab), 1e-9);
 }
 
-TEST(Colour, AReflectanceIsFoundThroughAColourFile) {
+TEST(Colour, ReflectanceRoundTripsThroughAColourFile) {
   BandColour colour;
   colour.rgb_from_sensor.matrix = glm::dmat3({1.6, -0.3, 0.0}, {-0.5, 1.5, -0.4}, {-0.1, -0.2, 1.4});
   colour.white_sensor = {0.4, 0.8, 0.6};
@@ -168,7 +168,7 @@ TEST(Colour, AReflectanceIsFoundThroughAColourFile) {
 }
 
 TEST(Prediction, TranslucencyFallsAlmostExponentiallyWithThickness) {
-  // Wang et al. 2013 found so for eight glass-ceramics, 0.6 to 2.0 mm, TP 2.2 to 25.3.
+  // Wang et al. 2013 found this for eight glass-ceramics, 0.6 to 2.0 mm, TP 2.2 to 25.3.
   FlatQuestion q = Question(OneLayer(1.55, glm::dvec3(1.5), glm::dvec3(0.02)), 1.0);
   q.other_totals_mm = {0.6, 1.0, 1.5, 2.0};
   const FlatPrediction p = Predict(q);
@@ -181,9 +181,10 @@ TEST(Prediction, TranslucencyFallsAlmostExponentiallyWithThickness) {
     EXPECT_GT(p.groups[g]["contrast_ratio"].value, p.groups[g - 1]["contrast_ratio"].value);
 }
 
-TEST(Prediction, MeasuredTranslucencyLiesBetweenAThreeMillimetreApertureAndWideLight) {
+TEST(Prediction, MeasuredTranslucencyLiesBetween3mmAndWideAperture) {
   // Yu, Ahn and Lee 2009: TP 18.7 and 16.4 of 1 mm of human enamel and dentine, 3 mm aperture; the abstract does not
-  // say what was lit. Mid-visible coefficients as far as the literature agrees (reduced scattering 1.0 to 2.3 / mm).
+  // say which area was lit. Mid-visible coefficients, as far as the literature agrees
+  // (reduced scattering 1.0 to 2.3 / mm).
   for (const auto& [ior, scattering, absorption, measured] :
        {std::tuple{1.63, 1.0, 0.01, 18.7}, {1.54, 1.2, 0.02, 16.4}}) {
     FlatQuestion q = Question(OneLayer(ior, glm::dvec3(scattering), glm::dvec3(absorption)), 1.0);
@@ -206,7 +207,7 @@ TEST(Prediction, CementOverTitaniumLightensOrDarkensAsMeasured) {
   const auto change = [&](double mm, bool opaque) {
     FlatQuestion q = Question(zirconia, mm);
     q.is_cemented = false;
-    q.stump = glm::dvec3(0.0);  // alone, over nothing
+    q.stump = glm::dvec3(0.0);  // the zirconia alone
     const glm::dvec3 alone = Predict(q).lab;
     q.is_cemented = true;
     q.stump_ior = 1.0;
@@ -225,7 +226,7 @@ TEST(Prediction, CementOverTitaniumLightensOrDarkensAsMeasured) {
   EXPECT_LT(std::abs(thicker.x), std::abs(clear.x));
 }
 
-TEST(Prediction, ClearCementOverMetalIsTheLimitOfAThinLayerOfIt) {
+TEST(Prediction, OpticalContactIsTheLimitOfThinClearCement) {
   FlatQuestion q = Question(OneLayer(1.6, glm::dvec3(1.5), glm::dvec3(0.02)), 1.0);
   q.stump = glm::dvec3(0.6);
   q.stump_ior = 1.0;
@@ -234,10 +235,10 @@ TEST(Prediction, ClearCementOverMetalIsTheLimitOfAThinLayerOfIt) {
   q.cement_mm = 0.001;
   EXPECT_NEAR(without, Predict(q).lab.x, 0.02);
   q.is_cemented = false;
-  EXPECT_GT(std::abs(without - Predict(q).lab.x), 1.0);  // a gap of air is something else
+  EXPECT_GT(std::abs(without - Predict(q).lab.x), 1.0);  // an air gap differs
 }
 
-TEST(Prediction, LayersThatScatterForwardsAreFollowedInDirectionsEnough) {
+TEST(Prediction, ForwardScatteringLayersUseEnoughDirections) {
   MaterialRecord enamel = OneLayer(1.63, glm::dvec3(0.3), glm::dvec3(0.01));
   enamel.material.layers[0][Quantity::kAsymmetry].fill(0.96);
   const FlatPrediction p = Predict(Question(enamel, 0.7));
@@ -246,7 +247,7 @@ TEST(Prediction, LayersThatScatterForwardsAreFollowedInDirectionsEnough) {
   EXPECT_NEAR(p.groups[0]["transmittance_G"].value, fine.transmittance, 3e-4);
 }
 
-TEST(Prediction, AnApertureThatLosesNearlyAllStillReadsNoLessThanNothing) {
+TEST(Prediction, SmallApertureReflectanceIsNonNegative) {
   FlatQuestion q = Question(OneLayer(1.54, glm::dvec3(3.0), glm::dvec3(0.02)), 1.0);
   q.aperture_mm = 0.5;
   const FlatFigure light = Predict(q).groups[0]["over_white.L"];
@@ -256,7 +257,7 @@ TEST(Prediction, AnApertureThatLosesNearlyAllStillReadsNoLessThanNothing) {
   EXPECT_LT(*light.high95, 100.0);
 }
 
-TEST(Prediction, AStumpOfTheTargetsColourIsMaskedAtOnceAndADarkOneDeeper) {
+TEST(Prediction, MaskingThicknessGrowsWithStumpContrast) {
   FlatQuestion q = Question(OneLayer(1.54, glm::dvec3(3.0), glm::dvec3(0.02, 0.04, 0.1)), 1.0);
   q.target = glm::dvec3(0.5, 0.4, 0.3);
   q.stump = q.target;
@@ -267,21 +268,21 @@ TEST(Prediction, AStumpOfTheTargetsColourIsMaskedAtOnceAndADarkOneDeeper) {
   const FlatPrediction dark = Predict(q);
   EXPECT_GT(dark.groups[0]["masked_from_at"].value, dim.groups[0]["masked_from_at"].value);
   EXPECT_GT(dim.groups[0]["masked_from_pt"].value, dim.groups[0]["masked_from_at"].value);
-  // At the thickness that is named, the difference is the threshold.
+  // At the reported thickness, the difference equals the threshold.
   q.design_mm = {dark.groups[0]["masked_from_at"].value};
   EXPECT_NEAR(Predict(q).groups[0]["stump_shows"].value, kAcceptable, 0.05);
 }
 
-TEST(Prediction, IntervalsAreThoseOfTheMaterialsStandardDeviations) {
+TEST(Prediction, IntervalsFollowMaterialStandardDeviations) {
   MaterialRecord record = OneLayer(1.54, glm::dvec3(3.0), glm::dvec3(0.02, 0.04, 0.1));
   FlatQuestion q = Question(record, 1.0);
-  EXPECT_FALSE(Predict(q).groups[0]["tp00"].stddev) << "nothing uncertain, no interval";
+  EXPECT_FALSE(Predict(q).groups[0]["tp00"].stddev) << "without uncertainty there is no interval";
   const auto tp = [&](double scattering_factor) {
     FlatQuestion moved = q;
     for (double& s : moved.material.material.layers[0][Quantity::kReducedScattering]) s *= scattering_factor;
     return Predict(moved).groups[0]["tp00"].value;
   };
-  // One shared scattering, 5 % sure: by differences.
+  // One shared scattering with a standard deviation of 5 %, by finite differences.
   q.material.layers[0][static_cast<size_t>(Quantity::kReducedScattering)].stddev = {0.15};
   const double slope = (tp(1.01) - tp(1 / 1.01)) / (2 * std::log(1.01));
   q.draws = 400;
@@ -291,9 +292,9 @@ TEST(Prediction, IntervalsAreThoseOfTheMaterialsStandardDeviations) {
   EXPECT_GT(*figure.high95, figure.value);
 }
 
-TEST(Prediction, IntervalsAreThoseOfTheJointDistribution) {
-  // Scattering and absorption of each channel rise together, and the channels too: by hand, to first order, against
-  // draws.
+TEST(Prediction, IntervalsFollowTheJointDistribution) {
+  // Scattering and absorption of each channel are correlated, and so are the channels. First-order propagation by hand,
+  // against draws.
   MaterialRecord record = OneLayer(1.54, glm::dvec3(3.0), glm::dvec3(0.02, 0.04, 0.1));
   constexpr int kEntries = 6;
   constexpr double kStddev = 0.1, kSameChannel = 0.95, kOther = 0.5;
@@ -337,9 +338,10 @@ TEST(Prediction, IntervalsAreThoseOfTheJointDistribution) {
     joint = std::sqrt(joint), apart = std::sqrt(apart);
     const FlatFigure& figure = drawn.groups[0][name];
     std::printf("%s: drawn %.4g, by hand %.4g, if independent %.4g\n", name, *figure.stddev, joint, apart);
-    EXPECT_NEAR(*figure.stddev, joint, 0.2 * joint) << name;  // 4 sigma of 300 draws, and the second order
+    EXPECT_NEAR(*figure.stddev, joint, 0.2 * joint) << name;  // 4 sigma of 300 draws, and second-order terms
     EXPECT_NEAR(*figure.high95 - *figure.low95, 2 * 1.96 * joint, 0.25 * 2 * 1.96 * joint) << name;
-    EXPECT_GT(std::max(joint / apart, apart / joint), 1.3) << name << ": the case would not tell them apart";
+    EXPECT_GT(std::max(joint / apart, apart / joint), 1.3)
+        << name << ": the case would not distinguish joint from independent";
   }
 }
 
@@ -347,9 +349,9 @@ TEST(Shades, AreReadAsWritten) {
   const TemporaryFolder folder;
   const auto table = folder.path / "tabs.csv";
   std::ofstream(table) << "name,L,a,b\nA1,79.6,-1.6,13.1\nA1,76.7,-1.6,16.6\n";
-  EXPECT_THROW(ReadShadeTable(table), InputError) << "two of one name";
+  EXPECT_THROW(ReadShadeTable(table), InputError) << "two tabs of one name";
   std::ofstream(table) << "A1,\"79,6\",\"-1,6\",\"13,1\"\n";
-  EXPECT_THROW(ReadShadeTable(table), InputError) << "decimal commas between commas";
+  EXPECT_THROW(ReadShadeTable(table), InputError) << "decimal commas in a comma-separated table";
   std::ofstream(table) << "name;L*;a*;b*\n\"A3,5\";79,6;-1,6;13,1\n";
   const std::vector<ShadeTab> german = ReadShadeTable(table);
   ASSERT_EQ(german.size(), 1u);
@@ -367,7 +369,7 @@ TEST(Shades, AreReadAsWritten) {
   EXPECT_EQ(back.note, "a note");
 }
 
-TEST(Ciede2000, SixteenMeasuredChangesOfZirconiaOnTitanium) {
+TEST(Ciede2000, AgreesWithPublishedZirconiaDifferences) {
   // PMC11458321 (2024), Table 2: means of dL*, da*, db* and of CIEDE2000. The bare zirconia's colour is not printed;
   // 68, 1, 18 fits the column to 0.06 rms.
   const double rows[16][4] = {

@@ -1,4 +1,4 @@
-// What exporters are given: quantities that stand for layers, lamps as shapes, names as files.
+// Inputs of the exporters: equivalents of layers, lamps as shapes, file names.
 
 #include "exchange/export_scene.h"
 
@@ -37,7 +37,7 @@ double LargestOff(const glm::dvec3& a, const glm::dvec3& b) {
   return off;
 }
 
-TEST(Equivalents, SharesDoNotDependOnTheUnitOfLengthAndPathsScaleWithIt) {
+TEST(Equivalents, SharesAreScaleInvariantAndPathsScaleWithLength) {
   const ExportScene scene = TwoLayers(), larger = Scaled(scene, 10.0);
   EXPECT_LT(LargestOff(TranslucencyOf(larger).reflectance, TranslucencyOf(scene).reflectance), 1e-9);
   EXPECT_LT(LargestOff(TranslucencyOf(larger).transmittance, TranslucencyOf(scene).transmittance), 1e-9);
@@ -46,7 +46,7 @@ TEST(Equivalents, SharesDoNotDependOnTheUnitOfLengthAndPathsScaleWithIt) {
   EXPECT_LT(LargestOff(MeanFreePath_mm(ten), 10.0 * MeanFreePath_mm(one)), 1e-6);
 }
 
-TEST(Equivalents, OneMediumReturnsWhatTheLayersReturn) {
+TEST(Equivalents, OneMediumMatchesTheLayeredReflectance) {
   ExportScene scene = TwoLayers();
   const glm::dvec3 layers = TranslucencyOf(scene).reflectance;
   scene.layers = {OneMediumFor(scene)};
@@ -54,7 +54,7 @@ TEST(Equivalents, OneMediumReturnsWhatTheLayersReturn) {
   EXPECT_DOUBLE_EQ(*scene.layers[0].thickness_mm, 2.7);
 }
 
-TEST(Equivalents, OneMediumForOneLayerIsThatLayer) {
+TEST(Equivalents, OneMediumForOneLayerEqualsThatLayer) {
   ExportScene scene = TwoLayers();
   scene.layers.pop_back();
   const ExportedLayer one = OneMediumFor(scene);
@@ -62,9 +62,9 @@ TEST(Equivalents, OneMediumForOneLayerIsThatLayer) {
   EXPECT_EQ(one.absorption_per_mm, scene.layers[0].absorption_per_mm);
 }
 
-TEST(Equivalents, AlbedoOfMultipleScatteringIsThatOfAHalfSpaceWithoutABoundary) {
-  // van de Hulst's formula is for isotropic scattering; the similarity relation carries it over to others. 0.002 is
-  // what docs/exchange.md states.
+TEST(Equivalents, MultipleScatteringAlbedoMatchesIndexMatchedHalfSpace) {
+  // van de Hulst's formula is for isotropic scattering; the similarity relation extends it to others. docs/exchange.md
+  // states 0.002.
   for (const double g : {0.0, 0.7, 0.93})
     for (const double albedo : {0.8, 0.9, 0.99, 0.999}) {
       Slab slab;
@@ -78,7 +78,7 @@ TEST(Equivalents, AlbedoOfMultipleScatteringIsThatOfAHalfSpaceWithoutABoundary) 
     }
 }
 
-/// Irradiance, in what the exported radiance says, of a surface at the origin that faces the mesh.
+/// Irradiance by the exported radiance on a surface at the origin with this normal.
 double IrradianceOf(const ExportedLamp& lamp, const glm::dvec3& normal) {
   const auto& mesh = std::get<TriangleMesh>(lamp.shape);
   double sum = 0;
@@ -92,7 +92,7 @@ double IrradianceOf(const ExportedLamp& lamp, const glm::dvec3& normal) {
   return lamp.radiance.x * sum;
 }
 
-TEST(ExportedLamps, FlatAndDistantLampsGiveTheIrradianceTheyState) {
+TEST(ExportedLamps, FlatAndDistantLampsGiveTheirStatedIrradiance) {
   Capture capture;
   PhotographSpec photo;
   photo.exposure_scale = 2.0;
@@ -115,7 +115,7 @@ TEST(ExportedLamps, FlatAndDistantLampsGiveTheIrradianceTheyState) {
   EXPECT_NEAR(IrradianceOf(lamps[2], up), pixel * 256 / (400.0 * 400), pixel * 2e-6);
 }
 
-TEST(ExportedLamps, LampsOfTheCameraMoveWithIt) {
+TEST(ExportedLamps, CameraMountedLampsMoveWithTheCamera) {
   Capture capture;
   Light lamp;
   lamp.in_camera_frame = true;
@@ -130,7 +130,7 @@ TEST(ExportedLamps, LampsOfTheCameraMoveWithIt) {
   EXPECT_EQ(std::get<BallLamp>(scene.photographs[0].lamps[0].shape).centre_mm, glm::dvec3(0, 0, -240));
 }
 
-TEST(LeaveOut, SaysWhatGoesAndLeavesACaptureThatOthersCanHold) {
+TEST(LeaveOut, UnsupportedFeaturesAreRemovedAndReported) {
   Capture capture;
   LayerSpec layer;
   layer.name = "enamel";
@@ -148,11 +148,11 @@ TEST(LeaveOut, SaysWhatGoesAndLeavesACaptureThatOthersCanHold) {
   EXPECT_EQ(left_out.size(), 5u);  // texture, wetness, polarisers, distortion, pixels
   const size_t before = left_out.size();
   LeaveOutWhatOthersLack(capture, material, left_out);
-  EXPECT_EQ(left_out.size(), before) << "nothing is left to leave out";
+  EXPECT_EQ(left_out.size(), before) << "the second call finds nothing to leave out";
   EXPECT_EQ(capture.photographs[0].camera.fx, capture.photographs[0].camera.fy);
 }
 
-TEST(FileNames, AreSafeAndDiffer) {
+TEST(FileNames, AreSafeAndUnique) {
   EXPECT_EQ(FileNames({"a/b", "a b", "ok-1"}), (std::vector<std::string>{"a_b", "a_b_", "ok-1"}));
   EXPECT_EQ(FileNames({"material", "a"}, "material"), (std::vector<std::string>{"material_", "a"}));
 }

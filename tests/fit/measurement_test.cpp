@@ -1,4 +1,4 @@
-// Readings of flat samples: what is predicted of them, what a fit finds from them and how sure it is, and files of iad.
+// Readings of flat samples: their prediction, fits to them with uncertainties, and files of iad.
 
 #include <gtest/gtest.h>
 
@@ -24,7 +24,7 @@
 namespace crownfit {
 namespace {
 
-/// A capture of one layer, scattering and absorption free in each channel.
+/// A capture of one layer with free scattering and absorption in each channel.
 Capture OneLayer(double ior, double g) {
   Capture capture;
   LayerSpec layer;
@@ -49,7 +49,7 @@ Material Truth(const Capture& capture, const glm::dvec3& reduced_scattering, con
   return material;
 }
 
-/// What `material` gives, with errors of the stated size drawn; of the true thickness, where that is stated too.
+/// Simulates readings of `material` with random errors of the stated size, and of the thickness if its error is stated.
 void TakeReadings(Capture& capture, const Material& material, uint64_t seed) {
   for (size_t i = 0; i < capture.measurements.size(); ++i) {
     FlatMeasurement& m = capture.measurements[i];
@@ -87,7 +87,7 @@ CrownFit Fit(const Capture& capture) {
   return FitCrown(capture, options, quiet);
 }
 
-TEST(ViewSlab, WhatASphereCollectsAreAddingDoublingsTotals) {
+TEST(ViewSlab, SphereTotalsAgreeWithAddingDoubling) {
   Slab slab;
   slab.layers = {{1.63, 0.7, 0.1, 6, 0.03, 0.6}, {1.54, 0.9, 0.0, 20, 0.1, 1.1}};
   for (const double rho : {0.0, 0.8}) {
@@ -105,7 +105,7 @@ TEST(ViewSlab, WhatASphereCollectsAreAddingDoublingsTotals) {
   }
 }
 
-TEST(FlatReading, SlidesOfTheSamplesIndexChangeNothing) {
+TEST(FlatReading, IndexMatchedSlidesChangeNothing) {
   const Capture capture = OneLayer(1.5, 0.8);
   const Material material = Truth(capture, glm::dvec3(2), glm::dvec3(0.05));
   FlatMeasurement m = TotalsOf(1.0, 0.01);
@@ -118,7 +118,7 @@ TEST(FlatReading, SlidesOfTheSamplesIndexChangeNothing) {
   EXPECT_GT(ReadBand(capture, {m}, material, 0)[0].reflectance, bare.reflectance + 0.01) << "glass mirrors";
 }
 
-TEST(FlatReading, ChangesAreWhatDifferencesTendTo) {
+TEST(FlatReading, DerivativesMatchFiniteDifferences) {
   const Capture capture = OneLayer(1.5, 0.8);
   const Material material = Truth(capture, glm::dvec3(2), glm::dvec3(0.05));
   FlatMeasurement wide = TotalsOf(1.0, 0.01), small = wide;
@@ -136,8 +136,7 @@ TEST(FlatReading, ChangesAreWhatDifferencesTendTo) {
       step.to.layers[0][q][0] *= 1 + kStep;
       const BandReading change = ReadBandChanges(capture, {m}, material, 0, {step})[0][0],
                         from = ReadBand(capture, {m}, step.from, 0)[0], to = ReadBand(capture, {m}, step.to, 0)[0];
-      const double tolerance =
-          1e-4 * std::abs(change.reflectance) + 1e-9;  // of the differences' curvature and roundings
+      const double tolerance = 1e-4 * std::abs(change.reflectance) + 1e-9;  // curvature and rounding of the differences
       EXPECT_NEAR(change.reflectance, to.reflectance - from.reflectance, tolerance) << static_cast<int>(q);
       EXPECT_NEAR(change.transmittance, to.transmittance - from.transmittance, tolerance) << static_cast<int>(q);
       EXPECT_NEAR(change.edge_loss, to.edge_loss - from.edge_loss, tolerance) << static_cast<int>(q);
@@ -145,9 +144,9 @@ TEST(FlatReading, ChangesAreWhatDifferencesTendTo) {
     }
 }
 
-TEST(MeasurementFit, ReflectanceAndTransmittanceOfAnotherProgramGiveTheCoefficientsBack) {
-  // Adding-doubling of S. Prahl's `ad` at 64 angles: n 1.54, g 0.8, in air, totals. For the first and the
-  // seventh his inverse program finds no solution: absorption next to nothing.
+TEST(MeasurementFit, RecoversCoefficientsFromPrahlAddingDoublingTotals) {
+  // Totals by S. Prahl's `ad` (adding-doubling) at 64 angles: n 1.54, g 0.8, in air. His inverse program finds no
+  // solution for the first and the seventh, which hardly absorb.
   const struct {
     double mm;
     glm::dvec3 scattering, absorption, r, t;
@@ -156,7 +155,7 @@ TEST(MeasurementFit, ReflectanceAndTransmittanceOfAnotherProgramGiveTheCoefficie
               {2.0, {10, 5, 2}, {0.01, 0.01, 0.1}, {0.808852, 0.719288, 0.351562}, {0.103770, 0.189936, 0.144718}}};
   for (const auto& row : rows) {
     Capture capture = OneLayer(1.54, 0.8);
-    capture.measurements = {TotalsOf(row.mm, 3e-5)};  // what 24 and 64 angles differ by
+    capture.measurements = {TotalsOf(row.mm, 3e-5)};  // the difference between 24 and 64 angles
     for (int c = 0; c < kChannels; ++c) {
       capture.measurements[0].reflectance->value[c] = row.r[c];
       capture.measurements[0].transmittance->value[c] = row.t[c];
@@ -170,8 +169,8 @@ TEST(MeasurementFit, ReflectanceAndTransmittanceOfAnotherProgramGiveTheCoefficie
   }
 }
 
-TEST(MeasurementFit, IntervalsHoldTheTruthAsOftenAsTheySay) {
-  // Half a per cent of the light, and 0.02 mm of the samples' thickness.
+TEST(MeasurementFit, IntervalsHaveNominalCoverage) {
+  // Errors of half a per cent of the light and of 0.02 mm in the samples' thickness.
   Capture capture = OneLayer(1.55, 0.75);
   const Material truth = Truth(capture, {1.5, 2.5, 4.0}, {0.02, 0.05, 0.2});
   capture.measurements = {TotalsOf(0.5, 0.005), TotalsOf(1.5, 0.005)};
@@ -186,12 +185,12 @@ TEST(MeasurementFit, IntervalsHoldTheTruthAsOftenAsTheySay) {
         held += p.low95[c] <= truth.layers[0][p.quantity][c] && truth.layers[0][p.quantity][c] <= p.high95[c];
   }
   std::printf("%d of %d intervals hold the truth\n", held, count);
-  // Channels of a sample share its thickness, so that there are about half as many independent ones: 4 sigma of 36.
+  // Channels of a sample share its thickness, so about half of the values are independent: 4 sigma of 36.
   EXPECT_GT(held, 0.95 * count - 4 * std::sqrt(0.05 * 0.95 / 36) * count);
-  EXPECT_LT(held, count) << "or they are too wide";
+  EXPECT_LT(held, count) << "otherwise they are too wide";
 }
 
-TEST(MeasurementFit, ThicknessThatIsNotSureWidensIntervals) {
+TEST(MeasurementFit, UncertainThicknessWidensIntervals) {
   Capture capture = OneLayer(1.55, 0.75);
   const Material truth = Truth(capture, glm::dvec3(2), glm::dvec3(0.05));
   capture.measurements = {TotalsOf(1.0, 0.001)};
@@ -199,11 +198,11 @@ TEST(MeasurementFit, ThicknessThatIsNotSureWidensIntervals) {
   const double sharp = std::sqrt(Fit(capture).uncertainty.covariance(0, 0));
   capture.measurements[0].thickness_stddev_mm = 0.05;
   const double wide = std::sqrt(Fit(capture).uncertainty.covariance(0, 0));
-  // Totals know of scattering times thickness alone: 5 % of one is 5 % of the other.
+  // Totals depend only on scattering times thickness: 5 % of one is 5 % of the other.
   EXPECT_NEAR(wide, std::hypot(sharp, 0.05), 0.002);
 }
 
-TEST(MeasurementFit, OneSampleInSeveralEntriesHasOneThickness) {
+TEST(MeasurementFit, EntriesOfOneSampleShareItsThickness) {
   const auto stddev = [](const char* sample) {
     Capture capture = OneLayer(1.54, 0.8);
     for (int i = 0; i < 6; ++i) {
@@ -216,10 +215,10 @@ TEST(MeasurementFit, OneSampleInSeveralEntriesHasOneThickness) {
     TakeReadings(capture, Truth(capture, glm::dvec3(2.5), glm::dvec3(0.05)), 0);
     return std::sqrt(Fit(capture).uncertainty.covariance(0, 0));
   };
-  EXPECT_GT(stddev("disc"), 1.8 * stddev("")) << "else it counts as six, each cut anew";
+  EXPECT_GT(stddev("disc"), 1.8 * stddev("")) << "otherwise it counts as six samples, each cut separately";
 }
 
-TEST(MeasurementFit, CapturesOfOneDiscEachTellTogetherWhatOneOfAllDiscsTells) {
+TEST(MeasurementFit, JointFitOfSingleDiscsMatchesOneFitOfAllDiscs) {
   Capture all = OneLayer(1.54, 0.8);
   for (const double mm : {0.5, 1.0, 2.0}) all.measurements.push_back(TotalsOf(mm, 0.003));
   TakeReadings(all, Truth(all, {2.0, 2.3, 2.9}, {0.02, 0.04, 0.12}), 5);
@@ -243,13 +242,13 @@ TEST(MeasurementFit, CapturesOfOneDiscEachTellTogetherWhatOneOfAllDiscsTells) {
       EXPECT_NEAR(b.value[c], a.value[c], 0.3 * a.stddev[c]) << a.name;
     }
   }
-  EXPECT_THROW(FitTogether({each[0], each[0]}, options, quiet), InputError) << "readings that count twice";
+  EXPECT_THROW(FitTogether({each[0], each[0]}, options, quiet), InputError) << "duplicate readings";
   options.leave_out = {"tile:black"};
   EXPECT_THROW(FitTogether({each[0], each[1]}, options, quiet), InputError) << "tiles of photographs";
   EXPECT_THROW(FitCrown(each[0], options, quiet), InputError) << "tiles of photographs";
 }
 
-TEST(MeasurementFit, ScatteringThatChannelsDoNotShareIsDeniedAndWhatTheyShareIsNot) {
+TEST(MeasurementFit, SharedScatteringIsRejectedOnlyIfItIsWrong) {
   Capture capture = OneLayer(1.54, 0.8);
   for (const double mm : {0.5, 1.0, 2.0}) capture.measurements.push_back(TotalsOf(mm, 0.003));
   capture.layers[0][Quantity::kReducedScattering].sharing = Sharing::kOneValue;
@@ -268,7 +267,7 @@ TEST(MeasurementFit, ScatteringThatChannelsDoNotShareIsDeniedAndWhatTheyShareIsN
     ASSERT_EQ(shared.departures.size(), 1u);
     chi2 += shared.departures[0].chi2 / kDraws;
   }
-  EXPECT_GT(chi2, 0.7);  // of two: the mean of twelve is beyond these four times in a thousand
+  EXPECT_GT(chi2, 0.7);  // two degrees of freedom: the mean of twelve lies outside these bounds 4 times in 1000
   EXPECT_LT(chi2, 4.0);
 
   const CrownFit denied = fit({2.3 * 0.95, 2.3, 2.3 * 1.1}, 1);
@@ -278,7 +277,7 @@ TEST(MeasurementFit, ScatteringThatChannelsDoNotShareIsDeniedAndWhatTheyShareIsN
   EXPECT_NEAR(denied.departures[0].off[2] - denied.departures[0].off[0], std::log(1.1 / 0.95), 0.03);
 }
 
-TEST(MeasurementFit, ColoursThroughAnApertureOverBlackAndWhiteTellBoth) {
+TEST(MeasurementFit, ApertureColoursOverBlackAndWhiteGiveBothCoefficients) {
   Capture capture = OneLayer(1.54, 0.8);
   const Material truth = Truth(capture, {2, 2.2, 2.6}, {0.02, 0.04, 0.12});
   for (const size_t backing : {0, 1}) {
@@ -296,15 +295,15 @@ TEST(MeasurementFit, ColoursThroughAnApertureOverBlackAndWhiteTellBoth) {
   for (const FittedParameter& p : fit.uncertainty.parameters)
     for (size_t c = 0; c < p.stddev.size(); ++c) {
       EXPECT_NEAR(p.value[c], truth.layers[0][p.quantity][c], 0.02 * p.value[c]) << p.name;
-      EXPECT_GT(p.stddev[c], 0.02 * p.value[c]) << "edge loss is modelled within 5 % only";
+      EXPECT_GT(p.stddev[c], 0.02 * p.value[c]) << "edge loss is modelled only to within 5 %";
     }
-  // A wide reading's edge loss would be taken for absorption.
+  // Without the aperture, edge loss is taken for absorption.
   for (auto& m : capture.measurements) m.aperture_mm.reset();
   const CrownFit wrong = Fit(capture);
   EXPECT_GT(wrong.material.layers[0][Quantity::kAbsorption][1], 2 * truth.layers[0][Quantity::kAbsorption][1]);
 }
 
-TEST(MeasurementFit, AReflectanceAloneLeavesOneOpenAndSaysSo) {
+TEST(MeasurementFit, ReflectanceAloneIsReportedAsUnidentified) {
   Capture capture = OneLayer(1.54, 0.8);
   const Material truth = Truth(capture, glm::dvec3(3), glm::dvec3(0.1));
   FlatMeasurement m = TotalsOf(20.0, 0.003);
@@ -317,10 +316,10 @@ TEST(MeasurementFit, AReflectanceAloneLeavesOneOpenAndSaysSo) {
   EXPECT_FALSE(fit.uncertainty.weak_directions.empty());
 }
 
-TEST(MeasurementFit, TwoCapturesTogetherTellWhatOneWithAllReadingsTells) {
+TEST(MeasurementFit, JointFitOfTwoCapturesMatchesOneFitOfAllReadings) {
   Capture both = OneLayer(1.5, 0.8);
   both.measurements = {TotalsOf(0.5, 0.002), TotalsOf(2.0, 0.002)};
-  both.measurements[0].transmittance.reset();  // each alone leaves one open
+  both.measurements[0].transmittance.reset();  // each alone leaves one coefficient undetermined
   both.measurements[1].reflectance.reset();
   TakeReadings(both, Truth(both, {3, 4, 5}, {0.02, 0.05, 0.2}), 5);
   std::vector<Capture> parts{both, both};
@@ -347,15 +346,15 @@ TEST(MeasurementFit, AHeldOutReadingIsPredictedAndNotFitted) {
   capture.measurements[1].is_holdout = true;
   for (double& v : capture.measurements[1].reflectance->value) v += 0.1;
   const CrownFit fit = Fit(capture);
-  EXPECT_LT(fit.uncertainty.reduced_chi2, 1e-3) << "it was fitted";
+  EXPECT_LT(fit.uncertainty.reduced_chi2, 1e-3) << "the held-out reading was fitted";
   ASSERT_EQ(fit.readings.size(), 4u);
   EXPECT_TRUE(fit.readings[2].is_holdout);
   EXPECT_NEAR(fit.readings[2].predicted[0], fit.readings[2].read.value[0] - 0.1, 1e-3);
 }
 
-TEST(MeasurementFit, WhatIsPredictedOfItsMaterialKnowsWhatItsValuesHaveInCommon) {
-  // A sample that may be 5 % thicker: all its coefficients are then 5 % smaller together, which hardly changes a hue,
-  // while 5 % of each by itself would.
+TEST(MeasurementFit, PredictionsUseTheJointDistributionOfTheFit) {
+  // If the sample is 5 % thicker, all its coefficients are 5 % smaller together. That hardly changes its hue;
+  // independent changes of 5 % would.
   Capture capture = OneLayer(1.54, 0.8);
   const Material truth = Truth(capture, {3, 3.5, 4}, {0.02, 0.04, 0.1});
   capture.measurements = {TotalsOf(1.0, 0.0003)};
@@ -407,7 +406,7 @@ TEST(Measurements, AreReadWithDefaults) {
   EXPECT_FALSE(m.aperture_mm);
 }
 
-TEST(Measurements, WhatCanNotBeIsRefusedByName) {
+TEST(Measurements, InvalidEntriesAreRefusedByName) {
   const TemporaryFolder folder;
   const auto complaint = [&](const std::string& rest) -> std::string {
     try {
@@ -471,13 +470,13 @@ std::string RefusalOfRxt(const std::string& table, const std::string& header = k
   return "nothing";
 }
 
-TEST(RxtFile, IsReadByLettersOrByCount) {
+TEST(RxtFile, ColumnsAreGivenByLettersOrByCount) {
   const TemporaryFolder folder;
   WriteTextFile(folder.path / "a.rxt",
                 std::string(kRxt) + "L d r t g -\n\n450 0.5 0.4 0.3 0.7 # a comment\n550 0.6 0.5 0.2 0.7\n");
   const RxtFile by_letters = ReadRxt(folder.path / "a.rxt");
   ASSERT_EQ(by_letters.rows.size(), 2u);
-  EXPECT_EQ(by_letters.slide_ior, 1.0) << "of no thickness";
+  EXPECT_EQ(by_letters.slide_ior, 1.0) << "slides without thickness";
   EXPECT_EQ(by_letters.rows[1].thickness_mm, 0.6);
   EXPECT_EQ(by_letters.rows[1].asymmetry, 0.7);
   EXPECT_EQ(by_letters.rows[1].ior, 1.54);
@@ -489,7 +488,7 @@ TEST(RxtFile, IsReadByLettersOrByCount) {
   EXPECT_EQ(by_count.rows[1].transmittance, 0.2);
 }
 
-TEST(RxtFile, WhatIsBrokenIsNamedByItsLine) {
+TEST(RxtFile, ErrorsNameTheLine) {
   EXPECT_NE(RefusalOfRxt("r t\n0.4 0.3\n0.5\n").find("line 21"), std::string::npos) << "a number is missing";
   EXPECT_NE(RefusalOfRxt("r t\n0.4 nan\n").find("line 20"), std::string::npos);
   EXPECT_NE(RefusalOfRxt("r t\n40 30\n").find("between 0 and 1"), std::string::npos);
@@ -503,7 +502,7 @@ TEST(RxtFile, WhatIsBrokenIsNamedByItsLine) {
   EXPECT_NE(RefusalOfRxt("r\n0.4\n", one_sphere).find("sphere"), std::string::npos);
 }
 
-TEST(RxtFile, WhatIsExportedIsFittedBackToTheMaterial) {
+TEST(RxtFile, FitOfAnExportedFileRecoversTheMaterial) {
   const TemporaryFolder folder;
   ExportScene scene;
   scene.wavelengths_nm = {600, 540, 450};
@@ -520,17 +519,19 @@ TEST(RxtFile, WhatIsExportedIsFittedBackToTheMaterial) {
   }
 }
 
-TEST(RxtFile, BandsAreInterpolatedAndRowsWithoutWavelengthsChosen) {
+TEST(RxtFile, BandsAreInterpolatedOrRowsAreSelected) {
   const TemporaryFolder folder;
   const auto rxt = folder.path / "a.rxt";
   WriteTextFile(rxt, std::string(kRxt) + "L r t\n500 0.4 0.3\n600 0.5 0.2\n");
   InitMeasuredCapture({rxt, {600, 550, 500}}, folder.path);
   EXPECT_NEAR(ReadCapture(folder.path).measurements[0].reflectance->value[1], 0.45, 1e-12);
-  EXPECT_THROW(InitMeasuredCapture({rxt, {600, 550, 450}}, folder.path), InputError) << "beyond the file's";
-  EXPECT_THROW(InitMeasuredCapture({rxt, {}, {1}}, folder.path), InputError) << "rows of a file with wavelengths";
+  EXPECT_THROW(InitMeasuredCapture({rxt, {600, 550, 450}}, folder.path), InputError)
+      << "outside the file's wavelengths";
+  EXPECT_THROW(InitMeasuredCapture({rxt, {}, {1}}, folder.path), InputError)
+      << "rows selected in a file with wavelengths";
   WriteTextFile(rxt, std::string(kRxt) + "r t\n0.4 0.3\n0.5 0.2\n");
-  EXPECT_THROW(InitMeasuredCapture({rxt}, folder.path), InputError) << "which?";
-  EXPECT_THROW(InitMeasuredCapture({rxt, {}, {3}}, folder.path), InputError) << "there are two";
+  EXPECT_THROW(InitMeasuredCapture({rxt}, folder.path), InputError) << "two rows, none selected";
+  EXPECT_THROW(InitMeasuredCapture({rxt, {}, {3}}, folder.path), InputError) << "there are only two rows";
   InitMeasuredCapture({rxt, {}, {2}}, folder.path);
   EXPECT_EQ(ReadCapture(folder.path).measurements[0].transmittance->value, (std::array{0.2, 0.2, 0.2}));
 }

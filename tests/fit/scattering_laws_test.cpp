@@ -1,4 +1,4 @@
-// Laws of scattering over the channels: what they leave free, what they are worth, and departures from them.
+// Laws of scattering over the channels: their free parameters, their benefit, and departures from them.
 
 #include "fit/scattering_laws.h"
 
@@ -14,7 +14,7 @@
 namespace crownfit {
 namespace {
 
-/// An incisor of which nothing is to be fitted.
+/// An incisor with every parameter fixed.
 Capture AllFixed() {
   TemporaryFolder folder;
   WriteSyntheticCapture(folder.path, {.pixels = 20, .levels = 14});
@@ -25,11 +25,11 @@ Capture AllFixed() {
   return capture;
 }
 
-TEST(SharedScattering, IsAdvisedWherePhotographsTellLessThanTeethDepart) {
+TEST(SharedScattering, IsAdvisedWhenDataErrorExceedsTypicalDeparture) {
   Capture capture = AllFixed();
   ParameterSpec& scattering = capture.layers[0][Quantity::kReducedScattering];
   scattering.fixed = false, scattering.sharing = Sharing::kNone;
-  // Each channel told by itself, as well as the others.
+  // The data identify each channel independently and equally well.
   const auto asked_at = [&](double stddev) {
     const auto asked = ScatteringThatMayBeShared(capture, [&](const Capture&, const FreeParameters& free) {
       DataEstimate knowledge;
@@ -44,13 +44,13 @@ TEST(SharedScattering, IsAdvisedWherePhotographsTellLessThanTeethDepart) {
   EXPECT_FALSE(sharp.IsAdvised());
   EXPECT_TRUE(dull.IsAdvised());
   EXPECT_NEAR(dull.told / sharp.told, 20.0, 0.1);
-  // The channel in the middle departs most, and has the share told^2 / stddev^2 of its variance from the departure.
+  // The middle channel departs most. The departure contributes the share told^2 / stddev^2 of its variance.
   EXPECT_EQ(sharp.narrowed, capture.layers[0].name + ".reduced_scattering_per_mm[" + capture.channel_names[1] + "]");
   EXPECT_NEAR(std::pow(sharp.narrows, -2.0), 1.0 - std::pow(sharp.told / 0.005, 2), 1e-6);
   EXPECT_GE(std::pow(sharp.narrows, -2.0), 1.0 / 3.0);
 }
 
-TEST(LawDeparture, IsWhatChannelsHaveBeyondTheLawAlone) {
+TEST(LawDeparture, MeasuresOnlyTheComponentOutsideTheLaw) {
   Capture capture = AllFixed();
   ParameterSpec& scattering = capture.layers[0][Quantity::kReducedScattering];
   scattering.fixed = false;
@@ -72,13 +72,13 @@ TEST(LawDeparture, IsWhatChannelsHaveBeyondTheLawAlone) {
     for (int k = 0; k < free.count(); ++k)
       if (free.entries[k].quantity == Quantity::kReducedScattering && free.entries[k].channel == 1) left[k] += 0.03;
     const LawDeparture d = DeparturesFromLaws(capture, free, left, covariance).at(0);
-    // Of one channel alone: its share beyond the law is what its own variance has there.
+    // Only one channel moves. Its departure is scaled by the share of its variance that lies outside the law.
     EXPECT_NEAR(d.off[1], 0.03 * std::pow(d.stddev[1] / 0.01, 2), 1e-9);
     EXPECT_NEAR(d.chi2, 3.0 * 3.0 * std::pow(d.stddev[1] / 0.01, 2), 1e-6);
   }
 }
 
-TEST(Sharing, IsWhatTheOptionSaysAndKeepsTheStartOnTheLaw) {
+TEST(Sharing, OptionSetsTheLawAndStartsOnIt) {
   TemporaryFolder folder;
   WriteSyntheticCapture(folder.path, {.pixels = 20, .levels = 14});
   Capture stated = ReadCapture(folder.path);
@@ -92,7 +92,7 @@ TEST(Sharing, IsWhatTheOptionSaysAndKeepsTheStartOnTheLaw) {
     const FreeParameters free = FreeParametersOf(capture);
     EXPECT_EQ(free.count(), FreeParametersOf(stated).count() - less) << Word(sharing);
     const ChannelValues start = MaterialAt(free, StartVector(free)).layers[1][Quantity::kReducedScattering];
-    double mean = 0;  // of logarithms: what every law keeps
+    double mean = 0;  // mean of logarithms, which every law preserves
     for (int c = 0; c < kChannels; ++c) mean += std::log(start[c] / value[c]);
     EXPECT_NEAR(mean, 0.0, 1e-12) << Word(sharing);
   }

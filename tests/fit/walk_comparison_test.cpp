@@ -1,4 +1,4 @@
-// What a fit by walks takes noise to be: of a photograph's pixels, and of what is left of its patches.
+// Noise estimates of a path-traced fit: for a photograph's pixels, and for its patch residuals.
 
 #include "fit/walk_comparison.h"
 
@@ -42,7 +42,7 @@ Scene Square(int side, int stride) {
   return s;
 }
 
-/// Factor by which pixels are brighter than the truth, weighted by their noise, green; and its error.
+/// Noise-weighted brightness of the green pixels relative to the truth, and its error.
 std::pair<double, double> Level(const Scene& s, const std::vector<glm::dvec3>& stddev) {
   double weight = 0, sum = 0;
   for (size_t i = 0; i < s.truth.size(); ++i) {
@@ -53,8 +53,9 @@ std::pair<double, double> Level(const Scene& s, const std::vector<glm::dvec3>& s
   return {sum / weight, 1.0 / std::sqrt(weight)};
 }
 
-TEST(NoiseOfNeighbours, LeavesTheLevelOfPixelsWhoseOwnVarianceGoesWithTheirValue) {
-  // Each the mean of a few paths that find light by chance; the variance that these few show.
+TEST(NoiseOfNeighbours, LevelIsUnbiasedWithPerPixelVariances) {
+  // Each pixel is the mean of a few paths that find light by chance. Its variance is the sample variance of these
+  // paths.
   constexpr int kPaths = 8;
   Scene s = Square(60, 1);
   for (size_t i = 0; i < s.truth.size(); ++i) {
@@ -67,15 +68,15 @@ TEST(NoiseOfNeighbours, LeavesTheLevelOfPixelsWhoseOwnVarianceGoesWithTheirValue
     s.pixels.values.push_back(mean);
     s.pixels.stddev.push_back(glm::sqrt((square - mean * mean) / (kPaths - 1.0)));
   }
-  EXPECT_LT(Level(s, s.pixels.stddev).first, 0.8) << "own variances make it dark";
+  EXPECT_LT(Level(s, s.pixels.stddev).first, 0.8) << "per-pixel variances bias it dark";
   const auto [level, error] = Level(s, NoiseOfNeighbours(s.pixels, s.cast, s.pixels.stddev, s.truth));
   EXPECT_NEAR(level, 1.0, 4.0 * error);
   EXPECT_LT(error, 0.01);
 }
 
-TEST(NoiseOfNeighbours, LeavesTheLevelOfPixelsWhoseVarianceIsSmoothedOverThemAndTheirNeighbours) {
-  // Paths of which few find much light; variances averaged over 5 pixels, as a variance picture's are. Against the same
-  // pixels with variances that know nothing of them.
+TEST(NoiseOfNeighbours, LevelIsUnbiasedWithSmoothedVariances) {
+  // Few paths find much light. Variances are averaged over 5 pixels, as in a variance image. The reference is the same
+  // pixels with variances that are independent of them.
   constexpr int kPaths = 256, kSide = 60, kReach = 5;
   constexpr double kChance = 1.0 / 90.0;
   Scene s = Square(kSide, 1);
@@ -107,8 +108,8 @@ TEST(NoiseOfNeighbours, LeavesTheLevelOfPixelsWhoseVarianceIsSmoothedOverThemAnd
   EXPECT_NEAR(Level(s, NoiseOfNeighbours(s.pixels, s.cast, s.pixels.stddev, s.truth)).first, expected, 0.003);
 }
 
-TEST(NoiseOfNeighbours, FollowsTheLightIntoAHighlightByThePowerItGoesWith) {
-  for (const double power : {0.0, 1.0, 2.0})  // read noise, shot noise, a share of the light
+TEST(NoiseOfNeighbours, FollowsAnyPowerLawOfTheSignal) {
+  for (const double power : {0.0, 1.0, 2.0})  // read noise, shot noise, noise proportional to the light
     for (const int stride : {1, 7}) {
       Scene s = Square(40, stride);
       for (const glm::dvec3& truth : s.truth)
@@ -119,13 +120,13 @@ TEST(NoiseOfNeighbours, FollowsTheLightIntoAHighlightByThePowerItGoesWith) {
     }
 }
 
-TEST(NoiseOfNeighbours, IsThePixelsOwnWhereItHasNone) {
+TEST(NoiseOfNeighbours, FallsBackToThePixelWithoutNeighbours) {
   Scene s = Square(2, 1);
   s.pixels.stddev = {glm::dvec3(0.1), glm::dvec3(0.2), glm::dvec3(0.3), glm::dvec3(0.4)};
   EXPECT_EQ(NoiseOfNeighbours(s.pixels, s.cast, s.pixels.stddev, s.truth), s.pixels.stddev);
 }
 
-TEST(OverNearest, IsTheMeanOfThePixelAndThoseBesideItWhereverTheyAre) {
+TEST(OverNearest, AveragesAPixelAndItsNearestNeighbours) {
   for (const int stride : {1, 2, 4}) {
     Scene s = Square(12, stride);
     std::vector<glm::dvec3> ramp;
@@ -135,10 +136,10 @@ TEST(OverNearest, IsTheMeanOfThePixelAndThoseBesideItWhereverTheyAre) {
     EXPECT_NEAR(found[5 * 12].x, ramp[5 * 12].x + 0.5 * stride, 1e-9) << stride << ", at the rim";
   }
   const Scene far = Square(12, 20);
-  EXPECT_EQ(OverNearest(far.pixels, far.cast, far.truth), far.truth) << "none beside it";
+  EXPECT_EQ(OverNearest(far.pixels, far.cast, far.truth), far.truth) << "it has no neighbour";
 }
 
-/// The scene as a few paths a pixel show it, grey but for a little: most find nothing, a few much.
+/// The scene rendered with a few paths per pixel, nearly grey: most paths find nothing, a few find much.
 PathPhotograph Walked(const Scene& s, int side, uint64_t draw) {
   constexpr int kPaths = 16;
   constexpr double kChance = 0.1, kOfOneChannel = 0.1;
@@ -167,9 +168,9 @@ PathPhotograph Walked(const Scene& s, int side, uint64_t draw) {
   return walked;
 }
 
-TEST(PatchChi2, ScattersAsStatedWherePhotographsShareWalks) {
+TEST(PatchChi2, StddevMatchesScatterWhenPhotographsSharePaths) {
   constexpr int kSide = 48, kDraws = 60;
-  for (const double noise : {0.2, 1.0}) {  // of the light; walks' is 1.1
+  for (const double noise : {0.2, 1.0}) {  // relative to the light; path-traced noise is 1.1
     Scene s = Square(kSide, 1);
     std::vector<FitPixels> photographs(3, s.pixels);
     for (size_t k = 0; k < photographs.size(); ++k)
@@ -191,16 +192,16 @@ TEST(PatchChi2, ScattersAsStatedWherePhotographsShareWalks) {
     }
     const double scatter = std::sqrt((square - mean * mean) * kDraws / (kDraws - 1.0));
     EXPECT_NEAR(mean, 1.0, 0.3) << noise;
-    // Leaving groups out counts the squares of the walks' own noise twice: up to root 2 too much, never too little.
+    // Leaving groups out counts the squared path-tracing noise twice: up to root 2 too much, never too little.
     EXPECT_GT(stated / scatter, 0.8) << noise;
     EXPECT_LT(stated / scatter, 1.8) << noise;
   }
 }
 
-TEST(PatchChi2, InRegionsShowsWhatGoesOnOverManyPixelsAndHidesInPatchesOfNoise) {
+TEST(PatchChi2, RegionsDetectGradientsThatPatchesMiss) {
   constexpr int kSide = 96;
-  constexpr double kNoise = 0.01;         // of the light; walks' is 1.1
-  for (const double fall : {0.0, 0.3}) {  // of the light, from left to right, that the model does not have
+  constexpr double kNoise = 0.01;         // relative to the light; path-traced noise is 1.1
+  for (const double fall : {0.0, 0.3}) {  // relative fall-off from left to right, which the model lacks
     Scene s = Square(kSide, 1);
     for (size_t i = 0; i < s.truth.size(); ++i) {
       const double across = s.cast.pixels[i].x / static_cast<double>(kSide);

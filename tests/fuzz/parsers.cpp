@@ -25,7 +25,7 @@ namespace {
 
 using Path = std::filesystem::path;
 
-/// In memory where the system has such a place: a fuzzer writes thousands of files a second.
+/// In memory where the system has a RAM disk: a fuzzer writes thousands of files a second.
 const Path& Folder() {
   static const struct InMemory {
     InMemory() {

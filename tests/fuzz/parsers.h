@@ -10,15 +10,15 @@
 namespace crownfit {
 
 struct Parser {
-  const char* name;       ///< of its folder in tests/fuzz/seeds
-  const char* file_name;  ///< under which the bytes are read
+  const char* name;       ///< its folder in tests/fuzz/seeds
+  const char* file_name;  ///< the file name under which the bytes are read
   void (*read)(const std::filesystem::path& file);
 };
 
 std::span<const Parser> Parsers();
 
-/// Reads the bytes as that file, in a folder that holds what the bundled sphere's capture refers to. Returns the
-/// complaint, or nothing. Any other end than an answer or an InputError is what fuzzing looks for.
+/// Reads the bytes as that file, in a folder with the files that the bundled sphere's capture refers to. Returns the
+/// error message, or an empty string. Fuzzing looks for any outcome other than an answer or an InputError.
 std::string Feed(const Parser& parser, const std::string& bytes);
 
 }  // namespace crownfit

@@ -88,7 +88,7 @@ std::string Mutated(std::string bytes, uint64_t key) {
 
 class ParserTest : public testing::TestWithParam<Parser> {};
 
-TEST_P(ParserTest, EveryMutationOfASeedIsReadOrRefusedInWords) {
+TEST_P(ParserTest, EveryMutatedSeedIsReadOrRefusedWithAMessage) {
   const char* text = std::getenv("CROWNFIT_MUTATIONS");
   const size_t mutations = text ? std::strtoul(text, nullptr, 10) : 300;
   const std::vector<std::string> seeds = SeedsOf(GetParam());
@@ -103,7 +103,7 @@ TEST_P(ParserTest, EveryMutationOfASeedIsReadOrRefusedInWords) {
   EXPECT_GT(refused, mutations / 10) << "mutations that change nothing test nothing";
 }
 
-TEST_P(ParserTest, TheFirstSeedIsGood) { EXPECT_EQ(Feed(GetParam(), SeedsOf(GetParam()).at(0)), ""); }
+TEST_P(ParserTest, FirstSeedIsValid) { EXPECT_EQ(Feed(GetParam(), SeedsOf(GetParam()).at(0)), ""); }
 
 INSTANTIATE_TEST_SUITE_P(Fuzz, ParserTest, testing::ValuesIn(Parsers().begin(), Parsers().end()),
                          [](const auto& parser) { return std::string(parser.param.name); });

@@ -88,7 +88,7 @@ void ExpectBall(const std::string& name, const std::string& content, const char*
   EXPECT_NEAR(shape.area_mm2, Area(Ball()), 1e-4 * Area(Ball())) << what;
 }
 
-TEST(Stl, EverySolidOfATextFileCounts) {
+TEST(Stl, EverySolidOfATextFileIsRead) {
   const TriangleMesh& ball = Ball();
   const size_t n = ball.triangles.size();
   ExpectBall("m.stl", Solid(ball, 0, n / 3) + Solid(ball, n / 3, n, ""), "two solids");
@@ -98,7 +98,7 @@ TEST(Stl, EverySolidOfATextFileCounts) {
   EXPECT_NE(Refusal("m.stl", Solid(ball, 0, n) + Solid(box, 0, 3).substr(0, 200)).find("m.stl"), std::string::npos);
 }
 
-TEST(Stl, FormsOfWriters) {
+TEST(Stl, VariantsOfWritersGiveTheSameShape) {
   const TriangleMesh& ball = Ball();
   const size_t n = ball.triangles.size();
   const std::string text = Solid(ball, 0, n);
@@ -115,7 +115,7 @@ TEST(Stl, FormsOfWriters) {
   ExpectBall("m.stl", BinaryStl(ball, "solid", "\r\n"), "end of line behind");
 }
 
-TEST(Stl, CountsThatDoNotFitTheFileAreRefused) {
+TEST(Stl, WrongTriangleCountsAreRefused) {
   std::string few = BinaryStl(Ball(), "CAD");
   const uint32_t half = static_cast<uint32_t>(Ball().triangles.size() / 2);
   std::memcpy(few.data() + 80, &half, 4);
@@ -123,11 +123,11 @@ TEST(Stl, CountsThatDoNotFitTheFileAreRefused) {
   EXPECT_NE(Refusal("m.stl", BinaryStl(Ball(), "CAD").substr(0, 5000)).find("truncated"), std::string::npos);
 }
 
-TEST(Stl, CornersApartByRoundingAreOne) {
+TEST(Stl, NearlyEqualVerticesAreMerged) {
   for (const double moved_mm : {1e-6, 1e-5}) ExpectBall("m.stl", BinaryStl(Ball(), "CAD", "", moved_mm), "rounded");
 }
 
-TEST(Obj, LegalFormsOfOneShape) {
+TEST(Obj, LegalVariantsGiveTheSameShape) {
   const TriangleMesh& ball = Ball();
   const auto faces = [&](const char* between, const char* behind, int base) {
     std::ostringstream out;

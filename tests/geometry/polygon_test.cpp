@@ -37,7 +37,7 @@ double AreaOf(const std::vector<glm::dvec3>& corners, const std::vector<std::arr
 const std::vector<glm::dvec2> kU{{-4, -4.1},  {4, -4},  {4.1, 4},    {2, 4.2},
                                  {1.7, -1.8}, {-2, -2}, {-1.8, 3.8}, {-4.2, 4}};
 
-TEST(Polygons, AreaIsTheShoelaceFormulas) {
+TEST(Polygons, AreaMatchesTheShoelaceFormula) {
   std::vector<glm::dvec2> gear;  // 200 teeth
   for (int i = 0; i < 400; ++i) {
     const double r = i % 2 ? 5.0 : 3.0, a = 2 * std::numbers::pi * i / 400;
@@ -72,7 +72,7 @@ TEST(Polygons, FirstCornerDoesNotChangeAWarpedSurface) {
   }
 }
 
-TEST(Polygons, OutlinesThatCrossAreRefused) {
+TEST(Polygons, SelfIntersectingOutlinesAreRefused) {
   std::vector<glm::dvec2> pentagram;
   for (int i = 0; i < 5; ++i)
     pentagram.emplace_back(std::cos(4 * std::numbers::pi * i / 5), std::sin(4 * std::numbers::pi * i / 5));

@@ -1,4 +1,4 @@
-// What repairs do to a surface: closed forms, and the same surface in whatever order the file has it.
+// Repairs of a surface: closed forms, and the same result for any order of the file.
 
 #include <gtest/gtest.h>
 
@@ -42,7 +42,7 @@ TriangleMesh Moved(TriangleMesh mesh, const glm::dvec3& by) {
   return mesh;
 }
 
-TEST(Shells, EveryBodyLooksOutwards) {
+TEST(Shells, EveryBodyFacesOutwards) {
   const TriangleMesh big = Sphere(4.0, 16), small = Moved(Sphere(1.5, 12), {8, 0, 0});
   const double volume = Volume(big) + Volume(small);
   for (const auto& mesh :
@@ -54,7 +54,7 @@ TEST(Shells, EveryBodyLooksOutwards) {
   }
 }
 
-TEST(Shells, ABodyInsideAnotherIsACavityAndOneInsideThatABody) {
+TEST(Shells, NestedBodiesAlternateBetweenSolidAndCavity) {
   const TriangleMesh outer = Sphere(5.0, 16), hollow = Sphere(3.0, 16), core = Sphere(1.5, 12);
   for (const auto& inner : {hollow, InsideOut(hollow)})
     for (const auto& innermost : {core, InsideOut(core)})
@@ -62,9 +62,9 @@ TEST(Shells, ABodyInsideAnotherIsACavityAndOneInsideThatABody) {
                   Volume(outer) - Volume(hollow) + Volume(core), 1e-4);
 }
 
-TEST(Shells, BodiesThatTouchInAWholeFaceAreOne) {
+TEST(Shells, BodiesThatShareAFaceAreMerged) {
   const TriangleMesh left = Box({0, 0, 0}, {2, 3, 4});
-  TriangleMesh right = InsideOut(left);  // a mirror image, so that both divide the wall alike
+  TriangleMesh right = InsideOut(left);  // a mirror image, so that both triangulate the wall equally
   for (auto& v : right.vertices) v.x = 2.0 + 1.5 * (2.0 - v.x);
   std::vector<std::string> said;
   const TriangleMesh both = Reread(Together(left, right), &said);
@@ -72,7 +72,7 @@ TEST(Shells, BodiesThatTouchInAWholeFaceAreOne) {
   EXPECT_NEAR(Area(both), 2 * (5.0 * 3 + 3 * 4 + 4 * 5), 1e-9) << "without the wall between them";
 }
 
-TEST(Shells, ASurfaceOfOneSideIsRefused) {
+TEST(Shells, NonOrientableSurfaceIsRefused) {
   TriangleMesh band;
   constexpr int kSteps = 40;
   for (int i = 0; i < kSteps; ++i)

@@ -1,4 +1,4 @@
-// Material files: what a fit says of its values, and values set by hand.
+// Material files: values and uncertainties of a fit, and values set by hand.
 
 #include "optics/material_file.h"
 
@@ -38,7 +38,7 @@ const char* const kFitted = R"({"format": "crownfit-material/1", "layers": [
                          "status_by_channel": ["fitted", "not_identified", "fitted"]}},
   {"name": "dentine", "ior": 1.5}], "linear_scales": {"exposure_scale front": 1.25}})";
 
-TEST(MaterialFile, TellsIntervalsAndStatuses) {
+TEST(MaterialFile, ReadsIntervalsAndStatuses) {
   const TemporaryFolder folder;
   const auto file = folder.path / "material.json";
   WriteTextFile(file, kFitted);
@@ -57,13 +57,13 @@ TEST(MaterialFile, TellsIntervalsAndStatuses) {
   EXPECT_EQ(thickness.stddev[0], 0.1);
   EXPECT_TRUE(absorption.is_stated);
   EXPECT_FALSE(record.layers[1][static_cast<size_t>(Quantity::kThickness)].is_stated);
-  EXPECT_FALSE(absorption.interval95[1]) << "an end that is not known";
+  EXPECT_FALSE(absorption.interval95[1]) << "an unknown end";
   EXPECT_TRUE(record.layers[1][static_cast<size_t>(Quantity::kIor)].interval95.empty());
   EXPECT_EQ(WithLinearScales(TwoLayers(), record.linear_scales).photographs[0].exposure_scale, 1.25);
   EXPECT_EQ(ReadMaterialOutline(file).layers, (std::vector<std::string>{"enamel", "dentine"}));
 }
 
-TEST(MaterialFile, ValuesSetByHandComeBackWithoutIntervals) {
+TEST(MaterialFile, HandSetValuesHaveNoIntervals) {
   const TemporaryFolder folder;
   const Capture capture = TwoLayers();
   WriteTextFile(folder.path / "material.json", kFitted);
@@ -89,7 +89,7 @@ JointValues ReadJoint(const std::string& text, const Material& material) {
   return ReadJointValues(JsonFile("joint.json", text).root(), material, {"R", "G", "B"});
 }
 
-TEST(JointValues, DrawsFollowTheCovarianceWhereTwoNumbersMoveThreeValues) {
+TEST(JointValues, DrawsFollowASingularCovariance) {
   // A power law: the middle one is the mean of the others, so the matrix has no variance in one direction.
   const Material material = StatedMaterial(TwoLayers());
   const double half = std::sqrt(0.5);
@@ -100,7 +100,7 @@ TEST(JointValues, DrawsFollowTheCovarianceWhereTwoNumbersMoveThreeValues) {
                     std::to_string(0.2 * half) + R"(, 0.2, 1], "correlation": [[1, )" + r + ", 0, 0.3], [" + r +
                     ", 1, " + r + ", 0], [0, " + r + ", 1, 0], [0.3, 0, 0, 1]]}",
                 material);
-  ASSERT_EQ(joint.entries.size(), 3u) << "of a layer that is not here";
+  ASSERT_EQ(joint.entries.size(), 3u) << "the entry of an absent layer is dropped";
   constexpr int kDraws = 4000;
   double square = 0, product = 0, off = 0;
   for (int i = 0; i < kDraws; ++i) {
@@ -118,7 +118,7 @@ TEST(JointValues, DrawsFollowTheCovarianceWhereTwoNumbersMoveThreeValues) {
   EXPECT_LT(off, 1e-5);  // six digits of the correlation
 }
 
-TEST(JointValues, NamesAndMatricesThatCanNotBeAreRefused) {
+TEST(JointValues, InvalidNamesAndMatricesAreRefused) {
   const Material material = StatedMaterial(TwoLayers());
   for (const char* text :
        {R"({"names": ["dentine.absorbtion_per_mm"], "stddev": [1], "correlation": [[1]]})",
@@ -130,7 +130,7 @@ TEST(JointValues, NamesAndMatricesThatCanNotBeAreRefused) {
     EXPECT_THROW(ReadJoint(text, material), InputError) << text;
 }
 
-TEST(MaterialFile, OfOtherBandsIsRefused) {
+TEST(MaterialFile, OtherBandsAreRefused) {
   const TemporaryFolder folder;
   const auto file = folder.path / "material.json";
   const auto write = [&](const char* nm0, const char* nm1, const char* nm2) {
@@ -146,11 +146,12 @@ TEST(MaterialFile, OfOtherBandsIsRefused) {
   write("600", "549", "450");
   EXPECT_NO_THROW(ReadMaterialRecord(file, capture));
   write("450", "540", "600");
-  EXPECT_THROW(ReadMaterialRecord(file, capture), InputError) << "the same in another order";
-  EXPECT_EQ(ReadMaterialRecord(file).wavelengths_nm, (std::array{450.0, 540.0, 600.0})) << "by itself it has its own";
+  EXPECT_THROW(ReadMaterialRecord(file, capture), InputError) << "the same bands in another order";
+  EXPECT_EQ(ReadMaterialRecord(file).wavelengths_nm, (std::array{450.0, 540.0, 600.0}))
+      << "without a capture, the file's own bands hold";
 }
 
-TEST(MaterialFile, WhatHasOneValueForAllChannelsIsNotGivenThree) {
+TEST(MaterialFile, UnequalChannelsOfAScalarAreRefused) {
   const TemporaryFolder folder;
   const auto read = [&](const char* index) {
     WriteTextFile(folder.path / "material.json",

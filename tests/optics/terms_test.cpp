@@ -16,7 +16,7 @@ namespace {
 using D = Terms<double>;
 constexpr double kPi = std::numbers::pi;
 
-TEST(Fresnel, PublishedPointValuesAndTotalReflection) {
+TEST(Fresnel, MatchesPublishedValuesAndTotalReflection) {
   EXPECT_NEAR(D::FresnelReflectance(1.0, 1.5), 0.04, 1e-12);
   EXPECT_NEAR(D::FresnelReflectance(0.5, 1.5), 0.0891867128, 1e-10);
   EXPECT_NEAR(D::FresnelReflectance(0.2, 1.5), 0.338894, 1e-6);
@@ -25,7 +25,7 @@ TEST(Fresnel, PublishedPointValuesAndTotalReflection) {
   EXPECT_NEAR(D::FresnelReflectance(0.0, 1.5), 1.0, 1e-12);
 }
 
-TEST(Fresnel, BothSidesOfABoundaryReflectAlikeAndEqualIndicesNotAtAll) {
+TEST(Fresnel, IsReciprocalAndZeroForEqualIndices) {
   for (double c : {0.1, 0.35, 0.8, 1.0}) {
     const double inside = D::RefractedCosine(c, 1.62);
     EXPECT_NEAR(D::FresnelReflectance(c, 1.62), D::FresnelReflectance(inside, 1.0 / 1.62), 1e-12);
@@ -65,7 +65,7 @@ TEST(Phase, HenyeyGreensteinIntegratesToOneWithMeanCosineG) {
   EXPECT_NEAR(D::HenyeyGreenstein(0.96, 1.0), (1 - 0.96 * 0.96) / (4 * kPi * std::pow(0.04, 3)), 1e-6);
 }
 
-TEST(Surface, GgxNormalsCoverTheirOwnAreaAndReflectNoMoreThanArrives) {
+TEST(Surface, GgxIsNormalisedAndConservesEnergy) {
   const auto& q = UnitIntervalQuadrature();
   for (double roughness : {0.15, 0.4, 0.9}) {
     double covered =
@@ -93,7 +93,7 @@ TEST(Surface, GgxNormalsCoverTheirOwnAreaAndReflectNoMoreThanArrives) {
   }
 }
 
-TEST(FirstOrder, HanrahanKruegerHasItsPublishedValuesAndIsReciprocal) {
+TEST(FirstOrder, HanrahanKruegerMatchesPublishedValuesAndIsReciprocal) {
   struct Row {
     double n, tau, in, out, value;
   };
@@ -108,7 +108,7 @@ TEST(FirstOrder, HanrahanKruegerHasItsPublishedValuesAndIsReciprocal) {
   }
 }
 
-TEST(FirstOrder, LimitsOfThicknessAndOfEqualAnglesNeedNoSpecialCase) {
+TEST(FirstOrder, LimitsOfThicknessAndEqualAnglesAreContinuous) {
   EXPECT_NEAR(D::SingleScatterBackward(1e-12, 0.8, 0.6) / 1e-12, 1 / (0.8 * 0.6), 1e-9);
   EXPECT_NEAR(D::SingleScatterBackward(1e6, 0.8, 0.6), 1 / (0.8 + 0.6), 1e-9);
   const double same = D::SingleScatterForward(1.3, 0.7, 0.7);
@@ -119,7 +119,7 @@ TEST(FirstOrder, LimitsOfThicknessAndOfEqualAnglesNeedNoSpecialCase) {
   EXPECT_TRUE(std::isfinite(D::SingleScatterBackward(1.0, 1e-6, 1e-6)));
 }
 
-TEST(Diffusion, CoefficientMatchesTheThesisColumnOfTheDecayTable) {
+TEST(Diffusion, CoefficientMatchesTheThesisDecayTable) {
   struct Row {
     double g, albedo, value;
   };
@@ -137,7 +137,7 @@ double SlabT(double s, double a, double d, double n) {
   return D::SlabTransmittance(s, s + a, std::sqrt(D::TransportSquared(a, diffusion)), d, zb, zb);
 }
 
-TEST(Diffusion, ASlabWithoutAbsorptionLosesNothing) {
+TEST(Diffusion, NonAbsorbingSlabConservesEnergy) {
   for (double n : {1.0 + 1e-9, 1.54, 2.1})
     for (double d : {0.01, 0.3, 2.0, 15.0})
       EXPECT_NEAR(SlabR(2, 0, d, n) + SlabT(2, 0, d, n), 1.0, 2e-6) << n << " " << d;
@@ -154,7 +154,7 @@ TEST(Diffusion, SlabTotalsAreNearAddingDoubling) {
   EXPECT_NEAR(SlabT(0.99, 0.01, 8, 1.62), 0.14825 / (1 - f), 0.05 * 0.157);
 }
 
-TEST(Diffusion, NoThicknessReflectsNothingAndTransmitsAll) {
+TEST(Diffusion, ZeroThicknessTransmitsEverything) {
   EXPECT_NEAR(SlabR(2, 0.1, 0, 1.54), 0.0, 1e-12);
   EXPECT_NEAR(SlabT(2, 0.1, 0, 1.54), 1.0, 1e-12);
   EXPECT_NEAR(SlabR(2, 0.1, 1e-7, 1.54), 0.0, 1e-6);
@@ -178,7 +178,7 @@ TEST(Diffusion, PointSourceFluxIsTheIntegralOfTheDipoleBracket) {
   EXPECT_NEAR(D::PointSourceFlux(k, -z, radius), -sum, 1e-8);
 }
 
-TEST(Fresnel, MomentsOfTheShaderTextAreThoseOfTheQuadratureAndThePublishedFitIsNear) {
+TEST(Fresnel, ShaderMomentsMatchQuadratureAndPublishedFit) {
   struct Row {
     double n, fluence, a;
   };
@@ -197,7 +197,7 @@ TEST(Fresnel, MomentsOfTheShaderTextAreThoseOfTheQuadratureAndThePublishedFitIsN
   EXPECT_NEAR(D::DiffuseFresnelInside(1.0), 0.0, 1e-12);
 }
 
-TEST(Fresnel, AFilmReflectsAsPublishedAndAClearPlateAsItsSeries) {
+TEST(Fresnel, FilmMatchesPublishedValueAndPlateItsSeries) {
   EXPECT_NEAR(D::FilmReflectance(D::FresnelReflectance(1, 1.5), D::FresnelReflectance(1, 1.3 / 1.5)), 0.0447030, 1e-7);
   EXPECT_NEAR(D::FilmReflectance(0.0, 0.3), 0.3, 1e-12);
   const double f = 0.04, g = 0.1, a = 0.7;
@@ -207,7 +207,7 @@ TEST(Fresnel, AFilmReflectsAsPublishedAndAClearPlateAsItsSeries) {
   EXPECT_NEAR(D::FilmReflectance(f, g) + D::ZerothOrderTransmittance(f, g, 1.0), 1.0, 1e-12);
 }
 
-TEST(Surface, KelemenReflectionNeverReturnsMoreThanArrivesAndMatchesItsPublishedAlbedo) {
+TEST(Surface, KelemenConservesEnergyAndMatchesPublishedAlbedo) {
   // Directional albedo with F = 1 (a very dense medium), published in theory for three angles.
   const auto albedo = [](double m, double cos_view) {
     const glm::dvec3 view(std::sqrt(1 - cos_view * cos_view), 0, cos_view);
@@ -229,13 +229,13 @@ TEST(Surface, KelemenReflectionNeverReturnsMoreThanArrivesAndMatchesItsPublished
   EXPECT_EQ(D::KelemenReflection(0.5, 0.0, 0.3, 1.5), 0.0);
 }
 
-TEST(Diffusion, ClassicAndGrosjeanCoefficientsHaveTheirTabulatedValues) {
+TEST(Diffusion, ClassicAndGrosjeanCoefficientsMatchTabulatedValues) {
   EXPECT_NEAR(D::DiffusionCoefficientClassic(0.9, 0.1), 0.33333, 1e-5);
   EXPECT_NEAR(D::DiffusionCoefficientGrosjean(0.9, 0.1), 0.36667, 1e-5);
   EXPECT_NEAR(D::DiffusionCoefficientGrosjean(0.5, 0.5), 0.5, 1e-12);
 }
 
-TEST(Diffusion, DipoleIntegratesToItsClosedFormAndADeepMultipoleIsADipole) {
+TEST(Diffusion, DipoleMatchesItsClosedFormAndTheDeepMultipole) {
   const double a = 0.95, depth = 0.5, k = 0.7, zb = 1.1;
   double sum = 0;
   constexpr int kSteps = 200000;
@@ -247,7 +247,7 @@ TEST(Diffusion, DipoleIntegratesToItsClosedFormAndADeepMultipoleIsADipole) {
   EXPECT_NEAR(D::MultipoleReflectance(a, depth, k, 40, zb, zb), D::DipoleReflectance(a, depth, k, zb), 1e-12);
 }
 
-TEST(Diffusion, MultipoleIsTheSumOfItsImagesAndLosesNothingWithoutAbsorption) {
+TEST(Diffusion, MultipoleSumsItsImagesAndConservesEnergy) {
   const double a = 0.9, depth = 0.4, k = 0.8, d = 1.3, zf = 1.0, zb = 0.6, length = d + zf + zb;
   double r = 0, t = 0;
   for (int i = -60; i <= 60; ++i) {
@@ -263,7 +263,7 @@ TEST(Diffusion, MultipoleIsTheSumOfItsImagesAndLosesNothingWithoutAbsorption) {
               1e-12);
 }
 
-TEST(Diffusion, ThinSlabsShowWhereThePointSourceEnds) {
+TEST(Diffusion, ThinSlabMultipoleMatchesReferenceValues) {
   // n = 1.62, reduced albedo 0.99 (theory): multipole 0.403 and 0.501 at optical thickness 1 and 4, exact 0.309 and
   // 0.488.
   const double diffusion = D::DiffusionCoefficientClassic(0.99, 0.01), zb = 2 * MomentsOf(1.62).boundary_A * diffusion;
@@ -286,7 +286,7 @@ TEST(Diffusion, NormalisedDiffusionIntegratesToItsAlbedo) {
   EXPECT_NEAR(std::sqrt(14.0) / D::NormalisedDiffusionShape(0.5355), 2.59, 0.01);
 }
 
-TEST(Taps, HablesOffsetsLieAsPublished) {
+TEST(Taps, HableOffsetsMatchPublishedValues) {
   EXPECT_EQ(D::HableTapX(0), 0.0);
   EXPECT_EQ(D::HableTapX(7), 5.970690);
   EXPECT_EQ(D::HableTapY(12), -3.245901);

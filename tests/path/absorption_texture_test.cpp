@@ -1,4 +1,4 @@
-// Absorption that varies over a layer: read where it stands on the surface, summed along ways, felt by both models.
+// Absorption that varies over a layer: looked up on the surface, integrated along paths, used by both models.
 
 #include "scene/absorption_texture.h"
 
@@ -38,7 +38,7 @@ struct TexturedBox {
   }
 };
 
-TEST(AbsorptionTexture, NumbersAtTheVerticesHoldBelowTheSurfaceAndInBetween) {
+TEST(AbsorptionTexture, VertexValuesAreInterpolatedInsideTheLayer) {
   TexturedBox box;
   const auto texture = box.FromProperty([](const glm::dvec3& p) { return 2.0 + 0.25 * p.x; });
   for (const glm::dvec3 p : {glm::dvec3(0, 0, 0), glm::dvec3(1.23, -0.7, -0.4), glm::dvec3(-3.1, 2.2, -0.9)})
@@ -54,7 +54,7 @@ TEST(AbsorptionTexture, ALinearFactorIntegratesToItsMeanTimesTheLength) {
                 1e-5 * length);
 }
 
-TEST(AbsorptionTexture, APictureLiesWhereTheTextureCoordinatesOfPlyAndObjSay) {
+TEST(AbsorptionTexture, ImageFollowsPlyAndObjTextureCoordinates) {
   TexturedBox box;
   Image picture(64, 64, 3);  // red falls to the right, green grows upwards
   for (int y = 0; y < 64; ++y)
@@ -89,7 +89,7 @@ TEST(AbsorptionTexture, APictureLiesWhereTheTextureCoordinatesOfPlyAndObjSay) {
   }
 }
 
-TEST(AbsorptionTexture, WhatIsNotThereOrNotAFactorIsRefused) {
+TEST(AbsorptionTexture, MissingOrInvalidFactorsAreRefused) {
   TexturedBox box;
   box.FromProperty([](const glm::dvec3&) { return 1.0; });
   const auto file = box.folder.path / "box.ply";
@@ -116,7 +116,7 @@ KnownScene Bead(const TemporaryFolder& folder, double absorption, double factor)
   return scene;
 }
 
-TEST(AbsorptionTexture, AnEvenOneIsAnotherAbsorptionForBothModels) {
+TEST(AbsorptionTexture, UniformTextureEqualsScaledAbsorptionInBothModels) {
   const TemporaryFolder folder;
   const KnownScene textured = Bead(folder, 0.1, 3.0), plain = Bead(folder, 0.3, 0.0);
   const auto walked = [](const KnownScene& scene) {
@@ -131,10 +131,11 @@ TEST(AbsorptionTexture, AnEvenOneIsAnotherAbsorptionForBothModels) {
     state.photographs.push_back(scene.Cast(*state.crown));
     return PredictPixels(scene.capture, state, 0, StatedMaterial(scene.capture), StatedLightScales(scene.capture), 0);
   };
-  const PathPhotograph a = walked(textured), b = walked(plain);  // the very same walks
+  const PathPhotograph a = walked(textured), b = walked(plain);  // identical paths
   for (size_t p = 0; p < a.pixels.size(); ++p) EXPECT_NEAR(a.pixels[p].mean.y, b.pixels[p].mean.y, 1e-4);
   const auto c = predicted(textured), d = predicted(plain);
-  // The shader dims light by its mean way in the layer, which more absorption shortens: 2 % at three times as much.
+  // The shader attenuates light by its mean path in the layer. More absorption shortens that path: 2 % at three times
+  // as much.
   for (size_t p = 0; p < c.size(); ++p) EXPECT_NEAR(c[p].y, d[p].y, 0.03 * d[p].y);
 }
 

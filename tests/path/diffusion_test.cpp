@@ -24,7 +24,7 @@ KnownScene RoughIncisor(int pixels) {
   return scene;
 }
 
-TEST(VolumeLattice, HoldsTheVolumeAndTheSurfaceOfTheBody) {
+TEST(VolumeLattice, MatchesTheVolumeAndAreaOfTheBody) {
   const LayeredBody body({Incisor(), Box({-1, -2, -0.5}, {1, 0, 0.5})}, 0);
   const VolumeLattice lattice = LatticeOver(body, 0.3);
   double volume = 0, area = 0;
@@ -34,7 +34,7 @@ TEST(VolumeLattice, HoldsTheVolumeAndTheSurfaceOfTheBody) {
   EXPECT_NEAR(area / Area(body.surfaces[0]), 1.0, 1e-9);
 }
 
-TEST(VolumeLattice, SolvesABallWithALeakingSurface) {
+TEST(VolumeLattice, SolvesABallWithARobinBoundary) {
   // -div(D grad psi) = 1 in a ball, D dpsi/dn + leak psi = 0: psi = (R^2 - r^2) / (6 D) + R / (3 leak).
   constexpr double kRadius = 2.0, kConduction = 0.3, kLeak = 0.2;
   const LayeredBody body({Sphere(kRadius, 64)}, 0);
@@ -71,7 +71,7 @@ TEST(LatticeSolver, NeedsNoMoreIterationsOnFinerLattices) {
   }
 }
 
-TEST(LatticeSolver, SolvesSeveralAtOnceAsOneByOne) {
+TEST(LatticeSolver, SimultaneousSolvesMatchSingleSolves) {
   const LayeredBody body({Sphere(2.0, 32)}, 0);
   const VolumeLattice lattice = LatticeOver(body, 0.2);
   const std::vector<double> conduction{0.3}, sink{0.1}, leak(lattice.pieces().size(), 0.2);
@@ -101,7 +101,7 @@ KnownScene TwoLayersOverTile() {
   return scene;
 }
 
-/// Two layers, a tile that sends light back, one channel more absorbing than another.
+/// Two layers over a reflecting tile; one channel absorbs more than another.
 struct BlockOverTile {
   KnownScene scene = TwoLayersOverTile();
   LayeredBody body = BodyOf(scene);
@@ -115,7 +115,7 @@ struct BlockOverTile {
   }
 };
 
-TEST(LightFields, DerivativesAreDifferences) {
+TEST(LightFields, DerivativesMatchFiniteDifferences) {
   // Without true collisions the rays of light do not depend on the material, so that differences are exact.
   const BlockOverTile block;
   const auto fields = [&](const Material& m, bool derivatives) {
@@ -135,7 +135,7 @@ TEST(LightFields, DerivativesAreDifferences) {
         for (double& v : m.layers[layer][q]) v *= std::exp(step);
         return fields(m, false);
       };
-      constexpr double kStep = 0.04;  // differences of single-precision fields; Richardson takes the step's error off
+      constexpr double kStep = 0.04;  // fields are single precision; Richardson extrapolation removes the step's error
       const LightFields up = moved(kStep), down = moved(-kStep), far_up = moved(2 * kStep),
                         far_down = moved(-2 * kStep);
       for (const glm::dvec3& p : places) {
@@ -151,7 +151,7 @@ TEST(LightFields, DerivativesAreDifferences) {
     }
 }
 
-TEST(TraceLight, HandsOverLampsRaysInLotsThatDoNotGrowWithTheirNumber) {
+TEST(TraceLight, BatchSizeIsIndependentOfRayCount) {
   const BlockOverTile block;
   const Media media = block.MediaWith(block.material);
   const PathContext context = block.PathContextWith(block.material, media, {});
@@ -173,8 +173,8 @@ TEST(TraceLight, HandsOverLampsRaysInLotsThatDoNotGrowWithTheirNumber) {
 }
 
 TEST(Diffusion, WhiteFurnaceIsWhite) {
-  // Nothing is absorbed: the hardest case for what enters and leaves to balance. 1 % is what the boundary condition
-  // of diffusion and a rough surface's sampled moments leave.
+  // Without absorption, the energy balance is hardest to meet. The boundary condition of diffusion and a rough
+  // surface's sampled moments leave an error of 1 %.
   for (const double roughness : {0.0, 0.3}) {
     KnownScene scene(Incisor(), 2, 0.9, 12, 5.0);
     SetLayer(scene, 0, 1.63, 0.68, 2.0, 0.0);
@@ -193,8 +193,8 @@ TEST(Diffusion, WhiteFurnaceIsWhite) {
   }
 }
 
-/// Block by block of the picture, on the object: how much brighter the model is than walks to their end, and by how
-/// many standard errors.
+/// Blocks of the image on the object: relative difference in brightness between the model and full random walks, also
+/// in standard errors.
 struct Blocks {
   double rms = 0, total = 0, largest_z = 0;
 };
@@ -228,7 +228,7 @@ Blocks Compare(const PathPhotograph& truth, const PathPhotograph& model, int sid
   return b;
 }
 
-TEST(Diffusion, BecomesTheRandomWalkAsCollisionsGrow) {
+TEST(Diffusion, ConvergesToTheRandomWalkAsCollisionsGrow) {
   KnownScene scene = RoughIncisor(32);
   const LayeredBody body = BodyOf(scene);
   const VolumeLattice lattice = LatticeOver(body, 0.35);

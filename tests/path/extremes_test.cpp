@@ -1,5 +1,5 @@
-// What users bring at the ends of the range: edges like razors, chalk without end, triangles in any order; and what
-// must only ever go one way.
+// Extreme inputs of users: razor-thin edges, very deep chalk, triangles in any order; and totals that must be
+// monotonic.
 
 #include <gtest/gtest.h>
 
@@ -21,12 +21,12 @@ KnownScene InAWhiteFurnace(TriangleMesh mesh, double reduced_scattering) {
   return scene;
 }
 
-TEST(WhiteFurnace, ChalkOfOpticalDepthOneHundredThousandReturnsEverythingAndEnds) {
+TEST(WhiteFurnace, ChalkOfOpticalDepth100000DisappearsAndTerminates) {
   const Mean mean = RenderedMean(InAWhiteFurnace(Sphere(1.5, 12), 1.33e4), 8);
   EXPECT_NEAR(mean.value(), 1.0, 4 * mean.stated + 1e-3);
 }
 
-TEST(WhiteFurnace, AnEdgeLikeARazorDisappearsToo) {
+TEST(WhiteFurnace, RazorThinEdgeDisappears) {
   // A wedge of 1 mm that ends a micrometre thick.
   TriangleMesh wedge = Box({-1, -1, -1}, {1, 1, 1});
   for (glm::dvec3& v : wedge.vertices) v.z *= 5e-4 + 0.25 * (1.0 + v.x);
@@ -36,7 +36,7 @@ TEST(WhiteFurnace, AnEdgeLikeARazorDisappearsToo) {
   }
 }
 
-TEST(Path, TheOrderOfTrianglesDoesNotMatter) {
+TEST(Path, TriangleOrderDoesNotMatter) {
   KnownScene sorted = InAWhiteFurnace(Sphere(1.5, 12), 3.0);
   SetLayer(sorted, 0, 1.54, 0.6, 3.0, 0.1);
   SetSurface(sorted, 0.3, 0.0);
@@ -46,12 +46,12 @@ TEST(Path, TheOrderOfTrianglesDoesNotMatter) {
     std::swap(mesh.triangles[t], mesh.triangles[static_cast<size_t>(2654435761u * t) % (t + 1)]);
   for (glm::ivec3& t : mesh.triangles) t = {t.y, t.z, t.x};
   shuffled.source.meshes[0] = mesh;
-  // The same paths but for those that pass within rounding of an edge.
+  // The paths are the same, except those that pass within rounding of an edge.
   const Mean a = RenderedMean(sorted, 100), b = RenderedMean(shuffled, 100);
   EXPECT_NEAR(a.value(), b.value(), 0.2 * a.stated);
 }
 
-TEST(AddingDoubling, TotalsGoOneWayWithEveryCoefficient) {
+TEST(AddingDoubling, TotalsAreMonotonicInEveryCoefficient) {
   const auto totals = [](double scattering, double absorption, double mm) {
     Slab slab;
     slab.layers = {{1.54, 0.8, 0.0, scattering, absorption, mm}};

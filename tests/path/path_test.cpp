@@ -1,5 +1,5 @@
-// Walked pictures against themselves: they do not depend on how the scene is cut into triangles, on units, threads or
-// lanes, nor on the way a path is traced; and they state their own errors.
+// Path-traced images do not depend on tessellation, units, threads or lanes, nor on how a path is traced. They state
+// their own errors.
 
 #include <gtest/gtest.h>
 
@@ -29,7 +29,7 @@ KnownScene Bead(double scale = 1.0, int rings = 24) {
 
 TEST(Path, FinerTrianglesOfTheSameSurfaceChangeNothing) {
   KnownScene coarse = Bead(), fine = Bead();
-  // Both cores from the same field: only the cut into triangles differs.
+  // Both cores come from the same field; only the tessellation differs.
   fine.source.meshes[0] = Refined(*coarse.source.meshes[0], 0.1);
   fine.source.fields = coarse.source.fields;
   const Mean a = RenderedMean(coarse, 4000, 1), b = RenderedMean(fine, 4000, 2);
@@ -80,8 +80,9 @@ TEST(Path, SamePictureForAnyNumberOfLanes) {
   }
 }
 
-TEST(Path, EveryWayOfTracingAndOfFindingLampsGivesTheSamePicture) {
-  // Facets in double precision by the grid against rays in single precision; lamps by chance against both ways at once.
+TEST(Path, TracingAndLightSamplingMethodsAgree) {
+  // Facets in double precision by the grid, against rays in single precision. Lamps hit by chance, against both methods
+  // combined.
   for (const double roughness : {0.0, 0.3}) {
     KnownScene scene(Incisor(50), 2, 0.9, 8, 12.0);
     scene.capture.layers[1][Quantity::kReducedScattering].value = {2.5, 2.0, 1.5};
@@ -132,7 +133,7 @@ KnownScene FourPhotographs(double roughness) {
   return scene;
 }
 
-TEST(Path, PhotographsThatShareWalksAreThoseOfWalksOfTheirOwn) {
+TEST(Path, SharedPathsAgreeWithSeparatePaths) {
   for (const double roughness : {0.0, 0.3}) {
     const KnownScene scene = FourPhotographs(roughness);
     const LayeredBody body = BodyOf(scene);
@@ -150,7 +151,7 @@ TEST(Path, PhotographsThatShareWalksAreThoseOfWalksOfTheirOwn) {
       for (size_t p = 0; p < alone.pixels.size(); ++p) {
         const PixelEstimate &a = together[i].pixels[p], &b = alone.pixels[p];
         EXPECT_EQ(a.on_object, b.on_object);
-        if (!(std::sqrt(b.variance().y) < 0.2 * b.mean.y)) continue;  // a few bright paths state no error
+        if (!(std::sqrt(b.variance().y) < 0.2 * b.mean.y)) continue;  // a few bright paths give no reliable error
         square += (a.mean.y - b.mean.y) * (a.mean.y - b.mean.y) / (a.variance().y + b.variance().y);
         ++values;
         for (size_t g = 0; g < alone.groups; ++g) {
@@ -165,7 +166,7 @@ TEST(Path, PhotographsThatShareWalksAreThoseOfWalksOfTheirOwn) {
   }
 }
 
-/// Of the whole picture, without filters, through crossed and through parallel ones.
+/// Level of the whole image without filters, through crossed and through parallel ones.
 std::array<double, 3> LevelsByFilter(KnownScene scene, double memory_events) {
   Capture& capture = scene.capture;
   capture.photographs.resize(3, capture.photographs[0]);
@@ -181,8 +182,8 @@ std::array<double, 3> LevelsByFilter(KnownScene scene, double memory_events) {
   return levels;
 }
 
-TEST(Path, LightThatWasScatteredOnceKeepsAsMuchOfItsPolarisationAsIsStated) {
-  KnownScene dark(Sphere(1.5, 24), 1, 0.4, 6, 4.0);  // no index step; nearly all that returns was scattered once
+TEST(Path, SingleScatteringKeepsTheStatedPolarisation) {
+  KnownScene dark(Sphere(1.5, 24), 1, 0.4, 6, 4.0);  // no index step; nearly all returning light was scattered once
   SetLayer(dark, 0, 1.0, 0.0, 0.02, 5.0);
   SetSurface(dark, 0.3, 0.0);
   dark.Light(DiskLight{{200, 0, 200}, {-1, 0, -1}, glm::dvec3(2.0), 0.0, 90.0});
@@ -195,23 +196,23 @@ TEST(Path, LightThatWasScatteredOnceKeepsAsMuchOfItsPolarisationAsIsStated) {
   EXPECT_EQ(doubled, none);
 }
 
-TEST(Path, FiltersPartLightIntoWhatKeptItsPolarisationAndWhatHasNone) {
+TEST(Path, PolarisersSeparatePolarisedFromDepolarisedLight) {
   constexpr double kForEver = 1e6;
   KnownScene bead = Bead();
   for (const double memory : {3.0, kForEver}) {
     const auto [none, cross, parallel] = LevelsByFilter(bead, memory);
     EXPECT_NEAR(0.5 * (cross + parallel), none, 1e-9 * none);
-    EXPECT_LT(cross, (memory == kForEver ? 1e-3 : 1.0) * none);  // layers alone take none of it away
+    EXPECT_LT(cross, (memory == kForEver ? 1e-3 : 1.0) * none);  // layers alone do not depolarise
   }
   bead.capture.backings.push_back(
       {.name = "tile", .point_mm = {0, 0, -1.8}, .normal = {0, 0, 1}, .size_mm = 20, .reflectance = glm::dvec3(0.9)});
   bead.capture.photographs[0].backing = 0;
   const auto [none, cross, parallel] = LevelsByFilter(bead, kForEver);
-  EXPECT_GT(cross, 0.03 * none);  // what the tile sent back
+  EXPECT_GT(cross, 0.03 * none);  // light reflected by the tile
   EXPECT_NEAR(0.5 * (cross + parallel), none, 1e-9 * none);
 }
 
-TEST(Path, EqualPhotographsThatShareWalksAreEqual) {
+TEST(Path, IdenticalPhotographsWithSharedPathsAreEqual) {
   KnownScene scene = FourPhotographs(0.3);
   scene.capture.photographs[3] = scene.capture.photographs[1];
   PathOptions options{.paths_per_pixel = 30};
@@ -221,10 +222,10 @@ TEST(Path, EqualPhotographsThatShareWalksAreEqual) {
     EXPECT_EQ(together[1].pixels[p].mean, together[3].pixels[p].mean);
 }
 
-TEST(TriangleGrid, FindsWhatEveryFacetAskedInTurnGives) {
-  // Flights from anywhere inside, in every medium, through nested layers and through a root that stands out (exposed
-  // facets), against all triangles (Moeller and Trumbore 1997). Those that pass within rounding of an edge are left
-  // out.
+TEST(TriangleGrid, AgreesWithExhaustiveSearch) {
+  // Flights from anywhere inside, in every medium, through nested layers and through a protruding root (exposed
+  // facets). The reference is a search over all triangles (Moeller and Trumbore 1997). Flights that pass within
+  // rounding of an edge are excluded.
   TriangleMesh root = Sphere(1.2, 20);
   for (auto& v : root.vertices) v.z -= 0.9;
   KnownScene nested(Incisor(30), 2, 0.9, 4, 4.0);
@@ -273,8 +274,8 @@ TEST(TriangleGrid, FindsWhatEveryFacetAskedInTurnGives) {
   }
 }
 
-TEST(FlightLanes, DrawAndScatterAsOneWalkAloneDoes) {
-  // No surface anywhere near: flights and directions against the scalar functions.
+TEST(FlightLanes, AgreeWithScalarSamplingAndScattering) {
+  // No surface is near. Flights and directions are compared with the scalar functions.
   TriangleMesh mesh = Incisor();
   for (glm::dvec3& v : mesh.vertices) v *= 1e4;
   const LayeredBody body({mesh}, 0);
@@ -315,7 +316,7 @@ TEST(FlightLanes, DrawAndScatterAsOneWalkAloneDoes) {
   }
 }
 
-TEST(Path, StatedErrorsAreThoseOfThirtySeeds) {
+TEST(Path, StatedErrorsMatchTheScatterOfThirtySeeds) {
   // Scatter of every pixel over 30 seeds against the variance it states, for shared paths and for groups of three
   // heroes.
   for (const bool alike : {true, false}) {
@@ -347,7 +348,7 @@ TEST(Path, StatedErrorsAreThoseOfThirtySeeds) {
   }
 }
 
-TEST(Path, ChannelsThatScatterDifferentlyAgreeWithEachAlone) {
+TEST(Path, SpectralMisAgreesWithSingleChannels) {
   // Spectral multiple importance sampling against grey runs, for coefficients as far apart as 2, 6 and 9.
   const double s[3] = {2, 6, 9};
   KnownScene together = Bead();
@@ -374,7 +375,7 @@ TEST(Path, ChannelsThatScatterDifferentlyAgreeWithEachAlone) {
   }
 }
 
-TEST(Path, LampAndCameraMayChangePlaces) {
+TEST(Path, IsReciprocalInLampAndCamera) {
   // Reciprocity: a small bright disk at A seen from B gives the same as one at B seen from A, when both subtend the
   // same few degrees and the "camera" is the mean over a picture that sees the whole body.
   const auto look = [](const glm::dvec3& lamp, bool swap, uint64_t seed) {

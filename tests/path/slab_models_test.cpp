@@ -28,7 +28,7 @@ double OffFromLayered(const Slab& slab, const SlabAnswer& a, double errors = 4.0
        off(a.value.transmittance_diffuse, want.transmittance_diffuse, a.stddev.transmittance_diffuse)});
 }
 
-TEST(SlabDiffusion, ComesToAgreeWithAddingDoublingAsCollisionsGrow) {
+TEST(SlabDiffusion, ConvergesToAddingDoublingAsCollisionsGrow) {
   Slab on_white = Of({Tissue(.05, 15, .8, 1.54, 1)}), in_contact = on_white;
   on_white.backing_reflectance = in_contact.backing_reflectance = 0.8;
   in_contact.backing_contact = true;
@@ -44,30 +44,30 @@ TEST(SlabDiffusion, ComesToAgreeWithAddingDoublingAsCollisionsGrow) {
   }
 }
 
-TEST(SlabDiffusion, LightThatNothingAbsorbsLeavesUpwardsOrDownwards) {
+TEST(SlabDiffusion, ConservesEnergyWithoutAbsorption) {
   const Slab slab = Of({Tissue(0, 6.6, .68, 1.63, 1), Tissue(0, 0, 0, 1.4, 0), Tissue(0, 28, .93, 1.54, 2)});
   const FlatEscape escape(FlatLayersOf(slab));
   for (const auto& [layer, height] : {std::pair<size_t, double>{0, 0.3}, {2, 0.0}, {2, 1.999}}) {
     const auto [up, down] = escape.From(layer, height);
-    EXPECT_NEAR(up + down, 1.0, 1e-8);  // coupling through nothing costs digits
+    EXPECT_NEAR(up + down, 1.0, 1e-8);  // coupling through an empty layer costs digits
     EXPECT_GT(std::min(up, down), 0.05);
   }
 }
 
-TEST(ModelsOfSlabs, AgreeWhereLayersAreThickAndHardlyAbsorb) {
+TEST(ModelsOfSlabs, AgreeForThickWeaklyAbsorbingLayers) {
   const Slab thick = Of({Tissue(.005, 20, .8, 1.5, 20)});
   EXPECT_LT(OffFromLayered(thick, SolveByShader(thick)), 0.01);
   EXPECT_LT(OffFromLayered(thick, SolveByDiffusion(thick, {20000, 1, 0, 0}, [](double) {})), 0.004);
 }
 
-/// One to three layers from the whole range of everything, each coefficient zero in every fifth; at most so deep that a
-/// walk ends soon.
+/// One to three layers over the whole range of every parameter. Each coefficient is zero in every fifth slab. Depth is
+/// limited so that a walk ends soon.
 Slab AnySlab(uint64_t number) {
   RandomStream random(Key(20, number));
   const auto between = [&](double low, double high) { return low + (high - low) * random.Next(); };
   const auto log_between = [&](double low, double high) { return low * std::pow(high / low, random.Next()); };
   const auto or_nothing = [&](double value) { return random.Next() < 0.2 ? 0.0 : value; };
-  const auto index = [&] { return random.Next() < 0.5 ? 1.5 : between(1.0, 2.5); };  // often those of neighbours
+  const auto index = [&] { return random.Next() < 0.5 ? 1.5 : between(1.0, 2.5); };  // often equal to the neighbours'
   constexpr double kDeepest = 100.0;
   Slab slab;
   const auto layers = static_cast<size_t>(between(1.0, 4.0));
@@ -87,9 +87,9 @@ Slab AnySlab(uint64_t number) {
   return slab;
 }
 
-TEST(ModelsOfSlabs, WalksAgreeWithAddingDoublingOnAnySlab) {
+TEST(ModelsOfSlabs, RandomWalkAgreesWithAddingDoublingOnRandomSlabs) {
   constexpr int kSlabs = 100, kPhotons = 20000;
-  constexpr double kErrors = 4.5, kSeenByNone = 48.0 / kPhotons;  // a quarter of the photons come diffusely
+  constexpr double kErrors = 4.5, kSeenByNone = 48.0 / kPhotons;  // a quarter of the photons are diffuse
   for (uint64_t i = 0; i < kSlabs; ++i) {
     const Slab slab = AnySlab(i);
     const SlabAnswer layered = SolveByAddingDoubling(slab), walked = SolveByWalks(slab, {kPhotons, i}, [](double) {});

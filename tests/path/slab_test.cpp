@@ -1,6 +1,6 @@
-// Flat layered samples: adding-doubling against published and converged values and against what physics demands, and
-// the random walk against adding-doubling. `./dev bench slabs` holds both against tables of independent programs; all
-// models of slabs against each other: slab_models_test.
+// Flat layered samples: adding-doubling against published and converged values and physical laws, and the random walk
+// against adding-doubling. `./dev bench slabs` holds both against tables of independent programs; all models of slabs
+// against each other: slab_models_test.
 
 #include <gtest/gtest.h>
 
@@ -92,12 +92,12 @@ TEST(AddingDoubling, ConservesEnergyWithoutAbsorption) {
       slab.backing_reflectance = rho;
       const Totals t = Layered(slab);
       EXPECT_NEAR(t.UR1 + t.UT1, 1.0, 2e-6) << g;
-      EXPECT_NEAR(t.URU + t.UTU, 1.0, 2e-6 + 2e-5) << g;  // the mirrored part comes from another quadrature
+      EXPECT_NEAR(t.URU + t.UTU, 1.0, 2e-6 + 2e-5) << g;  // the specular part comes from another quadrature
     }
   }
 }
 
-TEST(AddingDoubling, WhiteLayersOfAnyThicknessLoseNothingAndTransmitAsOneOverTheirDepth) {
+TEST(AddingDoubling, WhiteLayersConserveEnergyAndTransmitAsInverseDepth) {
   for (const double g : {0.0, 0.8, 0.999})
     for (const double ior : {1.0, 1.5}) {
       double last = 0;
@@ -107,7 +107,8 @@ TEST(AddingDoubling, WhiteLayersOfAnyThicknessLoseNothingAndTransmitAsOneOverThe
         const SlabAnswer a = SolveByAddingDoubling(slab);
         EXPECT_NEAR(a.specular + a.value.reflectance_collimated + a.value.transmittance_collimated, 1.0, 1e-12);
         EXPECT_NEAR(a.specular_diffuse + a.value.reflectance_diffuse + a.value.transmittance_diffuse, 1.0, 1e-12);
-        // Diffusion: T = c / (depth + extrapolation), whose second part is below 1e-3 from a reduced depth of 1e4 on.
+        // Diffusion: T = c / (depth + extrapolation). The relative extrapolation is below 1e-3 from a reduced depth of
+        // 1e4 on.
         if (last > 0 && depth * (1 - g) >= 1e6) {
           EXPECT_NEAR(a.value.transmittance_collimated * depth / last, 1.0, 2e-3) << g << " " << ior << " " << depth;
         }
@@ -128,7 +129,7 @@ TEST(AddingDoubling, SplittingALayerOrAddingAClearOneChangesNothing) {
   }
 }
 
-/// Layers of indices that differ by a step, or from what is above and below.
+/// Layers whose indices differ by a step from each other or from the media above and below.
 std::vector<Slab> Stepped(double step, double absorption, double g) {
   const auto tissue = [&](double ior, double mm) { return Tissue(absorption, 2 / (1 - g), g, ior, mm); };
   std::vector<Slab> slabs{Of({tissue(1 + step, 1)}), Of({tissue(1.54, .3), tissue(1.54 + step, 1)}),
@@ -143,8 +144,8 @@ constexpr double kSteps[] = {0,    1e-16, 1e-15, 1e-14, 1e-13, 1e-12, 1e-11,  1e
                              1e-7, 1e-6,  1e-5,  1e-4,  3e-4,  1e-3,  1.7e-3, 1.8e-3, 2e-3, 1e-2};
 
 TEST(AddingDoubling, IsContinuousWhereIndicesMeet) {
-  // A step acts on the share of light that it reflects totally, about twice the step, and no answer changes by more;
-  // 1e-8 is what other angles do to a sharp phase function. More angles give the same as they do elsewhere.
+  // A step totally reflects a share of about twice its size, which bounds the change of every answer. Other angles
+  // change a sharp phase function by 1e-8. More angles agree as well as they do elsewhere.
   for (const auto& [g, tolerance] : {std::pair{0.0, 1e-9}, {0.8, 5e-8}, {0.96, 4e-5}}) {
     const std::vector<Slab> without = Stepped(0, 0.05, g);
     for (const double step : kSteps) {
@@ -187,7 +188,7 @@ TEST(ViewSlab, IsContinuousWhereIndicesMeet) {
   }
 }
 
-/// Every number of every layer that does something to light, in turn.
+/// Each parameter of each layer that affects light, in turn.
 struct NumberOfLayer {
   size_t layer;
   double SlabLayer::*number;
@@ -207,7 +208,7 @@ std::vector<NumberOfLayer> NumbersOf(const Slab& slab) {
   return numbers;
 }
 
-TEST(ViewSlab, ChangesAreWhatDifferencesTendTo) {
+TEST(ViewSlab, DerivativesMatchFiniteDifferences) {
   Slab contact = Of({{1.63, 0.96, 0, 6, 0.03, 0.6}, {1.54, 0.0, 0.2, 2, 1.5, 1.1}});
   contact.backing_contact = true;
   const Slab slabs[] = {Of({{1.54, 0.8, 0.1, 15, 0.03, 1}}),                                     // ceramic
@@ -241,7 +242,8 @@ TEST(ViewSlab, ChangesAreWhatDifferencesTendTo) {
         };
         const ViewedSlab one = at(1), less = at(-1), two = at(2), two_less = at(-2);
         const auto expect = [&](double ViewedSlab::*seen) {
-          // Richardson; looked along a direction that carries 1e-12 of the light, answers are exact to some 1e-10.
+          // Richardson extrapolation. Viewed along a direction that carries 1e-12 of the light, answers are accurate to
+          // about 1e-10.
           const double want = (8 * (one.*seen - less.*seen) - (two.*seen - two_less.*seen)) / 12;
           EXPECT_NEAR(found[k].*seen, want, 1e-6 * std::abs(want) + 1e-9)
               << "layer " << numbers[k].layer << ", number " << k;
@@ -256,7 +258,7 @@ TEST(ViewSlab, ChangesAreWhatDifferencesTendTo) {
     }
 }
 
-TEST(ViewSlab, ChangesOfASlabThatLosesNothingAreThoseOfOneThatHardlyDoes) {
+TEST(ViewSlab, DerivativesAreContinuousAtZeroAbsorption) {
   const auto changes = [](double absorption) {
     std::vector<std::vector<SlabLayer>> by(4, {SlabLayer{0, 0, 0, 0, 0, 0}});
     by[0][0].scattering_per_mm = by[1][0].absorption_per_mm = by[2][0].g = by[3][0].thickness_mm = 1;
@@ -266,17 +268,18 @@ TEST(ViewSlab, ChangesOfASlabThatLosesNothingAreThoseOfOneThatHardlyDoes) {
   for (size_t k = 0; k < none.size(); ++k) {
     EXPECT_NEAR(none[k].reflectance, hardly[k].reflectance, 1e-5 * std::abs(hardly[k].reflectance) + 1e-7) << k;
     EXPECT_NEAR(none[k].transmittance, hardly[k].transmittance, 1e-5 * std::abs(hardly[k].transmittance) + 1e-7) << k;
-    if (k == 1) continue;  // by the others nothing is lost
+    if (k == 1) continue;  // the other parameters cause no loss
     EXPECT_NEAR(none[k].reflectance + none[k].transmittance, 0.0, 1e-7) << k;
   }
 }
 
-TEST(ViewSlab, AnIndexAtItsLeastStillHasAChange) {
+TEST(ViewSlab, IndexDerivativeIsContinuousAtIndexOne) {
   const std::vector<SlabLayer> change{{1, 0, 0, 0, 0, 0}};
   const auto by_index = [&](double ior) {
     return ViewSlabChanges(Of({{ior, 0.5, 0, 5, 0.1, 1}}), {{1.0}}, MeasuredAt::k0_D, {change})[0][0].transmittance;
   };
-  EXPECT_NEAR(by_index(1.0), by_index(1.002), 0.1 * by_index(1.002)) << "totally reflected: as the root of its step";
+  EXPECT_NEAR(by_index(1.0), by_index(1.002), 0.1 * by_index(1.002))
+      << "total reflection grows with the root of the step";
 }
 
 TEST(AddingDoubling, DiffuseTransmittanceIsTheSameFromBothSides) {
@@ -293,7 +296,7 @@ TEST(AddingDoubling, PureAbsorberFollowsBeerAndFresnel) {
   EXPECT_NEAR(Layered(Of({Layer(1.62, 0, .3, 0)})).UT1, (1 - f) * (1 - f) * a / (1 - f * f * a * a), 1e-8);
 }
 
-TEST(AddingDoubling, WhiteBackingInContactWithNoLayerOfAbsorptionReturnsEverything) {
+TEST(AddingDoubling, NonAbsorbingSlabOnWhiteBackingReturnsEverything) {
   Slab slab = Of({Tissue(0, 5, .8, 1.54, 1)});
   slab.backing_reflectance = 1.0;
   for (const bool contact : {false, true}) {
@@ -311,7 +314,8 @@ TEST(SlabWalk, AgreesWithAddingDoublingWithinItsStatedErrors) {
   mixed.layers[0].isotropic_fraction = 0.4;
   Slab matched = Of({Tissue(.03, 6, .96, 1.63, .5), Tissue(.2, 28, .93, 1.63, 1)});
   matched.ior_below = 1.63;
-  // Light left of e^-5 and less, which the roulette decides on; a clear layer between others; back scattering.
+  // Light attenuated to e^-5 and less, where Russian roulette decides; a clear layer between others; backward
+  // scattering.
   const Slab dark = Of({Tissue(5, 10, .9, 1.5, 1)}),
              with_clear = Of({Tissue(.1, 6, .9, 1.6, .5), Tissue(.2, 0, 0, 1.4, .5), Tissue(.1, 20, -.4, 1.5, .5)});
   const Slab slabs[] = {
@@ -330,7 +334,7 @@ TEST(SlabWalk, AgreesWithAddingDoublingWithinItsStatedErrors) {
   }
 }
 
-TEST(SlabWalk, StatedErrorsAreThoseOfThirtySeedsAndRingsAddUp) {
+TEST(SlabWalk, StatedErrorsMatchThirtySeedsAndRingsSumToTotals) {
   Slab slab = Of({Tissue(.2, 10, .8, 1.54, 1)});
   slab.radii_mm = {0, 0.2, 0.5, 1, 2, 1000};
   constexpr int kSeeds = 30;
@@ -381,8 +385,8 @@ TEST(SlabWalk, SameAnswerForAnyNumberOfLanes) {
   for (const int lanes : {3, 64, SlabLanes::kMax}) EXPECT_EQ(answer(lanes), one) << lanes;
 }
 
-/// Lanes that all fly in one direction again and again, and scatter.
-TEST(SlabLanes, FlightsAreExponentialAndTurnsThoseOfHenyeyAndGreenstein) {
+/// All lanes repeatedly fly in one direction and scatter.
+TEST(SlabLanes, FlightsAreExponentialAndAnglesHenyeyGreenstein) {
   constexpr int kFlights = 4000;
   constexpr double kDeepest_mm = 1e6, kFreePath_mm = 0.5;
   const glm::dvec3 directions[] = {{0, 0, -1}, {0.6, 0, 0.8}, glm::normalize(glm::dvec3(-3, 2, -1))};

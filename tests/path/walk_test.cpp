@@ -1,4 +1,4 @@
-// The random walk: boundaries that lose nothing, walks that agree with closed forms, furnaces and radiometry.
+// The random walk: lossless boundaries, agreement with closed forms, furnaces and radiometry.
 
 #include <gtest/gtest.h>
 
@@ -18,7 +18,7 @@ namespace {
 
 constexpr double kPi = std::numbers::pi;
 
-TEST(PhaseFunction, MeanCosineIsTheAsymmetryTimesTheShareThatIsNotIsotropic) {
+TEST(PhaseFunction, MomentsMatchAsymmetryAndIsotropicFraction) {
   for (const auto& [g, isotropic] :
        {std::pair{0.0, 0.0}, {5e-4, 0.0}, {0.68, 0.0}, {0.96, 0.0}, {-0.5, 0.0}, {0.93, 0.35}}) {
     const Medium m{1.5, g, isotropic};
@@ -36,9 +36,9 @@ TEST(PhaseFunction, MeanCosineIsTheAsymmetryTimesTheShareThatIsNotIsotropic) {
 
 class RoughBoundary : public testing::TestWithParam<std::tuple<double, double>> {};
 
-TEST_P(RoughBoundary, StatedDensitiesAreThoseOfTheSampledDirections) {
-  // For light from either side at several angles: the stated density integrates, over the sky and weighted with a
-  // function that tells directions apart, to what the sampled directions give.
+TEST_P(RoughBoundary, DensityMatchesSampledDirections) {
+  // For light from either side at several angles, the stated density is integrated over the sky. The weight is a
+  // function that distinguishes directions. The integral must match the sampled directions.
   const auto [roughness, wetness] = GetParam();
   const OuterBoundary boundary{roughness, wetness, 1.62, 1.0};
   const glm::dvec3 normal(0, 0, 1);
@@ -52,7 +52,7 @@ TEST_P(RoughBoundary, StatedDensitiesAreThoseOfTheSampledDirections) {
         const glm::dvec3 lamp = Towards(std::acos(std::sqrt(random.Next())), 2 * kPi * random.Next());
         TargetDensity density;
         const Scattered s = boundary.Scatter(direction, normal, random, {&lamp, 1}, {&density, 1});
-        const bool leaves = s.direction.z > 0 && s.density != kMirror;  // the mirror of a film is no target's share
+        const bool leaves = s.direction.z > 0 && s.density != kMirror;  // targets exclude a film's mirror
         EXPECT_NEAR(glm::length(s.direction), 1.0, 1e-9);
         sampled[0].Add(leaves);
         sampled[1].Add(leaves ? s.direction.x * s.direction.x - 0.3 * s.direction.y : 0.0);
@@ -71,7 +71,7 @@ INSTANTIATE_TEST_SUITE_P(Roughness, RoughBoundary,
                                          std::tuple{0.3, 1.0}, std::tuple{0.5, 0.5}));
 
 TEST(RoughBoundary, IsReciprocalInReflectionAndTransmission) {
-  // Density over n^2 cos of where light goes is symmetric: nothing distinguishes the way there from the way back.
+  // The density divided by n^2 cos of the outgoing direction is symmetric: both directions along a path are equivalent.
   const double n = 1.62, roughness = 0.5;
   const glm::dvec3 a = Towards(0.4, 0.1), b = Towards(1.2, 1.9);
   RandomStream random(11);
@@ -93,7 +93,7 @@ TEST(RoughBoundary, IsReciprocalInReflectionAndTransmission) {
               4 * std::hypot(down.error() / (n * n * c.z), up.error() / a.z));
 }
 
-TEST(RoughBoundary, TendsToTheSmoothOne) {
+TEST(RoughBoundary, ConvergesToTheSmoothBoundary) {
   const OuterBoundary rough{2e-3, 0.0, 1.5, 1.0};
   RandomStream random(5);
   Mean reflected;
@@ -102,10 +102,9 @@ TEST(RoughBoundary, TendsToTheSmoothOne) {
   EXPECT_NEAR(reflected.value(), 0.0891867128, 4 * reflected.error());  // Fresnel at 60 degrees, 1 to 1.5
 }
 
-TEST(RoughBoundary, OfIndicesThatMeetLetsLightGoStraightOn) {
-  // From a layer into the open, or through a film of water of the open's index. A lamp all over the sky finds all of
-  // it, whether by its own samples or by the surface's. Facets bend light by the step times a slope that is seldom
-  // large.
+TEST(RoughBoundary, TransmitsStraightThroughAtMatchedIndices) {
+  // From a layer into the outer medium, or through a film of water of the outer index. A lamp over the whole sky finds
+  // all light, by lamp samples or by surface samples. Facets bend light by the step times a slope that is seldom large.
   for (const double roughness : {0.01, 0.3})
     for (const double wetness : {0.0, 0.5, 1.0})
       for (const double step : {0.0, 1e-16, 1e-15, 1e-14, 1e-13, 1e-12, 1e-11, 1e-10, 1e-9, 2e-9, 1e-8, 1e-6, 1e-4}) {
@@ -149,7 +148,7 @@ struct FurnaceCase {
   double roughness, wetness;
 };
 
-TEST(WhiteFurnace, EveryMaterialWithoutAbsorptionDisappears) {
+TEST(WhiteFurnace, NonAbsorbingMaterialsDisappear) {
   // Under a dome of radiance 1/pi, and in a closed cube of lamps (which tests the sampling of lamps and its weights).
   const FurnaceCase cases[] = {
       {"smooth", Sphere(1.5, 12), 1, 0.0, 0.0},         {"rough 0.05", Sphere(1.5, 12), 1, 0.05, 0.0},
@@ -159,7 +158,7 @@ TEST(WhiteFurnace, EveryMaterialWithoutAbsorptionDisappears) {
   };
   for (const FurnaceCase& c : cases) {
     for (const bool dome : {true, false}) {
-      KnownScene scene(c.mesh, c.layers, 0.4, 6, 1.8);  // nothing but the object is in the picture
+      KnownScene scene(c.mesh, c.layers, 0.4, 6, 1.8);  // only the object is in the image
       SetLayer(scene, 0, 1.62, 0.6, 2.0, 0.0);
       if (c.layers > 1) SetLayer(scene, 1, 1.54, 0.8, 5.0, 0.0);
       SetSurface(scene, c.roughness, c.wetness);
@@ -174,7 +173,7 @@ TEST(WhiteFurnace, EveryMaterialWithoutAbsorptionDisappears) {
   }
 }
 
-TEST(WhiteFurnace, RoughSurfacesOfTheIndexAroundThemDisappearToo) {
+TEST(WhiteFurnace, IndexMatchedRoughSurfacesDisappear) {
   for (const double roughness : {0.01, 0.3})
     for (const double step : {0.0, 1e-15, 1e-13, 1e-11, 2e-9, 1e-6}) {
       KnownScene scene(Sphere(1.5, 12), 1, 0.4, 6, 1.8);
@@ -186,7 +185,7 @@ TEST(WhiteFurnace, RoughSurfacesOfTheIndexAroundThemDisappearToo) {
     }
 }
 
-TEST(WhiteFurnace, ExtremeMaterialsAndLayersThatTouchDisappearToo) {
+TEST(WhiteFurnace, ExtremeMaterialsAndTouchingLayersDisappear) {
   struct Case {
     const char* name;
     double thickness_mm, outer_g, outer_scattering, inner_scattering;  // reduced, per mm
@@ -212,7 +211,7 @@ TEST(WhiteFurnace, ExtremeMaterialsAndLayersThatTouchDisappearToo) {
   }
 }
 
-TEST(WhiteFurnace, LightThatPlaneSidesKeepLongComesOutUnbiased) {
+TEST(WhiteFurnace, LongTotalInternalReflectionIsUnbiased) {
   // A clear cube around a scattering ball: some of what leaves the ball is totally reflected by all six sides until it
   // meets the ball again, up to thousands of times.
   KnownScene scene(Box({-1, -1, -1}, {1, 1, 1}), 2, 0.5, 6, 1.2);
@@ -225,7 +224,7 @@ TEST(WhiteFurnace, LightThatPlaneSidesKeepLongComesOutUnbiased) {
   EXPECT_NEAR(mean.value(), 1.0, 4 * mean.stated + 1e-3);
 }
 
-TEST(WhiteFurnace, WhiteSceneryAndBackingAroundTheObjectDisappearToo) {
+TEST(WhiteFurnace, WhiteSceneryAndBackingDisappear) {
   KnownScene scene(Sphere(1.2, 12), 1, 0.4, 6, 1.4);
   SetLayer(scene, 0, 1.54, 0.0, 3.0, 0.0);
   SetSurface(scene, 0.3, 0.0);
@@ -239,7 +238,7 @@ TEST(WhiteFurnace, WhiteSceneryAndBackingAroundTheObjectDisappearToo) {
   EXPECT_NEAR(mean.value(), 1.0, 4 * mean.stated);
 }
 
-/// The mesh closed as a file's would be.
+/// The mesh, closed as if read from a file.
 TriangleMesh Closed(const TriangleMesh& mesh) {
   const TemporaryFolder folder;
   std::vector<std::string> messages;
@@ -247,7 +246,7 @@ TriangleMesh Closed(const TriangleMesh& mesh) {
   return ReadClosedSurface(folder.path / "m.ply", messages);
 }
 
-TEST(WhiteFurnace, OpenScansAndLayersThatStandOutOfEachOtherDisappearToo) {
+TEST(WhiteFurnace, OpenScansAndProtrudingLayersDisappear) {
   const glm::dvec3 below(0, 0, -0.9);
   TriangleMesh root = Sphere(1.2, 24);
   for (auto& v : root.vertices) v = 0.999 * v + below;
@@ -272,7 +271,7 @@ TEST(WhiteFurnace, OpenScansAndLayersThatStandOutOfEachOtherDisappearToo) {
   }
 }
 
-TEST(Path, WhichOfTwoOverlappingLayersIsTheInnerOneDoesNotMatterWhenTheyAreOfOneMaterial) {
+TEST(Path, OrderOfOverlappingLayersOfOneMaterialDoesNotMatter) {
   // Two spheres side by side that overlap; the object is their union, so swapping them mirrors nothing but names.
   TriangleMesh left = Sphere(1.0, 24), right = left;
   for (auto& v : left.vertices) v.x -= 0.6;
@@ -291,7 +290,7 @@ TEST(Path, WhichOfTwoOverlappingLayersIsTheInnerOneDoesNotMatterWhenTheyAreOfOne
   EXPECT_LT(means[0].stated, 0.003 * means[0].value());
 }
 
-TEST(Path, ANeckThatAbsorbsDarkensAndARootLiesBetween) {
+TEST(Path, RootNeckLiesBetweenAirAndAbsorbingNeck) {
   const auto seen_with = [](Neck neck, double neck_return) {
     KnownScene scene(Closed(OpenBelow(Sphere(1.5, 24), -0.8)), 1, 0.4, 8, 2.6);
     scene.capture.neck = neck;
@@ -307,7 +306,7 @@ TEST(Path, ANeckThatAbsorbsDarkensAndARootLiesBetween) {
   EXPECT_EQ(seen_with(Neck::kRoot, 0.0), absorbing);
 }
 
-TEST(Path, WhiteTileShowsTheRadiometryOfTheContract) {
+TEST(Path, WhiteTileFollowsTheDocumentedRadiometry) {
   // Lamps at 300 mm and more, facing the tile or at 60 degrees; the object is out of sight.
   const auto tile = [](const LightShape& light) {
     KnownScene scene(Box({-0.1, -0.1, -60.2}, {0.1, 0.1, -60}), 1, 0.1, 4, 2.0);
@@ -340,9 +339,9 @@ TEST(Path, WhiteTileShowsTheRadiometryOfTheContract) {
          2 * kPi * (40.0 * 40.0 / (40.0 * 40.0 + 100.0 * 100.0) - 20.0 * 20.0 / (20.0 * 20.0 + 100.0 * 100.0)));
 }
 
-TEST(Path, DiscOnATileShowsTheReflectanceOfTheSlabWithItsBacking) {
-  // A disc so wide that nothing leaves at its rim, under a dome of radiance 1/pi: by reciprocity a pixel seen straight
-  // on is the reflectance of collimated light, surface included.
+TEST(Path, DiscOnATileMatchesTheBackedSlabReflectance) {
+  // The disc is so wide that no light leaves at its rim; it lies under a dome of radiance 1/pi. By reciprocity, a pixel
+  // seen along the normal is the collimated reflectance, surface included.
   for (const bool in_contact : {false, true}) {
     KnownScene scene(Box({-25, -25, -1}, {25, 25, 0}), 1, 1.0, 2, 0.5);
     SetLayer(scene, 0, 1.54, 0.8, 2.0, 0.05);
@@ -363,7 +362,7 @@ TEST(Path, DiscOnATileShowsTheReflectanceOfTheSlabWithItsBacking) {
 }
 
 TEST(Path, ClearAbsorbingSlabFollowsBeerAndFresnel) {
-  // No scattering: through a clear plate between a lamp behind and the camera, every internal reflection counted.
+  // No scattering: light from a lamp behind passes a clear plate to the camera, with every internal reflection.
   KnownScene scene(Box({-30, -30, -2}, {30, 30, 0}), 1, 2.0, 2, 0.2);
   SetLayer(scene, 0, 1.5, 0.0, 0.0, 0.2);
   SetSurface(scene, 0.0, 0.0);

@@ -59,7 +59,7 @@ TEST(Colour, WhiteIsTheReferenceWhiteAndGreyHasNoChroma) {
   for (double v : {white.y, white.z, grey.y, grey.z}) EXPECT_NEAR(v, 0.0, 0.01);
 }
 
-TEST(Colour, EqualPicturesDifferByNothingWhateverTheirExposure) {
+TEST(Colour, EqualPicturesHaveZeroDifferenceAtAnyExposure) {
   Image a(32, 16, 3);
   for (size_t i = 0; i < a.values.size(); ++i) a.values[i] = 0.1f + 0.5f * static_cast<float>(i % 17) / 17.0f;
   const ColourDifference d = ComparePictures(a, a, std::vector<uint8_t>(32 * 16, 1));
@@ -77,7 +77,7 @@ TEST(Colour, BlocksAverageNoiseAndPixelsDoNot) {
   EXPECT_GT(d.pixel_median, 0.5);
 }
 
-TEST(Colour, BandsAreRedGreenAndBlueInThisOrderAlone) {
+TEST(Colour, OnlyRedGreenBlueInThisOrderAreAccepted) {
   EXPECT_TRUE(AreRedGreenBlue({600, 540, 450}));
   EXPECT_TRUE(AreRedGreenBlue({610, 560, 465}));
   EXPECT_FALSE(AreRedGreenBlue({540, 600, 450}));

@@ -72,7 +72,7 @@ TEST(ImageFiles, TruncatedFilesAreRefusedInEveryFormat) {
   }
 }
 
-TEST(ImageFiles, JpegIsKnownAsSuchAndAsDisplayEncoded) {
+TEST(ImageFiles, JpegIsDetectedAndTreatedAsDisplayEncoded) {
   const TemporaryFolder folder;
   WriteAs(folder.path / "a.jpg", Image(16, 16, 3, 128.0f / 255.0f), OIIO::TypeDesc::UINT8);
   const Photograph photo = ReadPhotograph({.image = folder.path / "a.jpg"});
@@ -210,7 +210,7 @@ TEST(CameraRaw, CountsComeOutLinearWithBlackRemovedAndWhiteBalanceAsShot) {
   EXPECT_NEAR(read.image.at(20, 20, 2), 6000 * 1.25 / range, 2e-4);
 }
 
-TEST(CameraRaw, BrightnessDoesNotDependOnWhatElseIsInThePicture) {
+TEST(CameraRaw, BrightnessDoesNotDependOnOtherPixels) {
   const TemporaryFolder folder;
   const auto corner = [&](int bright) {
     Dng dng;
@@ -225,14 +225,14 @@ TEST(CameraRaw, PhotographOfACanonAgreesWithDcraw) {
   const char* reference = std::getenv("CROWNFIT_REFERENCE");
   const auto folder = std::filesystem::path(reference ? reference : "") / "data/real/colorchecker-passport-dng";
   if (!reference || !std::filesystem::exists(folder)) GTEST_SKIP() << "no $CROWNFIT_REFERENCE with this photograph";
-  // dcraw's is half as large (a pixel from each 2 x 2), black removed, without white balance.
+  // dcraw's image is half as large (a pixel from each 2 x 2), with black removed and without white balance.
   const ImageFile ours = ReadImageFile(folder / "colorchart.dng");
   const Image dcraw = ReadImageFile(folder / "colorchart_linear_camrgb_half16.tiff").image;
   ASSERT_EQ(ours.image.width, 2 * dcraw.width);
   ASSERT_TRUE(ours.white_balance);
   EXPECT_NEAR((*ours.white_balance)[0], 2.477, 1e-3);  // the file's AsShotNeutral
   EXPECT_NEAR((*ours.white_balance)[2], 2.477 / 1.462, 1e-3);
-  // A block's share of an edge differs by half a pixel, since dcraw takes red and blue from where the filters stand.
+  // A block's share of an edge differs by half a pixel, since dcraw takes red and blue at the filters' positions.
   const int block = 34;  // pixels of dcraw's picture
   double difference = 0, light = 0;
   for (int c = 0; c < 3; ++c)
@@ -251,7 +251,7 @@ TEST(CameraRaw, PhotographOfACanonAgreesWithDcraw) {
   EXPECT_LT(difference / light, 0.005);
 }
 
-TEST(ImageFiles, ValuesThatAreNotFiniteAreRefused) {
+TEST(ImageFiles, NonFiniteValuesAreRefused) {
   const TemporaryFolder folder;
   Image image = Ramp(8, 8);
   image.values[17] = std::nanf("");
@@ -259,14 +259,14 @@ TEST(ImageFiles, ValuesThatAreNotFiniteAreRefused) {
   EXPECT_THROW(ReadImageFile(folder.path / "nan.exr"), InputError);
 }
 
-TEST(ImageFiles, APictureOfOnePixelIsReadAndLookedUpAnywhere) {
+TEST(ImageFiles, OnePixelImageIsReadAndInterpolated) {
   const TemporaryFolder folder;
   WriteImageFile(folder.path / "one.exr", Image(1, 1, 3, 0.25f));
   const Image one = ReadImageFile(folder.path / "one.exr").image;
   for (double x : {-1e9, 0.0, 0.5, 7.0}) EXPECT_EQ(Bilinear(one, {x, -x}, 2), 0.25);
 }
 
-TEST(ImageFiles, AnExrOfManyLayersIsItsFirstThreeChannelsIfTheyAreRgb) {
+TEST(ImageFiles, MultilayerExrUsesFirstThreeChannelsIfTheyAreRgb) {
   const TemporaryFolder folder;
   WriteImageLayers(folder.path / "layers.exr", {{"", Image(2, 2, 3, 0.5f)}, {"variance", Image(2, 2, 3, 9.0f)}});
   const Image read = ReadImageFile(folder.path / "layers.exr").image;
@@ -276,7 +276,7 @@ TEST(ImageFiles, AnExrOfManyLayersIsItsFirstThreeChannelsIfTheyAreRgb) {
   EXPECT_THROW(ReadImageFile(folder.path / "named.exr"), InputError);
 }
 
-TEST(ImageFiles, TheSamePictureIsTheSameFileASecondLater) {
+TEST(ImageFiles, WritingIsDeterministic) {
   const TemporaryFolder folder;
   WriteImageFile(folder.path / "a.exr", Ramp(8, 8));
   std::this_thread::sleep_for(std::chrono::milliseconds(1100));
@@ -302,8 +302,7 @@ TEST(Photographs, MaskAndSaturationDecideWhatIsUsable) {
   WriteImageFile(folder.path / "p.exr", image);
   WriteImageFile(folder.path / "m.png", mask);
   PhotographFiles files{.image = folder.path / "p.exr", .mask = folder.path / "m.png"};
-  EXPECT_EQ(ReadPhotograph(files).usable,
-            (std::vector<uint8_t>{1, 1, 0, 1}));  // float files have no saturation of their own
+  EXPECT_EQ(ReadPhotograph(files).usable, (std::vector<uint8_t>{1, 1, 0, 1}));  // float files state no saturation level
   files.saturation = 1.0;
   const Photograph photo = ReadPhotograph(files);
   EXPECT_EQ(photo.usable, (std::vector<uint8_t>{1, 0, 0, 1}));
@@ -330,7 +329,7 @@ TEST(Photographs, WithoutANoiseFileTheErrorIsOnePerCentAndAFloor) {
               1e-8);
 }
 
-TEST(Photographs, AveragesKeepTheLightAndOnlyIndependentNoiseFalls) {
+TEST(Photographs, AveragingKeepsLightAndReducesOnlyIndependentNoise) {
   Photograph photo;
   photo.linear = Ramp(7, 5);
   photo.variance = Image(7, 5, 3, 0.09f);
@@ -347,7 +346,7 @@ TEST(Photographs, AveragesKeepTheLightAndOnlyIndependentNoiseFalls) {
   EXPECT_NEAR(of_squares, of_pixels, 1e-5);
   EXPECT_NEAR(measured.variance.at(1, 1, 2), 0.09 / 4, 1e-6);
   EXPECT_NEAR(assumed.variance.at(1, 1, 2), 0.09, 1e-6);
-  EXPECT_EQ(measured.usable, (std::vector<uint8_t>{1, 1, 1, 1, 1, 0})) << "one pixel of the last square is not";
+  EXPECT_EQ(measured.usable, (std::vector<uint8_t>{1, 1, 1, 1, 1, 0})) << "one pixel of the last square is not usable";
 }
 
 TEST(Photographs, TextStandsOnItsBaseline) {

@@ -61,7 +61,7 @@ TEST(Zones, ADifferenceStaysInItsThird) {
 }
 
 TEST(Zones, EveryThirdIsComparedAtTheBrightnessOfTheWholePhotograph) {
-  // A scale of its own would hide that one third is darker in the photograph than the others.
+  // A separate scale would hide that one third of the photograph is darker than the others.
   PhotographResult p = ThreeThirds({glm::dvec3(1.0), glm::dvec3(1.0), glm::dvec3(1.0)});
   for (size_t i = 0; i < p.thirds.size(); ++i)
     for (int c = 0; c < 3 && p.thirds[i] == 1; ++c)
@@ -88,7 +88,7 @@ TEST(Zones, TheLongAxisRunsFromNeckToEdge) {
   EXPECT_NEAR(axis->At({0, 5, 0}), 1.0, 1e-9);
 }
 
-/// A fit that knows the absorption's two channels well and mixes up the rest.
+/// A fit that determines both channels of absorption well and confuses the rest.
 CrownFit SomeFit() {
   CrownFit fit;
   fit.usable = true;
@@ -133,7 +133,7 @@ TEST(PlainWords, SayHowSureEachParameterIs) {
   EXPECT_TRUE(Says(verdict.sentences, "No photograph was held out"));
 }
 
-TEST(Verdict, NamesWhatCountsAsExact) {
+TEST(Verdict, ListsQuantitiesAssumedExact) {
   CrownFit fit = SomeFit();
   fit.converged = true;
   Judge(fit);
@@ -147,14 +147,14 @@ TEST(Verdict, NamesWhatCountsAsExact) {
       << VerdictInWords(fit);
 }
 
-TEST(PlainWords, TellChannelsApartOfWhichOneIsNotIdentified) {
+TEST(PlainWords, ListIdentifiedAndUnidentifiedChannelsSeparately) {
   CrownFit fit = SomeFit();
   fit.converged = true;
   FittedParameter& absorption = fit.uncertainty.parameters[0];
   absorption.of_channels = {Status::kNotIdentified, Status::kFitted};
   absorption.status = Status::kNotIdentified;
   Judge(fit);
-  EXPECT_TRUE(fit.usable) << "one channel is told";
+  EXPECT_TRUE(fit.usable) << "one channel is identified";
   EXPECT_NE(VerdictInWords(fit).find("identify dentine.absorption_per_mm[G]."), std::string::npos)
       << VerdictInWords(fit);
   EXPECT_NE(VerdictInWords(fit).find("photographs: dentine.absorption_per_mm[R], dentine.reduced"), std::string::npos)
@@ -164,13 +164,13 @@ TEST(PlainWords, TellChannelsApartOfWhichOneIsNotIdentified) {
   EXPECT_TRUE(Says(verdict.sentences, "do not determine: dentine absorption R and dentine reduced scattering"));
 }
 
-TEST(PlainWords, AnUnusableResultIsSaidFirst) {
+TEST(PlainWords, UnusableResultIsReportedFirst) {
   CrownFit fit = SomeFit();
   fit.usable = false;
   EXPECT_EQ(PlainVerdictOf(fit).headline, "Do not use this result.");
 }
 
-TEST(Findings, PhotographsThatCannotBeTrustedAreNamed) {
+TEST(Findings, UntrustworthyPhotographsAreNamed) {
   Capture capture;
   std::vector<Photograph> photographs(2);
   for (const char* name : {"front", "back"}) {
@@ -197,10 +197,10 @@ TEST(Findings, PhotographsThatCannotBeTrustedAreNamed) {
   capture.wavelengths_nm = {450, 540, 600};
   EXPECT_TRUE(finds(FindingKind::kFalseColours, {450, 540, 600}, {}));
   for (PhotographSpec& p : capture.photographs) p.has_colour_file = true;
-  EXPECT_FALSE(finds(FindingKind::kFalseColours, {450, 540, 600}, {})) << "the colour file knows";
+  EXPECT_FALSE(finds(FindingKind::kFalseColours, {450, 540, 600}, {})) << "the colour file describes the bands";
 }
 
-TEST(Findings, NameTheStatementThatPhotographsContradictMost) {
+TEST(Findings, NameTheMostContradictedCalibration) {
   CrownFit fit = SomeFit();
   fit.model = Model::kPath;
   fit.converged = true;
@@ -227,15 +227,15 @@ TEST(Findings, NameThePhotographsThatNoiseDoesNotExplain) {
   p.name = "edge";
   for (const auto& [misfit, few_patches] : {std::pair{1.4, 1e6}, {3.0, 6.0}}) {
     p.residual_chi2 = ResidualChi2{{misfit, 0.5, few_patches, 0.0}, {}};
-    EXPECT_TRUE(ModelFindings(fit).empty()) << misfit << " of " << few_patches << " values is little, or chance";
+    EXPECT_TRUE(ModelFindings(fit).empty()) << misfit << " of " << few_patches << " values is small, or chance";
   }
   p.residual_chi2 = ResidualChi2{{4.4, 0.5, 300.0, 0.1}, {}};
   EXPECT_TRUE(Says(InWords(ModelFindings(fit)), "'edge' (patches 4.4)"));
   p.residual_chi2 = ResidualChi2{{1.1, 0.9, 300.0, 0.1}, {6.0, 0.9, 48.0, 0.5}};
-  EXPECT_TRUE(Says(InWords(ModelFindings(fit)), "'edge' (image regions 6)")) << "which noise hides in patches";
+  EXPECT_TRUE(Says(InWords(ModelFindings(fit)), "'edge' (image regions 6)")) << "noise hides it in patches";
 }
 
-TEST(Verdict, RefusesWhatIsLeftOfRegionsThoughNoiseHidesItInPatches) {
+TEST(Verdict, RejectsRegionResidualsHiddenInPatchNoise) {
   CrownFit fit = SomeFit();
   fit.model = Model::kPath;
   fit.converged = true;
@@ -243,7 +243,7 @@ TEST(Verdict, RefusesWhatIsLeftOfRegionsThoughNoiseHidesItInPatches) {
   for (const auto& [misfit, few] : {std::pair{2.0, 1e6}, {3.5, 3.0}}) {
     fit.residual_chi2.regions = PatchChi2{misfit, 0.9, few, 0.0};
     Judge(fit);
-    EXPECT_TRUE(fit.usable) << misfit << " of " << few << " values is little, or chance";
+    EXPECT_TRUE(fit.usable) << misfit << " of " << few << " values is small, or chance";
   }
   fit.residual_chi2.regions = PatchChi2{12.0, 0.9, 96.0, 1.0};
   Judge(fit);
@@ -251,7 +251,7 @@ TEST(Verdict, RefusesWhatIsLeftOfRegionsThoughNoiseHidesItInPatches) {
   EXPECT_TRUE(Says(InWords(fit.reasons), "squared residuals are 12 times"));
 }
 
-TEST(Verdict, RefusesLightThatTilesAndSceneryOfSeveralReflectancesDenyAlike) {
+TEST(Verdict, RejectsLightsThatAllSceneryContradicts) {
   CrownFit fit = SomeFit();
   fit.model = Model::kPath;
   fit.converged = true;
@@ -274,9 +274,9 @@ TEST(Verdict, RefusesLightThatTilesAndSceneryOfSeveralReflectancesDenyAlike) {
   bright.lights = {"right"};
   EXPECT_FALSE(usable({black, white, bright})) << "another light may be right";
   white.ratio = {1.12, 0.88, 1.12};
-  EXPECT_FALSE(usable({black, white})) << "green alone is off alike";
+  EXPECT_FALSE(usable({black, white})) << "only green is off equally";
   white.ratio = {0.7, 0.72, 0.71};
-  EXPECT_TRUE(usable({black, white})) << "reflectances that were guessed are not off alike";
+  EXPECT_TRUE(usable({black, white})) << "guessed reflectances are not off equally";
 }
 
 TEST(Findings, NameThePriorThatPhotographsContradict) {
@@ -288,7 +288,7 @@ TEST(Findings, NameThePriorThatPhotographsContradict) {
   fit.knowledge.unseen = Eigen::MatrixXd::Zero(2, 0);
   const std::vector<std::string> caveats = InWords(ModelFindings(fit));
   EXPECT_TRUE(Says(caveats, "dentine.absorption_per_mm[R]' (4)")) << "2 off, with errors of 0.3 and 0.4";
-  EXPECT_FALSE(Says(caveats, "dentine.reduced_scattering_per_mm")) << "of which they tell little";
+  EXPECT_FALSE(Says(caveats, "dentine.reduced_scattering_per_mm")) << "the photographs hardly constrain it";
   fit.options.use_priors = false;
   EXPECT_TRUE(ModelFindings(fit).empty());
 }
@@ -304,7 +304,7 @@ TEST(Findings, NameTheHeldOutPhotographThatIsPredictedWrongly) {
   EXPECT_TRUE(ModelFindings(fit).empty()) << "its exposure was known no better";
 }
 
-TEST(PlainWords, AskForPhotographsThatTheCaptureLacksAndForNoOthers) {
+TEST(PlainWords, RequestOnlyMissingPhotographs) {
   CrownFit fit = SomeFit();
   const auto asked = [&] { return PlainVerdictOf(fit).photographs_that_would_help; };
   EXPECT_TRUE(Says(asked(), "black and on a white"));
@@ -319,10 +319,10 @@ TEST(PlainWords, AskForPhotographsThatTheCaptureLacksAndForNoOthers) {
   EXPECT_EQ(asked().size(), 1);
   EXPECT_TRUE(Says(asked(), "No photograph is known"));
   for (FittedParameter& p : fit.uncertainty.parameters) p.status = Status::kFitted, p.of_channels.clear();
-  EXPECT_TRUE(asked().empty()) << "nothing is left open";
+  EXPECT_TRUE(asked().empty()) << "everything is determined";
 }
 
-TEST(Profiles, OfSlopesAreTheIntegralAndOfAQuarticExact) {
+TEST(Profiles, IntegrateDerivativesAndAreExactForQuartics) {
   const auto chi2 = [](double x) { return x * x * (2.0 - 0.6 * x + 0.1 * x * x); };
   std::vector<SlopeAt> derivatives;
   for (const double x : {-1.5, 0.0, 2.0})
@@ -333,7 +333,7 @@ TEST(Profiles, OfSlopesAreTheIntegralAndOfAQuarticExact) {
   for (size_t i = 0; i < profile.at.size(); ++i) EXPECT_NEAR(profile.delta_chi2[i], chi2(profile.at[i]), 1e-12);
 }
 
-TEST(Profiles, AWeakParameterIsOneWhoseIntervalIsWiderThanAFactorOfOneAndAHalf) {
+TEST(Profiles, WeakIntervalIsWiderThanAFactorOfOneAndAHalf) {
   FreeEntry entry;
   entry.scale = Scale::kLog;
   const double limit = std::log(1.5) / (2 * 1.959963984540054);
@@ -344,15 +344,15 @@ TEST(Profiles, AWeakParameterIsOneWhoseIntervalIsWiderThanAFactorOfOneAndAHalf) 
   EXPECT_TRUE(IsWeak(entry, 0.1, 0.1)) << "an interval that reaches below 0";
 }
 
-TEST(ScatterPlot, ThePointsOfTheFrontAreThoseThatNoOtherBeatsInBoth) {
+TEST(ScatterPlot, ParetoFrontIsNonDominated) {
   std::vector<ScatterPoint> points{{1, 10, "a"}, {2, 5, "b"}, {2, 6, "c"}, {3, 5, "d"}, {9, 1, "e"}, {9, 1, "f"}};
   MarkFront(points);
   std::string front;
   for (const ScatterPoint& p : points) front += p.is_on_front ? p.label : "";
-  EXPECT_EQ(front, "abef") << "of two that are the same both stay";
+  EXPECT_EQ(front, "abef") << "two equal points both stay";
 }
 
-TEST(ScatterPlot, LabelsAreNotMarkupAndLieBesideEachOther) {
+TEST(ScatterPlot, LabelsAreEscapedAndDoNotOverlap) {
   ScatterPlot plot{"<title>", "x", "y", {"one"}, {}, {{0.5, "floor"}}};
   for (int i = 0; i < 5; ++i) plot.points.push_back({1.0 + 0.01 * i, 2.0, "label <" + std::to_string(i) + ">"});
   const std::string svg = ScatterPlotSvg(plot);
@@ -362,7 +362,7 @@ TEST(ScatterPlot, LabelsAreNotMarkupAndLieBesideEachOther) {
     EXPECT_TRUE(places.insert(svg.substr(at, svg.find('>', at) - at)).second) << "one text over another";
 }
 
-TEST(Page, TextIsNotMarkup) { EXPECT_EQ(Html("<a href=\"x\">&"), "&lt;a href=&quot;x&quot;&gt;&amp;"); }
+TEST(Page, TextIsEscaped) { EXPECT_EQ(Html("<a href=\"x\">&"), "&lt;a href=&quot;x&quot;&gt;&amp;"); }
 
 }  // namespace
 }  // namespace crownfit

@@ -90,7 +90,7 @@ TEST(MeshFiles, TruncatedNotFiniteEmptyAndOutOfRangeAreRefused) {
   EXPECT_THROW(ReadMeshFile(folder.path / "index.ply"), InputError);
 }
 
-TEST(MeshRepair, InvertedAndMixedFacesAreTurnedWithAMessage) {
+TEST(MeshRepair, InvertedAndMixedFacesAreReorientedWithAMessage) {
   const TemporaryFolder folder;
   const TriangleMesh sphere = Sphere(4.0, 12);
   TriangleMesh turned = sphere;
@@ -105,14 +105,14 @@ TEST(MeshRepair, InvertedAndMixedFacesAreTurnedWithAMessage) {
   }
 }
 
-/// The mesh as it comes back from a file.
+/// The mesh as read back from a file.
 TriangleMesh Reread(const TriangleMesh& mesh, std::vector<std::string>& messages) {
   const TemporaryFolder folder;
   WritePly(folder.path / "m.ply", mesh);
   return ReadClosedSurface(folder.path / "m.ply", messages);
 }
 
-TEST(MeshRepair, FacesThatAreThereTwiceCountOnce) {
+TEST(MeshRepair, DuplicateFacesCountOnce) {
   const TriangleMesh sphere = Sphere(4.0, 12);
   const int vertices = static_cast<int>(sphere.vertices.size());
   for (const bool own_vertices : {false, true}) {
@@ -141,7 +141,7 @@ double CutArea(const TriangleMesh& mesh) {
   return Area(cut);
 }
 
-TEST(MeshRepair, AHoleIsClosedAndTheNeckOfAScanBecomesACut) {
+TEST(MeshRepair, HolesAreFilledAndTheScanNeckBecomesACut) {
   TriangleMesh sphere = Sphere(4.0, 48);
   std::vector<std::string> messages;
   TriangleMesh holed = sphere;
@@ -169,7 +169,7 @@ TEST(MeshRepair, AHoleIsClosedAndTheNeckOfAScanBecomesACut) {
   EXPECT_THROW(Reread(OpenBelow(sphere, 2.0), messages), InputError);  // more opening than surface
 }
 
-TEST(Offsets, BelowTheCutOfAnOpenScanTheLayersRunOn) {
+TEST(Offsets, LayersContinueBelowTheCutOfAnOpenScan) {
   std::vector<std::string> messages;
   const TriangleMesh scan = Reread(OpenBelow(Sphere(4.0, 64), -2.0), messages);
   const auto inner = DepthField(scan, 0).LevelSurface(0.7);
@@ -202,7 +202,7 @@ KnownScene FieldScene(const TriangleMesh& mesh, const ThicknessField& field) {
   return scene;
 }
 
-TEST(ThicknessFields, ZonesAreMetInTheMiddleOfEachThirdAndTimesTheScale) {
+TEST(ThicknessFields, ZoneThicknessesHoldAtTheMiddleOfEachThird) {
   const KnownScene scene = FieldScene(Box({-3, -3, -6}, {3, 3, 6}), {{0.3, 0.6, 0.9}, ""});
   for (const double scale : {1.0, 1.3}) {
     const TriangleMesh inner = BuildSurfaces(scene.capture, scene.source, {scale, 0.0})[1];
@@ -217,12 +217,12 @@ TEST(ThicknessFields, ZonesAreMetInTheMiddleOfEachThirdAndTimesTheScale) {
   }
 }
 
-TEST(Thickness, OfAPlateIsItsDepthWhateverItsRim) {
+TEST(Thickness, PlateThicknessIsIndependentOfItsRim) {
   const KnownScene scene(Disc(2.0, 5.0));
   EXPECT_NEAR(scene.Build()->thickness_mm[0], 2.0, 1e-6);
 }
 
-TEST(Thickness, AnInnerMeshAroundTheOuterIsRefused) {
+TEST(Thickness, InnerMeshEnclosingTheOuterIsRefused) {
   KnownScene scene(Sphere(1.0, 16), 2);
   scene.source.meshes[1] = Sphere(1.2, 16);
   EXPECT_THROW(scene.Build(), InputError);
@@ -230,7 +230,7 @@ TEST(Thickness, AnInnerMeshAroundTheOuterIsRefused) {
   EXPECT_NEAR(scene.Build()->thickness_mm[0], 0.2, 0.01);
 }
 
-TEST(ThicknessFields, NumbersAtTheVerticesAreFollowedAndTheMeanIsReported) {
+TEST(ThicknessFields, VertexValuesAreFollowedAndTheMeanIsReported) {
   TriangleMesh sphere = Sphere(4.0, 48);
   for (const auto& v : sphere.vertices) sphere.vertex_properties["t"].push_back(0.8 + 0.1 * v.z);
   const KnownScene scene = FieldScene(sphere, {{}, "t"});
@@ -243,7 +243,7 @@ TEST(ThicknessFields, NumbersAtTheVerticesAreFollowedAndTheMeanIsReported) {
   EXPECT_THROW(FieldScene(sphere, {{}, "absent"}), InputError);
 }
 
-TEST(ThicknessFields, JunctionNoiseHasItsAmplitudeAndComesBackWithItsSeed) {
+TEST(ThicknessFields, JunctionNoiseHasItsAmplitudeAndIsReproducible) {
   const TriangleMesh sphere = Sphere(4.0, 48);
   KnownScene scene(sphere, 2, 0.8);
   const auto rms = [&](double amplitude, uint64_t seed) {
@@ -260,7 +260,7 @@ TEST(ThicknessFields, JunctionNoiseHasItsAmplitudeAndComesBackWithItsSeed) {
   EXPECT_NE(rms(0.05, 1), rms(0.05, 2));
 }
 
-TEST(Crowns, FlatLayersStandForAPlateAsTheyAreAndForASphereByItsMeanChord) {
+TEST(Crowns, FlatLayersMatchPlateThicknessAndSphereMeanChord) {
   const auto plate = KnownScene(Disc(1.0, 12.0), 2, 0.3).Build();
   for (size_t v = 0; v < plate->columns.size(); ++v) {
     if (glm::length(glm::dvec2(plate->fine.vertices[v])) > 3) continue;
@@ -268,12 +268,12 @@ TEST(Crowns, FlatLayersStandForAPlateAsTheyAreAndForASphereByItsMeanChord) {
     ASSERT_NEAR(plate->columns[v].front.total_mm(), 0.3, 0.02);
     ASSERT_NEAR(plate->columns[v].back.total_mm(), 0.3, 0.02);
   }
-  // 2 V / S is 2/3 of the radius; that chords far to the side count as straight adds a little.
+  // 2 V / S is 2/3 of the radius. Counting oblique chords as straight adds a little.
   const auto sphere = KnownScene(Sphere(4.0, 48)).Build();
   for (const Column& c : sphere->columns) ASSERT_NEAR(c.total_mm, 4.0 * 0.70, 0.05);
 }
 
-TEST(Taps, AClosedObjectHasAPlaceForEveryTapOnBothSides) {
+TEST(Taps, ClosedObjectHasATargetForEveryTapOnBothSides) {
   const auto crown = KnownScene(Incisor()).Build();
   const size_t expected = crown->kernel.offsets.size() * crown->fine.vertices.size();
   size_t opposite = 0;
@@ -282,7 +282,7 @@ TEST(Taps, AClosedObjectHasAPlaceForEveryTapOnBothSides) {
   EXPECT_GT(static_cast<double>(opposite), 0.999 * static_cast<double>(expected));
 }
 
-TEST(Crowns, ARootStandsOutOfTheEnamelAndIsTheOuterSurfaceThere) {
+TEST(Crowns, ProtrudingRootIsTheOuterSurface) {
   std::vector<std::string> messages;
   KnownScene scene(Reread(OpenBelow(Sphere(2.0, 48), -0.5), messages), 2);
   TriangleMesh root = Sphere(1.5, 48);
@@ -335,7 +335,7 @@ TEST(Offsets, ASphereShrinksByTheThicknessEverywhere) {
   EXPECT_FALSE(field.LevelSurface(4.5));
 }
 
-TEST(Offsets, TheInnerLayerEndsWhereThePlateIsThinnerThanTwiceTheThickness) {
+TEST(Offsets, InnerLayerEndsBelowTwiceTheThickness) {
   // A step: 3 mm thick on one side, 0.8 mm on the other. An offset by 0.5 mm exists in the thick part only.
   TriangleMesh step = Box({-4, -3, -3}, {0, 3, 0});
   const DepthField thick(step, 0);
@@ -347,7 +347,7 @@ TEST(Offsets, TheInnerLayerEndsWhereThePlateIsThinnerThanTwiceTheThickness) {
   EXPECT_FALSE(DepthField(Box({-4, -3, -0.8}, {0, 3, 0}), 0).LevelSurface(0.5));
 }
 
-TEST(Rays, DistancesToASphereAreThoseOfGeometry) {
+TEST(Rays, SphereDistancesMatchTheClosedForm) {
   const TriangleMesh sphere = Sphere(4.0, 96);
   const RayCaster caster({&sphere});
   const auto hit = caster.Nearest({0.3, 0.2, 10}, {0, 0, -1});
@@ -372,7 +372,7 @@ TEST(Cameras, PixelAndDirectionAreInverseUnderDistortion) {
   EXPECT_FALSE(PixelFromPoint(camera, {0, 0, -1}));
 }
 
-TEST(Layers, WhoseMeshesLieFarFromEachOtherAreRefused) {
+TEST(Layers, DistantMeshesAreRefused) {
   const TemporaryFolder folder;
   KnownScene scene(Sphere(4.0, 12), 2, 0.5, 6, 8.0);
   for (size_t l = 0; l < 2; ++l) scene.capture.layers[l].surface = folder.path / (std::to_string(l) + ".ply");

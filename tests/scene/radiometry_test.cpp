@@ -38,13 +38,13 @@ double WhiteTile(const LightShape& light, int strata = 8, double intensity_scale
   return sum;
 }
 
-TEST(Radiometry, DirectionalLightOfIrradianceOneGivesPixelOneAndHalfAtSixtyDegrees) {
+TEST(Radiometry, DirectionalLightGivesOneAndHalfAtSixtyDegrees) {
   const double degree = kPi / 180;
   EXPECT_NEAR(WhiteTile(DirectionalLight{{0, 0, 1}, glm::dvec3(1.0), degree}), 1.0, 1e-4);
   EXPECT_NEAR(WhiteTile(DirectionalLight{{std::sin(60 * degree), 0, 0.5}, glm::dvec3(1.0), degree}), 0.5, 1e-3);
 }
 
-TEST(Radiometry, ALightOfTwiceTheIntensityMakesATileTwiceAsBright) {
+TEST(Radiometry, TileBrightnessIsProportionalToIntensity) {
   EXPECT_NEAR(WhiteTile(DirectionalLight{{0, 0, 1}, glm::dvec3(1.0), 0.01}, 8, 2.0), 2.0, 2e-4);
 }
 
@@ -56,7 +56,7 @@ TEST(Radiometry, DomeOfRadianceOneOverPiGivesOne) {
   EXPECT_NEAR(WhiteTile(DomeLight{glm::dvec3(1.0 / kPi)}), 1.0, 1e-6);
 }
 
-/// A panorama of one colour, and one that is bright where `bright` says.
+/// A grey panorama with this radiance in each pixel.
 EnvironmentLight Panorama(int height, const std::function<float(int x, int y)>& radiance) {
   Image picture(2 * height, height, 3);
   for (int y = 0; y < height; ++y)
@@ -70,7 +70,7 @@ TEST(Radiometry, EnvironmentOfOneColourIsADome) {
   EXPECT_NEAR(WhiteTile(uniform, 32), 1.0, 2e-3);
 }
 
-TEST(Radiometry, EnvironmentStandsAsOpenExrSays) {
+TEST(Radiometry, EnvironmentFollowsOpenExrOrientation) {
   // The picture's centre along +z, its left quarter along +x, its top along +y.
   const auto lit = [](double u, double v, const glm::dvec3& direction) {
     const auto light =
@@ -94,7 +94,7 @@ TEST(Radiometry, EnvironmentTurnsWithItsFrame) {
             LightAlong(light, glm::dvec3(0.0), direction)->radiance.x);
 }
 
-TEST(Radiometry, EnvironmentIsSampledByItsLightAndTheDensityIsTrue) {
+TEST(Radiometry, EnvironmentSamplingDensityMatchesItsRadiance) {
   const EnvironmentLight light = Panorama(
       8, [](int x, int y) { return static_cast<float>((x * 7 + y * 3) % 5) + (x == 3 && y == 2 ? 50.f : 0.f); });
   // Solid angle and light by sampling (points without light have density 0) against sums over a fine grid.
@@ -116,7 +116,7 @@ TEST(Radiometry, EnvironmentIsSampledByItsLightAndTheDensityIsTrue) {
   EXPECT_NEAR(integral_sampled / integral, 1.0, 0.02);
 }
 
-/// Irradiance from above by an environment cut into far lamps, and by a sum over its pixels, per channel.
+/// Irradiance of an environment, per channel: by its far lamps, and by a sum over its pixels.
 std::pair<glm::dvec3, glm::dvec3> CutAndSummed(const EnvironmentMap& map, size_t lamps, const glm::dvec3& normal) {
   glm::dvec3 cut(0.0), summed(0.0);
   for (const EnvironmentMap::FarLamp& l : map.FarLamps(lamps))
@@ -131,8 +131,9 @@ std::pair<glm::dvec3, glm::dvec3> CutAndSummed(const EnvironmentMap& map, size_t
   return {cut, summed};
 }
 
-TEST(Radiometry, AnEnvironmentsFarLampsKeepTheLightOfSmallLampsOfEveryColour) {
-  // A dim grey room with lamps of one pixel each: what a few samples by brightness would give to one colour or lose.
+TEST(Radiometry, FarLampsKeepTheLightOfSmallColouredLamps) {
+  // A dim grey room with lamps of one pixel each. A few samples by brightness would give their light to one colour or
+  // lose it.
   Image picture(128, 64, 3);
   for (float& v : picture.values) v = 0.02f;
   const int places[5][2] = {{20, 10}, {35, 20}, {64, 5}, {90, 18}, {110, 25}};
@@ -146,7 +147,7 @@ TEST(Radiometry, AnEnvironmentsFarLampsKeepTheLightOfSmallLampsOfEveryColour) {
   }
 }
 
-TEST(Radiometry, AnEnvironmentsFarLampsLoseNoLightHoweverFewOrCoarse) {
+TEST(Radiometry, FarLampsPreserveTheFirstMomentOfLight) {
   for (const int height : {1, 3, 64, 100}) {
     const EnvironmentLight light =
         Panorama(height, [](int x, int y) { return static_cast<float>(1 + (5 * x + 3 * y) % 7); });
@@ -185,7 +186,7 @@ TEST(Radiometry, AreaLightsShineToOneSideOnly) {
   EXPECT_EQ(WhiteTile(RectangleLight{{0, 0, 100}, {30, 0, 0}, {0, 20, 0}, glm::dvec3(1.5)}), 0.0);
 }
 
-TEST(Radiometry, GlossSamplesOfADomeIntegrateIrradianceAndTheLobeAlike) {
+TEST(Radiometry, GlossSamplesIntegrateIrradianceAndLobe) {
   const glm::dvec3 normal(0, 0, 1);
   for (const double cos_view : {0.93, 0.3, 0.02})
     for (const double roughness : {0.05, 0.15, 0.6}) {

@@ -1,4 +1,4 @@
-// The flat layers that stand for a crown below each point: energy, limits, and what they leave out against exact slabs.
+// The flat layers that represent a crown below each point: energy, limits, and their error against exact slabs.
 
 #include <ceres/jet.h>
 #include <gtest/gtest.h>
@@ -84,7 +84,7 @@ StackTransform<double>::Totals ByCells(const DiffusingStack<double>& stack, doub
   return {fluence / resistance.front(), transmitted};
 }
 
-TEST(LayeredDiffusion, ImpedancesSolveTheEquationThatCellsSolve) {
+TEST(LayeredDiffusion, ImpedancesAgreeWithFiniteVolumes) {
   for (const auto& stack : {Tooth(0.24, 0.02, 2.0, 0.1), Tooth(2.0, 0.05, 0.5, 1.0), Tooth(0.01, 0.5, 5.0, 0.0)})
     for (double frequency : {0.0, 0.5, 4.0}) {
       const auto totals = TotalsOf(stack, 0.7, 2.0, frequency), cells = ByCells(stack, 0.7, 2.0, frequency);
@@ -93,7 +93,7 @@ TEST(LayeredDiffusion, ImpedancesSolveTheEquationThatCellsSolve) {
     }
 }
 
-TEST(LayeredDiffusion, WithoutAbsorptionNothingIsLostWhateverTheIndices) {
+TEST(LayeredDiffusion, ConservesEnergyWithoutAbsorption) {
   for (double outer_ior : {1.3, 1.54, 1.63, 2.2})
     for (double outer_mm : {0.0, 0.05, 0.7, 5.0})
       for (double inner_mm : {0.0, 0.3, 3.0}) {
@@ -102,12 +102,12 @@ TEST(LayeredDiffusion, WithoutAbsorptionNothingIsLostWhateverTheIndices) {
         const double beam = BeamLeft(stack.outer, stack.BeamCosine(stack.outer), 2 * outer_mm) *
                             BeamLeft(stack.inner, stack.BeamCosine(stack.inner), inner_mm);
         const auto totals = TotalsOf(stack, outer_mm, inner_mm);
-        // A floor of 1e-8 / mm under the absorption takes some millionths where light is trapped.
+        // The floor of 1e-8 / mm on absorption absorbs a few millionths of trapped light.
         EXPECT_NEAR(totals.reflected + totals.transmitted + beam, 1.0, 3e-6) << outer_ior << outer_mm << inner_mm;
       }
 }
 
-TEST(LayeredDiffusion, ALayerOfTheSameMediumIsNoLayer) {
+TEST(LayeredDiffusion, SplittingALayerChangesNothing) {
   const DiffusingStack<double> split{true, {2.0, 0.1, 0.9, 1.54}, {2.0, 0.1, 0.9, 1.54}, {1.54}};
   for (double frequency : {0.0, 0.3}) {  // higher ones are limited by the layers' own thickness
     const auto two = TotalsOf(split, 1.5, 4.0, frequency),
@@ -140,7 +140,7 @@ TEST(LayeredDiffusion, ToothTotalsAreNearAddingDoubling) {
   }
 }
 
-TEST(LayeredDiffusion, AnyLayersGiveFiniteSharesBetweenNoneAndAll) {
+TEST(LayeredDiffusion, SharesAreFiniteAndBetweenZeroAndOne) {
   for (double scattering : {1e-3, 1.0, 1e3})
     for (double absorption : {0.0, 0.1, 1e3})
       for (double outer_scattering : {0.0, 0.3, 1e3}) {
@@ -155,7 +155,7 @@ TEST(LayeredDiffusion, AnyLayersGiveFiniteSharesBetweenNoneAndAll) {
       }
 }
 
-TEST(LayeredDiffusion, LightThatReturnsHasSpentAShortWayInAThinOuterLayer) {
+TEST(LayeredDiffusion, PathInAThinOuterLayerIsBounded) {
   for (double absorption : {0.0, 0.1, 10.0})
     for (double outer_scattering : {0.0, 0.3, 10.0}) {
       const DiffuserTable<double> table(Tooth(outer_scattering, absorption, 1.0, absorption), kRadii);
@@ -168,7 +168,7 @@ TEST(LayeredDiffusion, LightThatReturnsHasSpentAShortWayInAThinOuterLayer) {
     }
 }
 
-TEST(LayeredDiffusion, RingsShareOutTheTotalsThroughTheirWindows) {
+TEST(LayeredDiffusion, RingWindowsSumToTheTotals) {
   // The share of a profile within exp(-r^2 / w) is its transform's integral over exp(-x) dx, x = w q^2 / 4, here on a
   // fine even grid. Both thicknesses are nodes of the table.
   const auto stack = Tooth(0.3, 0.02, 2.0, 0.05);
@@ -199,7 +199,7 @@ TEST(LayeredDiffusion, RingsShareOutTheTotalsThroughTheirWindows) {
   EXPECT_NEAR(transmitted + table.Transmitted(place, 6), totals.transmitted, 1e-12);
 }
 
-TEST(LayeredDiffusion, TheTableInterpolatesToTwoThousandths) {
+TEST(LayeredDiffusion, TableInterpolatesToTwoThousandths) {
   const auto stack = Tooth(0.5, 0.03, 2.0, 0.08);
   const DiffuserTable<double> table(stack, kRadii);
   for (double outer : {0.0, 0.04, 0.25, 0.5, 0.9, 1.4, 2.7})
@@ -213,7 +213,7 @@ TEST(LayeredDiffusion, TheTableInterpolatesToTwoThousandths) {
     }
 }
 
-TEST(LayeredDiffusion, DerivativesAgreeWithDifferences) {
+TEST(LayeredDiffusion, DerivativesMatchFiniteDifferences) {
   using Jet = ceres::Jet<double, 7>;
   const std::array<double, 7> at{0.4, 0.03, 1.63, 2.0, 0.08, 1.54, 0.9};
   const auto table_of = [](const auto& x) {

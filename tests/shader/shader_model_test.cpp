@@ -36,7 +36,7 @@ double CentrePixel(const KnownScene& scene, const CastState& state, const Materi
 
 void Set(Material& m, size_t layer, Quantity q, double v) { m.layers[layer][q].fill(v); }
 
-TEST(Furnace, AWhiteSlabInAWhiteWorldIsAsBrightAsTheWorldDryOrWet) {
+TEST(Furnace, WhiteSlabDisappearsDryAndWet) {
   // Lit from everywhere by radiance 1/pi, a slab without absorption shows pixel 1, up to the energy that single
   // scattering on facets loses (below 1 % at roughness 0.15) and the three bands of incidence (0.3 %).
   for (double thickness : {0.3, 1.0, 3.0}) {
@@ -66,7 +66,7 @@ TEST(Furnace, AClearOuterLayerChangesNothingButItsBoundary) {
   EXPECT_NEAR(CentrePixel(scene, state, white), 1.0, 0.02);
 }
 
-TEST(Limits, AbsorptionDarkensAndAnAbsorbingOuterLayerHidesTheInner) {
+TEST(Limits, AbsorptionDarkensAndHidesTheInnerLayer) {
   KnownScene scene(Disc(3.0, 12.0), 2, 0.5, 8, 2.0);
   scene.Light(DirectionalLight{{0.3, 0, 1}, glm::dvec3(1.0), 0.02});
   scene.capture.photographs[0].polarisation = Polarisation::kCross;
@@ -85,7 +85,7 @@ TEST(Limits, AbsorptionDarkensAndAnAbsorbingOuterLayerHidesTheInner) {
   EXPECT_LT(CentrePixel(scene, state, m), 1e-4);
 }
 
-TEST(Limits, AFilmShowsTheMirroredLampByFresnelAndHidesTheRoughHighlight) {
+TEST(Limits, FilmReflectsByFresnelAndHidesTheRoughHighlight) {
   // A lamp of radiance 1 straight behind the camera: the film mirrors ((1.333 - 1) / (1.333 + 1))^2 = 2.04 % of it.
   KnownScene scene(Disc(3.0, 12.0), 1, 0.5, 8, 2.0);
   scene.Light(DiskLight{{0, 0, 300}, {0, 0, -1}, glm::dvec3(1.0), 0.0, 20.0});
@@ -103,13 +103,13 @@ TEST(Limits, AFilmShowsTheMirroredLampByFresnelAndHidesTheRoughHighlight) {
   };
   const double film = std::pow(0.333 / 2.333, 2), below = std::pow((1.54 - 1.333) / (1.54 + 1.333), 2),
                dry = std::pow(0.54 / 2.54, 2);
-  // Under the film the lobe is as high above its own index step, light and view having passed the film.
+  // Under the film the lobe scales with its own index step; light and view have both passed the film.
   const double rough_below = gloss(0.0) * below / dry * std::pow(1 - film, 2);
   EXPECT_NEAR(gloss(1.0), kPi * film + rough_below / std::pow(1.333, 2), 0.05 * gloss(1.0));
   EXPECT_NEAR(gloss(0.25), 0.75 * gloss(0.0) + 0.25 * gloss(1.0), 1e-6);
 }
 
-TEST(Limits, PolarisationRemovesOrDoublesTheSurfaceReflectionAlone) {
+TEST(Limits, PolarisersRemoveOrDoubleOnlySurfaceReflection) {
   // A lamp in the mirror direction: the surface reflection is large.
   KnownScene scene(Disc(3.0, 12.0), 1, 0.5, 8, 2.0);
   scene.Light(DirectionalLight{{0, 0, 1}, glm::dvec3(1.0), 0.1});
@@ -123,7 +123,7 @@ TEST(Limits, PolarisationRemovesOrDoublesTheSurfaceReflectionAlone) {
   EXPECT_NEAR(values[2] - values[1], values[1] - values[0], 1e-9);
 }
 
-TEST(Limits, PolarisersPartFirstOrderLightByItsMemory) {
+TEST(Limits, PolarisersSplitFirstOrderLightByItsMemory) {
   KnownScene scene(Disc(3.0, 12.0), 2, 0.5, 8, 2.0);
   scene.Light(DirectionalLight{{0.3, 0, 1}, glm::dvec3(1.0), 0.02});
   const Material m = StatedMaterial(scene.capture);
@@ -142,7 +142,7 @@ TEST(Limits, PolarisersPartFirstOrderLightByItsMemory) {
   EXPECT_GT(all, 0.01 * none);
 }
 
-TEST(Scale, LengthsTwiceAsLongAndCoefficientsHalfAsLargeLookTheSame) {
+TEST(Scale, PixelsAreInvariantToLengthScale) {
   // Exact for flat, evenly lit objects (no length scale): the degeneracy of every such measurement.
   const auto pixel = [](double scale) {
     KnownScene scene(Disc(1.0 * scale, 14.0 * scale), 1, 0.5, 8, 2.0);
@@ -156,7 +156,7 @@ TEST(Scale, LengthsTwiceAsLongAndCoefficientsHalfAsLargeLookTheSame) {
   EXPECT_NEAR(pixel(2.0), pixel(1.0), 2e-3 * pixel(1.0));
 }
 
-TEST(Thickness, ScaledLengthsAgreeWithNewCastsForASmallChange) {
+TEST(Thickness, ScaledLengthsMatchNewCastsForSmallChanges) {
   const auto pixel = [](double cast_mm, double thickness_mm) {
     KnownScene scene(Sphere(4.0, 48), 2, cast_mm, 8, 2.0);
     scene.Light(DirectionalLight{{0.3, 0, 1}, glm::dvec3(1.0), 0.02});
@@ -169,10 +169,10 @@ TEST(Thickness, ScaledLengthsAgreeWithNewCastsForASmallChange) {
   };
   const double cast_anew = pixel(0.88, 0.88);
   EXPECT_NEAR(pixel(0.8, 0.88), cast_anew, 2e-3 * cast_anew);
-  EXPECT_GT(std::abs(pixel(0.8, 0.8) - cast_anew), 4e-3 * cast_anew);  // and the change itself is seen
+  EXPECT_GT(std::abs(pixel(0.8, 0.8) - cast_anew), 4e-3 * cast_anew);  // and the change itself is visible
 }
 
-TEST(Derivatives, PixelsOfACurvedLayeredObjectAgreeWithDifferences) {
+TEST(Derivatives, CurvedLayeredObjectMatchesFiniteDifferences) {
   KnownScene scene(Sphere(4.0, 32), 2, 0.6, 12, 9.0);
   scene.Light(RectangleLight{{120, 0, 120}, {0, 40, 0}, {28, 0, -28}, glm::dvec3(4.0)});
   scene.Light(DiskLight{{0, 0, -140}, {0, 0, 1}, glm::dvec3(4.0), 0.0, 50.0});
@@ -227,7 +227,7 @@ KnownScene LongCrown(bool scanned_in_part) {
   return scene;
 }
 
-TEST(Neck, ARootThatReturnsAllLooksAsIfTheToothWentOn) {
+TEST(Neck, FullyReturningRootEqualsAContinuedTooth) {
   const KnownScene whole = LongCrown(false), part = LongCrown(true);
   const CastState state = StateOf(part);
   ASSERT_FALSE(state.crown->cut.triangles.empty());
@@ -239,7 +239,7 @@ TEST(Neck, ARootThatReturnsAllLooksAsIfTheToothWentOn) {
   EXPECT_LT(CentrePixel(part, state, m), 0.97 * all);
 }
 
-TEST(Shadow, AnEdgeIsDarkBehindAndBlurredByTheMaterial) {
+TEST(Shadow, ScatteringBlursTheShadowEdge) {
   // Half of a wide slab lies in the shadow of a sheet. The light that reaches 1.9 mm into the shadow came through the
   // material: more of it the farther light travels.
   const auto dark_share = [](double scattering) {

@@ -20,7 +20,7 @@ bool IsInside(const std::vector<glm::dvec2>& outline, const glm::dvec2& p) {
   return inside;
 }
 
-/// Which patches may lie where, so that few are asked.
+/// A grid of the printed patches, so that few are tested for each point.
 class PrintedPatches {
  public:
   explicit PrintedPatches(const PrintedTarget& target)
@@ -36,7 +36,7 @@ class PrintedPatches {
         for (int x = from.x; x <= to.x; ++x) of_cell_[static_cast<size_t>(y) * columns_ + x].push_back(&patch);
     }
   }
-  /// Of the last that was printed there; 1 on bare paper.
+  /// Grey of the last patch printed there; 1 on bare paper.
   double GreyAt(const glm::dvec2& at_mm) const {
     const glm::ivec2 cell = CellAt(at_mm);
     const auto& here = of_cell_[static_cast<size_t>(cell.y) * columns_ + cell.x];
@@ -61,7 +61,7 @@ Image RenderTarget(const PrintedTarget& target, const glm::dvec2& target_origin_
   const PrintedPatches patches(target);
   const RigidTransform board_from_camera = camera_from_board.Inverse();
   const glm::dvec3 eye = board_from_camera.translation_mm;
-  // A lens is inverted at pixels' corners alone: within one, directions change linearly.
+  // The lens is inverted only at pixel corners; within a pixel, directions change linearly.
   const int corners = camera.width + 1;
   std::vector<glm::dvec3> at_corner(static_cast<size_t>(corners) * (camera.height + 1));
   ParallelFor(camera.height + 1, 0, [&](size_t y) {

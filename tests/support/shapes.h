@@ -7,7 +7,7 @@ namespace crownfit {
 
 TriangleMesh Sphere(double radius_mm, int rings = 48);
 
-/// What of a mesh reaches above z = `above`, moved so that it ends there: an open scan with a flat rim.
+/// The part of a mesh above z = `above`, with lower vertices raised to that plane: an open scan with a flat rim.
 TriangleMesh OpenBelow(const TriangleMesh& mesh, double above);
 
 /// Flat disc, faces at z = 0 and z = -thickness, with an inner ring so that its faces are no needles.

@@ -1,5 +1,5 @@
 #pragma once
-// Flat layered samples, in few words.
+// Short constructors of flat layered samples.
 
 #include <utility>
 

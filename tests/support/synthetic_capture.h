@@ -9,7 +9,7 @@ namespace crownfit {
 
 struct SyntheticCapture {
   int pixels = 64;    ///< width and height of the photographs
-  int levels = 40;    ///< of the incisor: about 4,000 triangles
+  int levels = 40;    ///< levels of the incisor: about 4,000 triangles
   double size = 1.0;  ///< of the tooth, whose coefficients grow as it shrinks, so that it looks the same; light is
                       ///< gathered at as many fewer places
   double initial_factor = 2.0;  ///< how far the free parameters start from the truth

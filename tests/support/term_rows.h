@@ -1,6 +1,6 @@
 #pragma once
-// Every shading term over corners and the whole range of what a capture may state, and beyond: in any number type, and
-// as the text of GLSL.
+// Every shading term over corners and the whole valid range of a capture, and beyond: in any number type, and as GLSL
+// text.
 
 #include <cmath>
 #include <type_traits>

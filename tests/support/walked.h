@@ -1,5 +1,5 @@
 #pragma once
-// Walked pictures of known scenes, and means with errors.
+// Path-traced images of known scenes, and means with errors.
 
 #include <gtest/gtest.h>
 

@@ -93,7 +93,7 @@ std::vector<float> Rendered(std::string call, const std::vector<float>& argument
   return values;
 }
 
-TEST(Glsl, EveryTermOnTheGraphicsDriverEqualsDoubleToSinglePrecision) {
+TEST(Glsl, EveryTermMatchesDoubleToSinglePrecision) {
   std::optional<OffscreenContext> context;
   try {
     context.emplace();
@@ -113,7 +113,7 @@ TEST(Glsl, EveryTermOnTheGraphicsDriverEqualsDoubleToSinglePrecision) {
       double x[kMost];
       for (size_t k = 0; k < kMost; ++k) x[k] = arguments[kMost * i + k];
       const double exact = in_double(x);
-      // What rounding every argument to single precision could do to the value.
+      // The possible error from rounding every argument to single precision.
       double conditioning = 0;
       for (size_t k = 0; k < term.ranges.size(); ++k) {
         const double at = x[k];
@@ -135,7 +135,7 @@ TEST(Glsl, EveryTermOnTheGraphicsDriverEqualsDoubleToSinglePrecision) {
   });
 }
 
-TEST(Glsl, EveryTermOfTheTextIsCompared) {
+TEST(Glsl, EveryShaderTermIsCompared) {
   std::string calls;
   ForEachTerm([&](const TermRow& term, const auto&) { calls += term.call; });
   const std::string text = TermsText();

@@ -1,4 +1,4 @@
-// What the mouse does to camera, picture and lamps.
+// Effects of the mouse on camera, image and lamps.
 
 #include "viewer/view_pose.h"
 
@@ -24,7 +24,7 @@ glm::dvec2 PixelOf(const ViewPose& pose, const glm::dvec3& point, glm::ivec2 pan
   return *PixelFromPoint(PaneCamera(pose, Photo().camera, pane), pose.camera_from_object.Point(point));
 }
 
-TEST(ViewPose, DraggingMovesTheNearSideAlong) {
+TEST(ViewPose, DraggingMovesTheNearSideWithThePointer) {
   const glm::dvec3 near = kMiddle + glm::dvec3(0, 0, 5);  // the camera looks along -z
   const glm::ivec2 pane(800, 600);
   const ViewPose home = HomePose(Photo(), Tooth());
@@ -38,7 +38,7 @@ TEST(ViewPose, DraggingMovesTheNearSideAlong) {
   }
 }
 
-TEST(ViewPose, ZoomKeepsWhatIsBelowThePointer) {
+TEST(ViewPose, ZoomKeepsThePointUnderThePointer) {
   const glm::dvec2 pane(800, 500), at(123, 321);
   const Camera camera = Photo().camera;
   ViewPose pose = HomePose(Photo(), Tooth());
@@ -51,7 +51,7 @@ TEST(ViewPose, ZoomKeepsWhatIsBelowThePointer) {
   EXPECT_TRUE(IsAtHome(pose, Photo())) << "a photograph can be zoomed too";
 }
 
-/// So that photograph and viewer lie on each other at any zoom, also through a lens that distorts.
+/// Photograph and viewer must coincide at any zoom, also with lens distortion.
 TEST(ViewPose, PaneShowsThePhotographsPixels) {
   const glm::ivec2 pane(640, 700);
   ViewPose pose = HomePose(Photo(), Tooth());
@@ -70,7 +70,7 @@ TEST(ViewPose, LampsTurnAboutTheCrown) {
     capture.photographs = {Photo()};
     Light lamp;
     lamp.in_camera_frame = in_camera_frame;
-    const glm::dvec3 place(0, 0, 100);  // before the crown, as the object or as the camera counts
+    const glm::dvec3 place(0, 0, 100);  // in front of the crown, in the object's or the camera's frame
     lamp.shape = PointLight{in_camera_frame ? Photo().camera_from_object.Point(place) : place, glm::dvec3(1), 1};
     capture.lights = {lamp};
     ViewPose pose = HomePose(Photo(), Tooth());

@@ -24,7 +24,7 @@ struct Pair {
   std::vector<uint8_t> mask;
 };
 
-/// One photograph of a capture with its own material, both ways.
+/// One photograph of a capture with its own material, drawn by both processors.
 class BothWays {
  public:
   explicit BothWays(Capture capture) : capture_(std::move(capture)) {
@@ -47,7 +47,7 @@ class BothWays {
     pair.gpu = canvas.Read();
     return pair;
   }
-  /// Scenery and tile alone: differences of the pixels that show them on both, as shares of the greatest, sorted.
+  /// Scenery and tile alone: sorted differences of the pixels that show them, relative to the greatest value.
   std::vector<double> SceneryDifferences(size_t i) {
     CastOptions options;
     options.shade_scenery = true;
@@ -70,7 +70,7 @@ class BothWays {
   const Capture& capture() const { return capture_; }
 
  private:
-  /// The CPU's prediction, of the chosen terms alone.
+  /// The CPU's prediction with the chosen terms only.
   Image OnlyOf(const ShownTerms& terms, const CastState& state, size_t i, std::vector<uint8_t>& mask) {
     const PhotographSpec& photo = capture_.photographs[i];
     const PhotographCast& cast = state.photographs[i];
@@ -162,7 +162,8 @@ TEST_P(Viewer, DrawsSceneryAndTileWithTheCrownsShadow) {
   for (size_t i = 0; i < scene.capture().photographs.size(); ++i) {
     const std::vector<double> d = scene.SceneryDifferences(i);
     if (d.empty()) continue;
-    // Shaded at vertices 0.4 mm apart: edges of shadows and of things are off by as much, some pixels in a hundred.
+    // Shading is at vertices 0.4 mm apart. Edges of shadows and objects are off by as much, in a few per cent of
+    // pixels.
     std::printf("  %-12s median %.4f, 95 %% %.4f\n", scene.capture().photographs[i].name.c_str(), d[d.size() / 2],
                 d[d.size() * 95 / 100]);
     EXPECT_LE(d[d.size() / 2], 0.01) << scene.capture().photographs[i].name;
@@ -186,7 +187,7 @@ Capture IncisorUnder(const LightShape& light, double wetness) {
   return capture;
 }
 
-TEST_F(ViewerLight, LampsOfEveryShapeAreMirroredByAFilmOfWater) {
+TEST_F(ViewerLight, WaterFilmMirrorsLampsOfEveryShape) {
   const glm::dvec3 z(0, 0, 1), white(1.0);
   const std::pair<const char*, LightShape> lights[] = {
       {"ring", DiskLight{{0, 0, 120}, -z, 20.0 * white, 10, 30}},
