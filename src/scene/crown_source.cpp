@@ -7,6 +7,7 @@
 #include "base/text.h"
 #include "capture/capture.h"
 #include "geometry/mesh_file.h"
+#include "scene/touching_layers.h"
 
 namespace crownfit {
 namespace {
@@ -62,6 +63,9 @@ CrownSource ReadCrownSource(const Capture& capture, int threads) {
     if (layer.surface) source.meshes.back() = ReadClosedSurface(*layer.surface, source.messages);
   }
   CheckLayersMeet(capture, source);
+  std::vector<std::string> names;
+  for (const LayerSpec& layer : capture.layers) names.push_back(layer.name);
+  SeparateTouchingLayers(source.meshes, names, threads, source.messages);
   for (size_t i = 0; i + 1 < capture.layers.size(); ++i)
     if (source.meshes[i] && source.meshes[i + 1]) ForgetCoveredCut(*source.meshes[i], *source.meshes[i + 1]);
   source.fields.resize(capture.layers.size());
