@@ -75,6 +75,13 @@ Column CastColumn(const Crown& crown, const glm::dvec3& position, const glm::dve
   return column;
 }
 
+/// Whether a layer ends where the one below it does, everywhere (touching_layers.h). Deeper inside, meshes are swapped.
+bool IsCoveredByAHair(const TriangleMesh& layer, const RayCaster& below) {
+  constexpr double kHair_mm = 0.05;
+  return std::all_of(layer.vertices.begin(), layer.vertices.end(),
+                     [&](const glm::dvec3& v) { return below.DistanceToSurface(v) < kHair_mm; });
+}
+
 /// The object's outer surface: the triangles of the two outermost layers, split to `edge_mm`, that lie outside the
 /// other layer. Where the inner layer protrudes, as a root, the seam between the two stays open.
 TriangleMesh OuterSurface(const Crown& crown, double edge_mm) {
@@ -169,10 +176,12 @@ std::shared_ptr<const Crown> BuildCrown(const Capture& capture, const CrownSourc
       crown->thickness_mm.push_back(
           is_even ? thickness[i]
                   : MeanDistance(ScannedPart(crown->surfaces[i]), crown->surfaces[i + 1], crown->casters[i + 1]));
-      if (!std::isfinite(crown->thickness_mm.back()))
+      if (std::isfinite(crown->thickness_mm.back())) continue;
+      if (!IsCoveredByAHair(crown->surfaces[i], crown->casters[i + 1]))
         throw InputError(capture.file, capture.layers[i].name + ".surface",
                          "lies completely inside '" + capture.layers[i + 1].name + "', the layer below it",
                          "Check that the two meshes are not swapped, and that both are in mm.");
+      crown->thickness_mm.back() = 0;
     }
   }
   return crown;

@@ -6,13 +6,14 @@
 
 #include "base/parallel.h"
 #include "base/text.h"
+#include "geometry/mesh_edges.h"
 #include "geometry/ray_caster.h"
 
 namespace crownfit {
 namespace {
 
 constexpr double kTouching_mm = 1e-4;  // inwards: a thinner film of the layer above is none
-constexpr double kProud_mm = 2e-3;     // twice how far rays into the object start below its surface
+constexpr double kProud_mm = 4e-3;     // twice how far from the surface rays start, so that none skips the step
 
 std::vector<glm::dvec3> VertexNormals(const TriangleMesh& mesh) {
   std::vector<glm::dvec3> normals(mesh.vertices.size(), glm::dvec3(0.0));
@@ -63,13 +64,11 @@ void SeparateTouchingLayers(std::vector<std::optional<TriangleMesh>>& meshes, co
       });
       double area_mm2 = 0;
       for (const glm::ivec3& t : mesh.triangles)
-        if (touches[t.x] && touches[t.y] && touches[t.z])
-          area_mm2 += 0.5 * glm::length(glm::cross(mesh.vertices[t.y] - mesh.vertices[t.x],
-                                                   mesh.vertices[t.z] - mesh.vertices[t.x]));
+        if (touches[t.x] && touches[t.y] && touches[t.z]) area_mm2 += AreaOf(*stated[inner], t);
       if (area_mm2 > 0)
         messages.push_back(
-            Printed("'%s' and '%s' have %.3g mm2 of their surfaces in common: the inner layer, '%s', is taken to end "
-                    "there, and was moved outwards by %.3g mm",
+            Printed("'%s' and '%s' have %.3g mm2 of their surfaces in common: there '%s', the inner layer, ends the "
+                    "object; its mesh was moved outwards by %.3g mm",
                     names[outer].c_str(), names[inner].c_str(), area_mm2, names[inner].c_str(), proud_mm));
     }
   }

@@ -124,6 +124,8 @@ void WriteEven(const std::filesystem::path& file, OIIO::TypeDesc type, const std
   if (!profile.empty())
     spec.attribute("ICCProfile", OIIO::TypeDesc(OIIO::TypeDesc::UINT8, static_cast<int>(profile.size())),
                    profile.data());
+  OIIO::attribute("threads", 1);  // as in WriteAs
+  OIIO::attribute("exr_threads", -1);
   std::vector<float> values;
   for (int i = 0; i < 64; ++i) values.insert(values.end(), pixel.begin(), pixel.end());
   const auto out = OIIO::ImageOutput::create(file.string());
