@@ -1,4 +1,5 @@
 #include <cstdio>
+#include <filesystem>
 #include <sstream>
 
 #include "capture/init_capture.h"
@@ -22,6 +23,19 @@ struct MeasuredCommand {
   CommonOptions common;
 };
 
+/// Makes a folder by `make`; where that fails, it leaves none behind that was not there before.
+template <class Make>
+void InNewFolder(const std::filesystem::path& folder, const Make& make) {
+  std::error_code ignored;
+  const bool was_there = std::filesystem::exists(folder, ignored);
+  try {
+    make();
+  } catch (...) {
+    if (!was_there) std::filesystem::remove_all(folder, ignored);
+    throw;
+  }
+}
+
 int CheckWhatWasMade(const std::filesystem::path& folder, const CommonOptions& common) {
   std::printf("Written: %s\n\n", (folder / "capture.json").c_str());
   return RunCheck({folder, {}, false, common});
@@ -43,7 +57,7 @@ int RunInit(const InitCommand& asked) {
     for (std::string light; std::getline(words, light, ',');) lights.push_back(light);
     parts.lit.emplace_back(name, lights);
   }
-  InitCapture(parts, asked.output);
+  InNewFolder(asked.output, [&] { InitCapture(parts, asked.output); });
   std::printf(
       "Refractive index and g of each layer were chosen by its name. Correct them in %s if you know them better.\n",
       (std::filesystem::path(asked.output) / "capture.json").c_str());
@@ -51,7 +65,7 @@ int RunInit(const InitCommand& asked) {
 }
 
 int RunMeasured(const MeasuredCommand& asked) {
-  InitMeasuredCapture(asked.parts, asked.output);
+  InNewFolder(asked.output, [&] { InitMeasuredCapture(asked.parts, asked.output); });
   return CheckWhatWasMade(asked.output, asked.common);
 }
 

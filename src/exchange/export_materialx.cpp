@@ -23,7 +23,8 @@ void AddMaterial(pugi::xml_node root, const ExportedLayer& medium, const std::st
   pugi::xml_node shader = root.append_child("open_pbr_surface");
   shader.append_attribute("name") = ("shader_" + name).c_str();
   shader.append_attribute("type") = "surfaceshader";
-  shader.append_attribute("doc") = "lengths in millimetres";
+  shader.append_attribute("doc") = "OpenPBR 1.1; lengths in millimetres; channels are the bands of the capture";
+  AddInput(shader, "geometry_thin_walled", "boolean", "false");
   AddInput(shader, "base_weight", "float", "1");
   AddInput(shader, "subsurface_weight", "float", "1");
   AddInput(shader, "subsurface_color", "color3", NumberText(MultipleScatteringAlbedo(medium), ", "));
@@ -48,7 +49,7 @@ void WriteMaterialX(const ExportScene& scene, const std::filesystem::path& folde
   pugi::xml_document document;
   pugi::xml_node root = document.append_child("materialx");
   root.append_attribute("version") = "1.39";
-  root.append_attribute("colorspace") = "lin_rec709";
+  // No colour space is stated: the channels are the capture's bands, not primaries (exchange.md).
   const ExportedLayer all = OneMediumFor(scene);
   std::vector<std::string> names{"all_layers"};
   for (const ExportedLayer& layer : scene.layers) names.push_back("layer_" + layer.name);

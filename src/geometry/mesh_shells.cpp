@@ -49,9 +49,31 @@ std::vector<std::vector<int>> ShellsOf(const TriangleMesh& mesh) {
   return shells;
 }
 
+/// Some of a mesh's triangles with their own vertices, in the same order. `places` holds -1 for every vertex of the
+/// mesh, before and after.
+TriangleMesh PartOf(const TriangleMesh& mesh, const std::vector<int>& triangles, std::vector<int>& places) {
+  TriangleMesh part;
+  for (const int t : triangles) {
+    glm::ivec3 corners = mesh.triangles[t];
+    for (int k = 0; k < 3; ++k) {
+      int& place = places[corners[k]];
+      if (place < 0) {
+        place = static_cast<int>(part.vertices.size());
+        part.vertices.push_back(mesh.vertices[corners[k]]);
+      }
+      corners[k] = place;
+    }
+    part.triangles.push_back(corners);
+  }
+  for (const int t : triangles)
+    for (int k = 0; k < 3; ++k) places[mesh.triangles[t][k]] = -1;
+  return part;
+}
+
 struct Shell {
   const std::vector<int>& triangles;
   TriangleMesh mesh;  ///< looks outwards
+  bool was_inside_out;
   std::pair<glm::dvec3, glm::dvec3> bounds;
   std::unique_ptr<RayCaster> caster;  ///< once it is needed
 };
@@ -131,13 +153,12 @@ void AgreeOnOrientation(const std::filesystem::path& file, TriangleMesh& mesh) {
 
 void TurnShells(TriangleMesh& mesh) {
   const std::vector<std::vector<int>> parts = ShellsOf(mesh);
+  std::vector<int> places(mesh.vertices.size(), -1);
   std::vector<Shell> shells;
   for (const auto& triangles : parts) {
-    Shell shell{triangles, {}, {}, nullptr};
-    shell.mesh.vertices = mesh.vertices;
-    for (const int t : triangles) shell.mesh.triangles.push_back(mesh.triangles[t]);
-    DropLooseVertices(shell.mesh);
-    if (Volume(shell.mesh) < 0)
+    Shell shell{triangles, PartOf(mesh, triangles, places), false, {}, nullptr};
+    shell.was_inside_out = Volume(shell.mesh) < 0;
+    if (shell.was_inside_out)
       for (auto& t : shell.mesh.triangles) std::swap(t.y, t.z);
     shell.bounds = Bounds(shell.mesh);
     shells.push_back(std::move(shell));
@@ -145,10 +166,7 @@ void TurnShells(TriangleMesh& mesh) {
   for (Shell& shell : shells) {
     size_t around = 0;
     for (Shell& other : shells) around += &other != &shell && Holds(other, shell);
-    TriangleMesh as_it_is = mesh;
-    as_it_is.triangles.clear();
-    for (const int t : shell.triangles) as_it_is.triangles.push_back(mesh.triangles[t]);
-    if ((Volume(as_it_is) < 0) == (around % 2 == 1)) continue;
+    if (shell.was_inside_out == (around % 2 == 1)) continue;
     for (const int t : shell.triangles) std::swap(mesh.triangles[t].y, mesh.triangles[t].z);
   }
 }
@@ -158,6 +176,7 @@ void SayWhatTurned(const TriangleMesh& mesh, const std::vector<glm::ivec3>& befo
   const auto is_turned = [&](int t) {
     return static_cast<size_t>(t) < before.size() && mesh.triangles[t].y != before[t].y;
   };
+  std::vector<int> places(mesh.vertices.size(), -1);
   size_t faces = 0, bodies = 0;
   double area_mm2 = 0, volume_mm3 = 0;
   const auto shells = ShellsOf(mesh);
@@ -166,12 +185,9 @@ void SayWhatTurned(const TriangleMesh& mesh, const std::vector<glm::ivec3>& befo
     const size_t of_file = static_cast<size_t>(
         std::count_if(shell.begin(), shell.end(), [&](int t) { return static_cast<size_t>(t) < before.size(); }));
     if (turned == 0) continue;
-    TriangleMesh body = mesh;
-    body.triangles.clear();
-    for (const int t : shell) body.triangles.push_back(mesh.triangles[t]);
     if (turned == of_file) {
       ++bodies;
-      volume_mm3 += std::abs(Volume(body));
+      volume_mm3 += std::abs(Volume(PartOf(mesh, shell, places)));
       continue;
     }
     faces += turned;

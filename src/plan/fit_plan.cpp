@@ -144,7 +144,11 @@ SceneLook LookAtScene(const FitProblem& problem, const CrownInput& input, const 
 std::vector<FitPlan> PlansFor(const FitProblem& problem, const CrownInput& input, const FitState& at,
                               const SceneLook& look) {
   const FitSeconds seconds(problem, input, at);
-  std::vector<FitPlan> plans{{Model::kShader, 0, look.shader_de00, seconds.ByShader(), {}}};
+  std::vector<FitPlan> plans;
+  // `shader` draws the two outer layers. What is free below them it can't see.
+  const bool sees_all = std::ranges::all_of(problem.free.entries,
+                                            [](const FreeEntry& e) { return e.layer == kSurfaceOwner || e.layer < 2; });
+  if (sees_all) plans.push_back({Model::kShader, 0, look.shader_de00, seconds.ByShader(), {}});
   for (const size_t paths : {50000u, 100000u, 200000u, 500000u, 1250000u, 2500000u, 5000000u, 10000000u}) {
     const double n = static_cast<double>(paths);
     plans.push_back({Model::kPath, paths, PathDe00(problem, at, look, n), seconds.ByWalks(n), {}});

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <filesystem>
+#include <optional>
 
 #include "base/error.h"
 #include "base/limits.h"
@@ -143,6 +145,18 @@ void ReadPhotographs(CrownInput& input) {
   CheckPicturesDiffer(input.capture, input.photographs);
 }
 
+/// Missing files are named before anything is computed.
+void RequirePictures(const Capture& capture) {
+  for (const PhotographSpec& photo : capture.photographs)
+    for (const auto& file : {std::optional(photo.files.image), photo.files.mask, photo.files.variance}) {
+      std::error_code ignored;
+      if (file && !std::filesystem::is_regular_file(*file, ignored))
+        throw InputError(*file, "", "there is no such image file",
+                         "Photograph '" + photo.name + "' of " + capture.file.filename().string() +
+                             " names it: correct the path, or copy the file there.");
+    }
+}
+
 }  // namespace
 
 std::optional<glm::dvec3> PlaceOf(const Light& light, const RigidTransform& object_from_camera) {
@@ -162,6 +176,7 @@ std::optional<glm::dvec3> PlaceOf(const Light& light, const RigidTransform& obje
 
 CrownInput ReadInput(const Capture& capture, int threads, bool with_images) {
   RequirePhotographs(capture);
+  if (with_images) RequirePictures(capture);
   CrownInput input;
   input.capture = capture;
   input.source = ReadCrownSource(capture, threads);

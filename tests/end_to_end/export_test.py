@@ -111,6 +111,8 @@ def check_gltf(folder):
 def check_materialx(folder):
     root = ET.parse(folder / "material.mtlx").getroot()
     shaders = {s.get("name"): {i.get("name"): i.get("value") for i in s} for s in root.findall("open_pbr_surface")}
+    require(root.get("colorspace") is None, "MaterialX: bands of a camera are no primaries")
+    require(all(s["geometry_thin_walled"] == "false" for s in shaders.values()), "MaterialX: a crown is solid")
     require(len(root.findall("surfacematerial")) == len(shaders) == 1 + len(truth["layers"]), "MaterialX: materials")
     for layer in truth["layers"]:
         s = shaders["shader_layer_" + layer["name"]]

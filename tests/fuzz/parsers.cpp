@@ -12,6 +12,7 @@
 #include "capture/colour_file.h"
 #include "capture/light_rig.h"
 #include "capture/poses.h"
+#include "dental/shades_file.h"
 #include "exchange/rxt_file.h"
 #include "geometry/mesh_file.h"
 #include "optics/material_file.h"
@@ -92,6 +93,7 @@ constexpr Parser kParsers[] = {
     {"blur", "blur.json", Ignore<ReadBlur>},
     {"poses", "poses.json", Ignore<ReadPoses>},
     {"rxt", "a.rxt", Ignore<ReadRxt>},
+    {"shades", "a.csv", Ignore<ReadShadeTable>},
     {"ply", "a.ply", ReadMesh},
     {"stl", "a.stl", ReadMesh},
     {"obj", "a.obj", ReadMesh},
