@@ -78,13 +78,13 @@ std::optional<double> FoldRadius_px(const Camera& camera) {
                                Distorted(camera.distortion, p - glm::dvec2(0, h));
     return (along_x.x * along_y.y - along_x.y * along_y.x) / (4 * h * h);
   };
-  const auto [k1, k2, p1, p2, k3, k4, k5, k6] = camera.distortion;
-  const auto denominator = [&](double r2) { return 1 + r2 * (k4 + r2 * (k5 + r2 * k6)); };
+  const auto denominator = [&d = camera.distortion](double r2) { return 1 + r2 * (d[5] + r2 * (d[6] + r2 * d[7])); };
   std::optional<double> nearest;
   for (int b = 0; b < kBorder; ++b) {
     // Outwards until the border is reached, on which the picture ends.
-    const int side = b % 4;
-    const double along = (b / 4 + 0.5) / (kBorder / 4);
+    const int side = b % 4, of_side = b / 4;
+    constexpr double kOnSide = kBorder / 4.0;
+    const double along = (of_side + 0.5) / kOnSide;
     const glm::dvec2 corner_to_corner = side == 0   ? glm::dvec2(along, 0)
                                         : side == 1 ? glm::dvec2(along, 1)
                                         : side == 2 ? glm::dvec2(0, along)
