@@ -1,7 +1,8 @@
 #pragma once
 
-// The one place where OpenCV's marker detection differs between versions: 4.7 moved it from the module aruco to
-// objdetect and made its types plain values. Only boards.cpp includes this.
+// The one place where OpenCV's marker detection differs between versions (each function stands here once for
+// either): 4.7 moved it from the module aruco to objdetect and made its types plain values. Only boards.cpp includes
+// this.
 
 #include <opencv2/core.hpp>
 #include <opencv2/core/version.hpp>

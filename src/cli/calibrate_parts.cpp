@@ -104,14 +104,6 @@ std::filesystem::path Required(const std::filesystem::path& file, const char* op
   return file;
 }
 
-void AddEncodingOptions(CLI::App* app, std::string& encoding) {
-  app->add_option("--encoding", encoding,
-                  "How values stand for light: file (what the file states; default), linear, srgb, or a gamma such as\n"
-                  "2.2.");
-  app->add_flag_callback(
-      "--linear", [&] { encoding = "linear"; }, "The same as --encoding linear.");
-}
-
 ImageFile ReadLight(const std::filesystem::path& file, const std::string& encoding) {
   constexpr float kOpaque = 0.999f;
   ImageFile photo = ReadImageFile(file);

@@ -55,9 +55,6 @@ std::filesystem::path Required(const std::filesystem::path& file, const char* op
 /// Reads linear pictures. Throws InputError for encoded ones that are not `taken_as_linear`.
 std::vector<ImageFile> ReadLinear(const std::vector<std::filesystem::path>& files, const std::string& encoding);
 
-/// --encoding, and --linear for what it says most.
-void AddEncodingOptions(CLI::App* app, std::string& encoding);
-
 /// The photograph's light, by what is asked or what the file states; `transfer`, if any, says how it was decoded.
 /// Throws InputError: grey, an alpha below 1, an unknown encoding.
 ImageFile ReadLight(const std::filesystem::path& file, const std::string& encoding);

@@ -45,4 +45,14 @@ void PrintNotes(const std::vector<std::string>& notes) {
   for (const std::string& note : notes) std::fprintf(stderr, "note: %s\n", note.c_str());
 }
 
+void AddEncodingOptions(CLI::App* app, std::string& encoding) {
+  auto* stated =
+      app->add_option("--encoding", encoding,
+                      "How values stand for light: file (what the file states; default), linear, srgb, or a\n"
+                      "gamma such as 2.2.");
+  app->add_flag_callback(
+         "--linear", [&encoding] { encoding = "linear"; }, "The same as --encoding linear.")
+      ->excludes(stated);
+}
+
 }  // namespace crownfit

@@ -36,4 +36,7 @@ void RunWith(CLI::App* app, Command& command, const std::shared_ptr<Options>& op
 /// Prints "note: ..." on stderr, a line each.
 void PrintNotes(const std::vector<std::string>& notes);
 
+/// --encoding, and --linear for its most frequent value. `encoding` must outlive the parsing.
+void AddEncodingOptions(CLI::App* app, std::string& encoding);
+
 }  // namespace crownfit

@@ -14,6 +14,7 @@ namespace {
 
 struct CompareCommand {
   std::filesystem::path image_a, image_b, mask, output;  ///< mask, output: empty: none
+  std::string encoding = "file";                         ///< of both pictures
   bool json = false;
 };
 
@@ -36,6 +37,8 @@ int RunCompare(const CompareCommand& asked) {
   a.image = asked.image_a;
   b.image = asked.image_b;
   if (!asked.mask.empty()) a.mask = asked.mask;
+  a.encoding = b.encoding = Encoding::Named(asked.encoding, "--encoding");
+  a.encoding_key = b.encoding_key = "--encoding";
   const Photograph first = ReadPhotograph(a), second = ReadPhotograph(b);
   if (first.linear.width != second.linear.width || first.linear.height != second.linear.height)
     throw InputError(asked.image_b, "", "has another size than " + asked.image_a.filename().string());
@@ -76,6 +79,7 @@ void AddCompare(CLI::App& app, Command& command) {
   compare->add_option("IMAGE_B", asked->image_b, "The picture to compare with it.")->required();
   compare->add_option("--mask", asked->mask, "Compare only where this picture is above 0.5.");
   compare->add_option("-o,--output", asked->output, "PNG map of the differences.");
+  AddEncodingOptions(compare, asked->encoding);
   compare->add_flag("--json", asked->json, "Print the figures as JSON.");
   RunWith(compare, command, asked, RunCompare);
 }

@@ -28,6 +28,7 @@ struct PhotographedTabs {
   std::optional<std::filesystem::path> colour, noise;
   std::vector<double> card;  ///< x, y, width, height of a white or grey card
   std::optional<double> card_reflectance;
+  std::string encoding = "file";
 };
 
 struct NearestCommand {
@@ -83,6 +84,8 @@ ShadeSet Photographed(const PhotographedTabs& asked) {
   const BandColour colour = asked.colour ? ReadBandColour(*asked.colour) : BandColour{};
   PhotographFiles files;
   files.image = asked.set.input;
+  files.encoding = Encoding::Named(asked.encoding, "--encoding");
+  files.encoding_key = "--encoding";
   if (asked.noise) files.noise = ReadSensorNoise(*asked.noise);
   const Photograph photo = ReadPhotograph(files);
   if (photo.was_jpeg)
@@ -230,6 +233,7 @@ void AddShades(CLI::App& app, Command& command) {
       ->delimiter(',');
   photographed->add_option("--card-reflectance", tabs->card_reflectance, "Reflectance of the card (default 0.18).")
       ->check(CLI::Range(0.01, 1.0));
+  AddEncodingOptions(photographed, tabs->encoding);
   AddTabSet(measured, *table);
   RunWith(measured, command, table, RunMeasured);
   AddTabSet(photographed, tabs->set);

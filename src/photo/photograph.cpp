@@ -81,7 +81,7 @@ Photograph ReadPhotograph(const PhotographFiles& files) {
                      "is grey: it has " + std::to_string(file.image.channels) +
                          " channels, but a photograph needs red, green and blue",
                      "Give the photograph in colour.");
-  const Transfer transfer = Resolved(file.transfer, files.encoding, files.image, "encoding");
+  const Transfer transfer = Resolved(file.transfer, files.encoding, files.image, files.encoding_key);
   Photograph photo;
   const std::vector<uint8_t> opaque = Opaque(file);
   photo.linear = ThreeChannels(std::move(file.image), files.image);

@@ -29,6 +29,7 @@ struct PhotographFiles {
   std::optional<std::filesystem::path> mask = {}, variance = {};
   SensorNoise noise = {};
   Encoding encoding = {};
+  const char* encoding_key = "encoding";  ///< what the user may write to state it
   std::optional<double> saturation = {};  ///< linear value from which a pixel counts as saturated
 };
 
