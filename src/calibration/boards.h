@@ -40,6 +40,9 @@ std::string FaultOf(const Board& board);
 
 std::string DictionaryNameOf(const Board& board);  ///< its own, or the kind's usual one
 double CharucoMarker_mm(const Board& board);
+/// Column and row of the square that holds each marker of a ChArUco board: the white squares, row by row. The first
+/// square is black as OpenCV prints boards since 4.6; before, it was white where the number of rows is even.
+std::vector<glm::ivec2> CharucoMarkers(const Board& board, bool first_is_black);
 double TagStep_mm(const Board& board);  ///< from one tag's corner to the next one's
 
 /// Corners to sub-pixel accuracy; empty where the board is not found. A chessboard is found whole or not at all.

@@ -10,11 +10,9 @@
 
 #if CV_VERSION_MAJOR > 4 || CV_VERSION_MINOR >= 7
 #include <opencv2/objdetect/aruco_detector.hpp>
-#include <opencv2/objdetect/charuco_detector.hpp>
 #define CROWNFIT_ARUCO_IN_OBJDETECT 1
 #else
 #include <opencv2/aruco.hpp>
-#include <opencv2/aruco/charuco.hpp>
 #define CROWNFIT_ARUCO_IN_OBJDETECT 0
 #endif
 
@@ -23,12 +21,6 @@ namespace crownfit {
 /// Corners of every marker, clockwise from its own upper left, where (0, 0) is the centre of the first pixel.
 struct FoundMarkers {
   std::vector<std::vector<cv::Point2f>> corners;
-  std::vector<int> ids;
-};
-
-/// Corners between a board's squares and their numbers, row by row.
-struct FoundCorners {
-  std::vector<cv::Point2f> corners;
   std::vector<int> ids;
 };
 
@@ -41,15 +33,6 @@ inline FoundMarkers DetectMarkers(const cv::Mat& grey, const cv::aruco::Dictiona
   parameters.cornerRefinementMethod = refinement;
   FoundMarkers found;
   cv::aruco::ArucoDetector(dictionary, parameters).detectMarkers(grey, found.corners, found.ids);
-  return found;
-}
-
-inline FoundCorners CornersBetween(const cv::Mat& grey, const FoundMarkers& markers, cv::Size squares, float square_mm,
-                                   float marker_mm, const cv::aruco::Dictionary& dictionary) {
-  const cv::aruco::CharucoBoard board(squares, square_mm, marker_mm, dictionary);
-  FoundMarkers given = markers;
-  FoundCorners found;
-  cv::aruco::CharucoDetector(board).detectBoard(grey, found.corners, found.ids, given.corners, given.ids);
   return found;
 }
 
@@ -68,15 +51,6 @@ inline FoundMarkers DetectMarkers(const cv::Mat& grey, const cv::aruco::Dictiona
   parameters->cornerRefinementMethod = refinement;
   FoundMarkers found;
   cv::aruco::detectMarkers(grey, cv::makePtr<cv::aruco::Dictionary>(dictionary), found.corners, found.ids, parameters);
-  return found;
-}
-
-inline FoundCorners CornersBetween(const cv::Mat& grey, const FoundMarkers& markers, cv::Size squares, float square_mm,
-                                   float marker_mm, const cv::aruco::Dictionary& dictionary) {
-  const auto board = cv::aruco::CharucoBoard::create(squares.width, squares.height, square_mm, marker_mm,
-                                                     cv::makePtr<cv::aruco::Dictionary>(dictionary));
-  FoundCorners found;
-  cv::aruco::interpolateCornersCharuco(markers.corners, markers.ids, grey, board, found.corners, found.ids);
   return found;
 }
 

@@ -46,18 +46,17 @@ PrintedTarget PrintedBoard(const Board& board) {
   } else {
     const int columns = board.columns + 1, rows = board.rows + 1;
     target.size_mm = s * glm::dvec2(columns + 2, rows + 2);
-    const double marker = CharucoMarker_mm(board);
-    int id = 0;
-    // As OpenCV 4.6 lays ChArUco boards out: the first row begins with a black square.
     for (int row = 0; row < rows; ++row)
-      for (int column = 0; column < columns; ++column) {
-        const glm::dvec2 at = s * glm::dvec2(column + 1, row + 1);
-        if (row % 2 == column % 2) {
-          target.patches.push_back({Rectangle(at, glm::dvec2(s)), 0.0});
-        } else if (board.kind == BoardKind::kCharuco) {
-          AddMarker(dictionary, id++, at + glm::dvec2(0.5 * (s - marker)), marker, target);
-        }
-      }
+      for (int column = 0; column < columns; ++column)
+        if (row % 2 == column % 2)
+          target.patches.push_back({Rectangle(s * glm::dvec2(column + 1, row + 1), glm::dvec2(s)), 0.0});
+    if (board.kind == BoardKind::kCharuco) {
+      const double marker = CharucoMarker_mm(board);
+      const auto squares = CharucoMarkers(board, true);
+      for (size_t id = 0; id < squares.size(); ++id)
+        AddMarker(dictionary, static_cast<int>(id), s * glm::dvec2(squares[id] + 1) + glm::dvec2(0.5 * (s - marker)),
+                  marker, target);
+    }
   }
   target.texts.push_back({{s, target.size_mm.y - 0.3 * s},
                           std::min(4.0, 0.4 * s),

@@ -148,6 +148,54 @@ TEST(CalibrateCamera, DetectedCornersMatchPrintedPositions) {
   }
 }
 
+/// The largest distance (px) of a board's corners from where the camera sees them, and how many there are.
+struct CornerErrors {
+  size_t count;
+  double worst_px;
+};
+
+CornerErrors ErrorsOf(const Board& board, const PrintedTarget& print, const RigidTransform& pose) {
+  const Image image = RenderTarget(print, glm::dvec2(board.square_mm), MacroCamera(), pose, {});
+  const BoardView view = FindBoard(AsFile(image), board);
+  CornerErrors errors{view.pixel.size(), 0};
+  for (size_t i = 0; i < view.pixel.size(); ++i)
+    errors.worst_px = std::max(
+        errors.worst_px, glm::length(view.pixel[i] - *PixelFromPoint(MacroCamera(), pose.Point(view.board_mm[i]))));
+  return errors;
+}
+
+TEST(CalibrateCamera, SmallSquaresOfCharucoBoardsAreFoundBesideTheirMarkers) {
+  // Squares of 22 px: the paper between a corner and the markers beside it is 2.8 px wide.
+  const Board board{.kind = BoardKind::kCharuco, .columns = 9, .rows = 6, .square_mm = 4};
+  const CornerErrors errors = ErrorsOf(board, PrintedBoard(board), LookingAt({18, 12, 0}, 290, 20, 40, 5));
+  EXPECT_EQ(errors.count, 54u);
+  EXPECT_LT(errors.worst_px, 0.06);
+}
+
+TEST(CalibrateCamera, CharucoBoardsThatBeginWithAWhiteSquareAreRead) {
+  const Board board{.kind = BoardKind::kCharuco, .columns = 6, .rows = 5, .square_mm = 6};
+  // OpenCV's print before 4.6 of an even number of rows: the same white squares in order, but the first is one.
+  PrintedTarget print{.size_mm = glm::dvec2(9, 8) * 6.0, .patches = {}, .texts = {}, .cuts_mm = {}};
+  const auto add = [&](const glm::dvec2& low, double side, double grey) {
+    print.patches.push_back({{low, low + glm::dvec2(side, 0), low + side, low + glm::dvec2(0, side)}, grey});
+  };
+  int id = 0;
+  for (int row = 0; row < 6; ++row)
+    for (int column = 0; column < 7; ++column) {
+      const glm::dvec2 low = 6.0 * glm::dvec2(column + 1, row + 1);
+      if ((row + column) % 2 == 1) {
+        add(low, 6, 0.0);
+        continue;
+      }
+      const auto squares = MarkerSquares("4X4_250", id++);
+      for (size_t y = 0; y < 6; ++y)
+        for (size_t x = 0; x < 6; ++x) add(low + 0.75 * glm::dvec2(x + 1, y + 1), 0.75, squares[y][x] ? 0.0 : 1.0);
+    }
+  const CornerErrors errors = ErrorsOf(board, print, LookingAt({21, 18, 0}, 290, 15, 70, 3));
+  EXPECT_EQ(errors.count, 30u);
+  EXPECT_LT(errors.worst_px, 0.06);
+}
+
 // Photographs made elsewhere.
 
 TEST(CalibrateCameraReal, OpenCvChessboardsAgreeWithOpenCv) {
