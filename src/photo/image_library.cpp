@@ -22,6 +22,7 @@
 
 #include "photo/font.h"
 #include "photo/icc_profile.h"
+#include "photo/raw_levels.h"
 
 namespace crownfit {
 namespace {
@@ -145,10 +146,14 @@ double HdrExposure(const std::filesystem::path& file) {
   return exposure > 0 && std::isfinite(exposure) ? exposure : 1.0;
 }
 
-/// LibRaw's values are such that the smallest factor of the white balance is 1: green's is to be.
-void MakeGreenOne(const DecodedImage& image, float* values) {
-  const size_t count = static_cast<size_t>(image.width) * image.height * image.channels;
-  for (size_t i = 0; i < count; ++i) values[i] *= static_cast<float>(image.full_scale);
+/// LibRaw's values are such that the smallest factor of the white balance is 1, which green's is to be, and that full
+/// scale is 1 for the lowest of the black levels.
+void ScaleRaw(const std::filesystem::path& file, const DecodedImage& image, float* values) {
+  const std::array<double, 3> levels = RawFullScaleFactors(file);
+  const size_t pixels = static_cast<size_t>(image.width) * image.height;
+  for (size_t i = 0; i < pixels; ++i)
+    for (int c = 0; c < std::min(3, image.channels); ++c)
+      values[i * image.channels + c] *= static_cast<float>(image.full_scale * levels[c]);
 }
 
 /// Checks a picture's header before memory is allocated.
@@ -271,7 +276,7 @@ class OpenImageIo : public ImageLibrary {
     for (size_t c = 0; c < 3 && found.curve_points > 0; ++c)
       std::copy(stated.profile.curve[c].begin(), stated.profile.curve[c].end(),
                 pixels + values + c * found.curve_points);
-    if (found.full_scale != 1.0) MakeGreenOne(found, pixels);
+    if (format == "raw") ScaleRaw(file, found, pixels);
     if (format == "hdr")
       if (const double exposure = HdrExposure(file); exposure != 1.0)
         for (size_t i = 0; i < values; ++i) pixels[i] = static_cast<float>(pixels[i] / exposure);

@@ -212,6 +212,21 @@ TEST(CameraRaw, CountsComeOutLinearWithBlackRemovedAndWhiteBalanceAsShot) {
   EXPECT_NEAR(read.image.at(20, 20, 2), 6000 * 1.25 / range, 2e-4);
 }
 
+TEST(CameraRaw, EachPlaceOfTheMosaicHasItsOwnBlackLevel) {
+  const TemporaryFolder folder;
+  Dng dng{.black = {100, 900, 500, 300}, .white = 4095, .counts = {}};
+  const double share[4] = {0.2, 0.3, 0.3, 0.25};  // of white above black
+  dng.counts = [&](int x, int y) {
+    const int place = 2 * (y % 2) + x % 2;
+    return static_cast<uint16_t>(std::lround(dng.black[place] + share[place] * (dng.white - dng.black[place])));
+  };
+  WriteDng(folder.path / "levels.dng", dng);
+  const Image image = ReadImageFile(folder.path / "levels.dng").image;
+  EXPECT_NEAR(image.at(20, 20, 0), 0.2 * 2.0, 4e-4);
+  EXPECT_NEAR(image.at(20, 20, 1), 0.3, 4e-4);
+  EXPECT_NEAR(image.at(20, 20, 2), 0.25 * 1.25, 4e-4);
+}
+
 TEST(CameraRaw, BrightnessDoesNotDependOnOtherPixels) {
   const TemporaryFolder folder;
   const auto corner = [&](int bright) {
