@@ -28,7 +28,7 @@ std::optional<double> DistanceInto(const TriangleMesh& surface, const RayCaster&
 Chord CastChord(const Crown& crown, const glm::dvec3& position, const glm::dvec3& normal, const glm::dvec3& inward) {
   const glm::dvec3 start = position - kStart_mm * normal;
   Chord chord;
-  const auto out = crown.fine_caster.Nearest(start, inward);
+  const auto out = WayOut(crown, start, inward);
   if (!out) return chord;
   chord.total_mm = out->distance_mm + kStart_mm;
   if (!crown.has_outer_layer()) return chord;

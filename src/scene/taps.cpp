@@ -26,20 +26,27 @@ Tap CastTap(const Crown& crown, const glm::dvec3& position, const glm::dvec3& no
   Tap tap{offset.ring, {}, {}, false};
   const glm::dvec3 place = TapPlace(position, normal, offset);
   const glm::dvec3 below = position - std::max(kLift_mm, std::min(glm::length(offset.mm), 0.5 * depth_mm)) * normal;
-  if (const auto hit = crown.fine_caster.Nearest(below, glm::normalize(place - below)))
+  if (const auto hit = WayOut(crown, below, glm::normalize(place - below)))
     tap.front = InterpolationAt(crown.fine, hit->point);
   const glm::dvec3 start = position - kLift_mm * normal, opposite = place - std::max(layers_mm, kLift_mm) * normal;
-  if (const auto out = crown.fine_caster.Nearest(start, glm::normalize(opposite - position)))
+  if (const auto out = WayOut(crown, start, glm::normalize(opposite - position)))
     tap.opposite = InterpolationAt(crown.fine, out->point);
   return tap;
 }
 
 }  // namespace
 
+std::optional<Hit> WayOut(const Crown& crown, const glm::dvec3& start, const glm::dvec3& direction) {
+  const auto leads_out = [&](int, int triangle) { return glm::dot(FaceNormal(crown.fine, triangle), direction) >= 0; };
+  const auto hit = crown.fine_caster.Nearest(start, direction);
+  if (!hit || leads_out(0, hit->point.triangle)) return hit;
+  return crown.fine_caster.NearestAccepted(start, direction, kFar, leads_out);
+}
+
 std::vector<Tap> CastTaps(const Crown& crown, const TapKernel& kernel, const glm::dvec3& position,
                           const glm::dvec3& normal, double layers_mm, bool tooth_goes_on) {
   std::vector<Tap> taps;
-  const auto through = crown.fine_caster.Nearest(position - kLift_mm * normal, -normal);
+  const auto through = WayOut(crown, position - kLift_mm * normal, -normal);
   const double depth = through ? through->distance_mm : 0.0;
   for (const auto& offset : kernel.offsets) {
     Tap tap = CastTap(crown, position, normal, depth, layers_mm, offset);

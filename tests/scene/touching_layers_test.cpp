@@ -3,6 +3,8 @@
 #include <gtest/gtest.h>
 
 #include "geometry/signed_distance.h"
+#include "scene/build_crown.h"
+#include "support/known_scene.h"
 #include "support/shapes.h"
 
 namespace crownfit {
@@ -63,6 +65,24 @@ TEST(TouchingLayers, OfThreeThatCoincideEachEndsBeyondTheOneAbove) {
   SeparateTouchingLayers(meshes, {"a", "b", "c"}, 1, messages);
   const RayCaster second({&*meshes[1]});
   for (const glm::dvec3& v : meshes[2]->vertices) EXPECT_FALSE(IsInside(second, *meshes[1], v));
+}
+
+TEST(TouchingLayers, ObjectsAreAsDeepUnderAnInnerLayerThatStandsOutAHair) {
+  // The outer top ends at 1.5 mm below the inner one's; some of its triangles reach under that.
+  const TriangleMesh outer = Refined(Box({-4, -4, 0}, {4, 4, 1.5}), 2.0);
+  for (const double proud : {3e-3, 0.05}) {
+    KnownScene scene(outer, 2);
+    scene.source.meshes[1] = Refined(Box({-3.9, -3.9, 0.2}, {3.9, 3.9, 1.5 + proud}), 2.0);
+    const auto crown = scene.Build();
+    int tops = 0;
+    for (size_t v = 0; v < crown->fine.vertices.size(); ++v) {
+      const glm::dvec3& p = crown->fine.vertices[v];
+      if (p.z < 1.5 + 0.5 * proud) continue;
+      ++tops;
+      EXPECT_GT(crown->columns[v].straight.total_mm, 1.5) << "chord at " << p.x << ", " << p.y;
+    }
+    EXPECT_GT(tops, 100);
+  }
 }
 
 }  // namespace
