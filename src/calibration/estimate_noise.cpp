@@ -185,7 +185,7 @@ std::optional<ChannelNoise> EstimateChannelNoise(const std::vector<std::pair<con
   if (dark) levels.push_back(*dark);
 
   // variance = gain x per_gain + read^2 x per_read, weighted by the line's own prediction.
-  double gain = 1e-4, read2 = 1e-8;
+  double gain = 1e-4, read2 = 1e-8, change = 0;
   glm::dmat2 covariance(0.0);
   for (int round = 0; round < 30; ++round) {
     glm::dmat2 normal(0.0);
@@ -199,9 +199,11 @@ std::optional<ChannelNoise> EstimateChannelNoise(const std::vector<std::pair<con
     }
     covariance = glm::inverse(normal);
     const glm::dvec2 solution = covariance * right;
+    change = std::abs(solution.x - gain) + std::abs(solution.y - read2);
     gain = solution.x;
     read2 = solution.y;
   }
+  noise.settled = change <= 1e-6 * (std::abs(gain) + std::abs(read2));
   constexpr double kNegative = 5.0;  // standard deviations
   double chi2 = 0;
   for (const Level& level : levels) {

@@ -18,6 +18,7 @@ struct ChannelNoise {
   double gain_stddev = 0, read_noise_stddev = 0, black_stddev = 0;
   std::optional<double> saturation;  ///< where the response departs from its line by 1 %, or where values pile up
   double chi2 = 0;                   ///< per degree of freedom, of the variances about the fitted line
+  bool settled = true;               ///< whether the weighted line converged
   double nonlinearity = 0;  ///< largest relative departure below saturation; measured with unequal exposures only
   double hidden_black = 0;  ///< black level that the variances suggest where no dark frames were given; approximate
   double shift_px = 0;      ///< largest shift between two photographs of a pair

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <numbers>
 #include <opencv2/imgproc.hpp>
+#include <utility>
 
 #include "base/linear_algebra.h"
 #include "calibration/opencv_image.h"
@@ -179,7 +180,8 @@ std::optional<LampPosition> Triangulate(const std::vector<LampRay>& rays) {
     normal += weight * across;
     right += weight * across * o;
   };
-  Eigen::Vector3d p;
+  Eigen::Vector3d p = Eigen::Vector3d::Zero();
+  double moved_mm = 0;
   for (int round = 0; round < 20; ++round) {
     normal.setZero();
     right.setZero();
@@ -190,8 +192,11 @@ std::optional<LampPosition> Triangulate(const std::vector<LampRay>& rays) {
     }
     const Eigen::VectorXd spectrum = EigenOfSymmetric(normal).values;
     if (spectrum(0) < 1e-9 * spectrum(2)) return std::nullopt;
-    p = SolveSymmetric(normal, right);
+    const Eigen::Vector3d last = std::exchange(p, SolveSymmetric(normal, right));
+    moved_mm = (p - last).norm();
   }
+  constexpr double kSettled = 1e-6;
+  if (!(moved_mm < kSettled * (1.0 + p.norm()))) return std::nullopt;
   const Eigen::Matrix3d covariance = InverseOfSymmetric(normal);
   LampPosition lamp{{p(0), p(1), p(2)}, glm::dmat3(1.0), 0};
   double sum = 0;

@@ -90,6 +90,10 @@ Product NoiseProduct(const std::vector<std::pair<const Image*, const Image*>>& p
     product.figures.push_back({"electrons_at_full_scale" + suffix, n.gain > 0 ? 1.0 / n.gain : 0.0, ""});
     product.figures.push_back({"nonlinearity" + suffix, 100 * n.nonlinearity, "%"});
     product.figures.push_back({"reduced_chi2" + suffix, n.chi2, ""});
+    if (!n.settled)
+      product.refusals.push_back("channel " + std::string(names[c]) +
+                                 ": no line of variance over value was found, as the levels contradict each other. "
+                                 "Photograph one still scene, and change the exposure time alone.");
     if (n.gain < 2 * n.gain_stddev)
       product.refusals.push_back(
           "channel " + std::string(names[c]) + ": the gain is not measured (" + Text(n.gain) + " +- " +

@@ -36,7 +36,7 @@ struct Corners {
 const std::vector<std::pair<glm::dvec3, Corners>>& QuadraturePoints() {
   static const auto points = [] {
     std::vector<std::pair<glm::dvec3, Corners>> all;
-    const auto along = [](int i) { return 0.25 + 0.5 * (i / 2) + (i % 2 ? 0.25 : -0.25) / std::sqrt(3.0); };
+    const auto along = [](int i) { return (i < 2 ? 0.25 : 0.75) + (i % 2 ? 0.25 : -0.25) / std::sqrt(3.0); };
     for (int i = 0; i < kPoints * kPoints * kPoints; ++i) {
       const glm::dvec3 at(along(i % kPoints), along(i / kPoints % kPoints), along(i / (kPoints * kPoints)));
       all.emplace_back(at, Corners(at));

@@ -77,7 +77,7 @@ FitState FitByShader(const FitProblem& problem, CrownInput& input, Progress& pro
     again = MoveCalibration(at.scales, at.calibration) || solved.thickness_moved ||
             GeometryIsStale(free, cast_at, at.x, at.knowledge);
     at.iterations += solved.iterations;
-    at.converged = solved.converged && !again;
+    at.converged = solved.converged && at.scales.settled && !again;
     if (again && !solved.thickness_moved) at.x = HalfWay(free, cast_at, at.x);
   }
   return at;

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "capture/parameters.h"
+
 namespace crownfit {
 namespace {
 

@@ -142,6 +142,7 @@ LinearScales Nuisances::Solve(const Eigen::MatrixXd& parts, double huber_width) 
   LinearScales scales = Stated();
   if (count() == 0) return scales;
   SetExposuresAlone(parts, scales);
+  scales.settled = false;
   for (int round = 0; round < 30; ++round) {
     const Eigen::VectorXd residuals = Residuals(Prediction(parts, scales), scales);
     const Eigen::VectorXd weights = residuals.unaryExpr(
@@ -168,7 +169,8 @@ LinearScales Nuisances::Solve(const Eigen::MatrixXd& parts, double huber_width) 
       change = std::max(change, std::abs(step[k]));
       amount += step[k++];
     }
-    if (change < 1e-10) break;
+    scales.settled = change < 1e-10;
+    if (scales.settled) break;
   }
   return scales;
 }

@@ -6,6 +6,7 @@
 // measurements: they add rows of residuals.
 
 #include <Eigen/Core>
+#include <glm/glm.hpp>
 #include <span>
 #include <vector>
 
@@ -55,6 +56,7 @@ struct LinearScales {
   std::vector<double> exposure;     ///< per fitted exposure
   std::vector<double> light;        ///< per light of the capture (exact ones as stated)
   std::vector<double> calibration;  ///< per stated error: change since the cast, in its standard deviations
+  bool settled = true;              ///< whether the steps to them converged
 };
 
 class Nuisances {

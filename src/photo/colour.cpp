@@ -4,6 +4,9 @@
 #include <cmath>
 #include <numbers>
 
+#include "base/error.h"
+#include "base/text.h"
+
 namespace crownfit {
 
 namespace {
@@ -110,6 +113,7 @@ glm::dvec3 ColourTransform::operator()(const glm::dvec3& sensor) const {
 }
 
 glm::dvec3 BandColour::Reflectance(const glm::dvec3& linear_rgb) const {
+  if (!rgb_from_sensor.root_polynomial) return glm::inverse(rgb_from_sensor.matrix) * linear_rgb / white_sensor;
   glm::dvec3 x(std::max(0.01, linear_rgb.y));
   for (int step = 0; step < 20; ++step) {
     const glm::dvec3 at = LinearRgb(x);
@@ -121,6 +125,12 @@ glm::dvec3 BandColour::Reflectance(const glm::dvec3& linear_rgb) const {
     }
     x += glm::inverse(slope) * (linear_rgb - at);
   }
+  constexpr double kConverged = 1e-6;
+  if (!(glm::distance(LinearRgb(x), linear_rgb) < kConverged * std::max(1.0, glm::length(linear_rgb))))
+    throw InputError("", "rgb_from_sensor",
+                     Printed("no reflectance in the camera's bands has the colour R %.3g, G %.3g, B %.3g", linear_rgb.r,
+                             linear_rgb.g, linear_rgb.b),
+                     "Calibrate the camera's colours with a matrix instead of a root polynomial.");
   return x;
 }
 

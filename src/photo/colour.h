@@ -46,7 +46,8 @@ struct BandColour {
   ColourTransform rgb_from_sensor;
   glm::dvec3 white_sensor{1.0};
   glm::dvec3 LinearRgb(const glm::dvec3& reflectance) const { return rgb_from_sensor(white_sensor * reflectance); }
-  /// The reflectance that has the given colour, by Newton's method.
+  /// The reflectance that has the given colour: in closed form for a matrix, else by Newton's method. Throws InputError
+  /// where that finds none.
   glm::dvec3 Reflectance(const glm::dvec3& linear_rgb) const;
 };
 
