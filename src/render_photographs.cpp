@@ -55,7 +55,7 @@ std::vector<ImageLayer> DerivativeLayers(const DifferentiatedPhotograph& d, cons
   std::vector<ImageLayer> layers;
   const PooledDerivatives& derivatives = d.derivatives;
   for (size_t j = 0; j < derivatives.parameters().size(); ++j) {
-    Image slope(d.photo.width, d.photo.height, 3), stddev = slope;
+    Image slope(d.photo.width, d.photo.height, 3), stddev(d.photo.width, d.photo.height, 3);
     for (size_t p = 0; p < d.photo.pixels.size(); ++p)
       for (int c = 0; c < kChannels; ++c) {
         const PooledDerivatives::OfPixel of_pixel = derivatives.DerivativeOf(j, c, p);

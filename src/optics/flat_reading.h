@@ -3,6 +3,7 @@
 
 #include <vector>
 
+#include "capture/measurement.h"
 #include "optics/material.h"
 
 namespace crownfit {

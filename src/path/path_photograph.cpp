@@ -147,9 +147,10 @@ class FoundByPaths {
       group_sum[s % groups] += value;
     }
     picture.pixels[rank] = sum.Estimate(static_cast<int>(samples_));
-    for (size_t g = 0; g < picture.groups; ++g)
-      picture.group_values[rank * groups + g] =
-          glm::vec3(group_sum[g] / static_cast<double>((samples_ - g + groups - 1) / groups));
+    for (size_t g = 0; g < picture.groups; ++g) {
+      const size_t in_group = (samples_ - g + groups - 1) / groups;
+      picture.group_values[rank * groups + g] = glm::vec3(group_sum[g] / static_cast<double>(in_group));
+    }
     for (size_t g = 0; g < groups; ++g)
       for (size_t l = 0; l < layers_; ++l) {
         GroupSums group;
@@ -248,10 +249,11 @@ std::vector<PathPhotograph> RenderTogether(const Capture& capture, const Layered
     const size_t begin = chunk * pixels_at_once, count = std::min(pixels_at_once, wanted.size() - begin),
                  tasks = count * samples * heroes;
     const auto start = [&](size_t task) {
-      const size_t pixel = wanted[begin + task / (samples * heroes)], s = task / heroes % samples, hero = task % heroes;
+      const size_t pixel = wanted[begin + task / (samples * heroes)], s = task / heroes % samples, hero = task % heroes,
+                   row = pixel / first.camera.width;
       RandomStream random(Key(options.seed, 0x70617468ull, options.stream, photographs[0], pixel, s, hero));
       const double x = static_cast<double>(pixel % first.camera.width) + random.Next(),
-                   y = static_cast<double>(pixel / first.camera.width) + random.Next();
+                   y = static_cast<double>(row) + random.Next();
       return PathStart{object_from_camera.translation_mm, ray_through(x, y), static_cast<int>(hero), random};
     };
     FoundByPaths found(count, samples, heroes, shared, options.derivatives ? layers : 0);
@@ -259,9 +261,9 @@ std::vector<PathPhotograph> RenderTogether(const Capture& capture, const Layered
         context, body.grid, tasks, options.lanes, start,
         [&](size_t task, const CameraPath& path) { found.Keep(task, path); }, counters[chunk]);
     for (size_t k = 0; k < count; ++k) {
-      const size_t rank = begin + k;
-      const glm::dvec3 centre = ray_through(static_cast<double>(wanted[rank] % first.camera.width) + 0.5,
-                                            static_cast<double>(wanted[rank] / first.camera.width) + 0.5);
+      const size_t rank = begin + k, row = wanted[rank] / first.camera.width;
+      const glm::dvec3 centre =
+          ray_through(static_cast<double>(wanted[rank] % first.camera.width) + 0.5, static_cast<double>(row) + 0.5);
       for (size_t p = 0; p < shared; ++p) {
         found.Write(k, p, rank, results[p]);
         const auto seen = scene.Next(object_from_camera.translation_mm, centre, kOutside, kFar, nullptr,

@@ -197,8 +197,9 @@ void PooledDerivatives::FindPlaces(const PathPhotograph& photo) {
     Place& place = places_[p];
     place.on_object = photo.pixels[p].on_object;
     if (!place.on_object) continue;
+    const auto row = photo.rendered[p] / photo.width;
     place.x = static_cast<double>(photo.rendered[p] % photo.width);
-    place.y = static_cast<double>(photo.rendered[p] / photo.width);
+    place.y = static_cast<double>(row);
     low = glm::min(low, glm::dvec2(place.x, place.y)), high = glm::max(high, glm::dvec2(place.x, place.y));
     mean += photo.pixels[p].mean, ++n;
   }

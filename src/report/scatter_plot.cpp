@@ -39,7 +39,7 @@ LogAxis AxisAround(const std::vector<double>& values, double begin, double end) 
 /// Ticks at 1, 2 and 5 of every decade.
 std::vector<double> Ticks(const LogAxis& axis) {
   std::vector<double> ticks;
-  for (double decade = std::floor(axis.low); decade <= axis.high; ++decade)
+  for (int decade = static_cast<int>(std::floor(axis.low)); decade <= axis.high; ++decade)
     for (const double lead : {1, 2, 5})
       if (const double at = std::log10(lead) + decade; at > axis.low - 1e-9 && at < axis.high + 1e-9)
         ticks.push_back(lead * std::pow(10, decade));

@@ -174,7 +174,8 @@ void SampleAllAroundForGloss(const LightShape& light, const glm::dvec3& normal, 
   constexpr double kLeastCosine = 1e-3;  // as the lobe's
   constexpr double kLeastHeight = 1e-4;
   const double a2 = roughness * roughness, cos_view = std::max(kLeastCosine, glm::dot(view, normal));
-  const auto [u, v] = Tangents(normal);
+  const auto tangents = Tangents(normal);
+  const glm::dvec3 &u = tangents.first, &v = tangents.second;
   const auto gloss_density = [&](const glm::dvec3& l) {
     const double c = glm::dot(glm::normalize(l + view), normal);
     if (c <= 0) return 0.0;

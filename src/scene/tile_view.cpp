@@ -17,8 +17,8 @@ TileGrid::TileGrid(const BackingSpec& tile) {
 }
 
 glm::dvec3 TileGrid::Place(size_t number) const {
-  return corner_ + static_cast<double>(number % (kCells + 1)) * along_u_ +
-         static_cast<double>(number / (kCells + 1)) * along_v_;
+  const size_t column = number % (kCells + 1), row = number / (kCells + 1);
+  return corner_ + static_cast<double>(column) * along_u_ + static_cast<double>(row) * along_v_;
 }
 
 TileGrid::Around TileGrid::At(const glm::dvec3& point) const {
