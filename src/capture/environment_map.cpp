@@ -216,8 +216,11 @@ std::shared_ptr<const EnvironmentMap> ReadEnvironmentMap(const std::filesystem::
   for (size_t p = 0; p < radiance.values.size() / 3; ++p)
     for (int c = 0; c < 3; ++c) {
       const float v = image.values[p * image.channels + (image.channels >= 3 ? c : 0)];
-      if (!(v >= 0 && std::isfinite(v)))
-        throw InputError(file, "", "the environment map has a value that is negative or not a number");
+      if (v < 0)
+        throw InputError(file, "",
+                         "the environment map has a negative value at column " + std::to_string(p % image.width) +
+                             ", row " + std::to_string(p / image.width),
+                         "Light can't be negative: clamp such values to 0.");
       radiance.values[3 * p + c] = static_cast<float>(transfer.Light(v, c));
       sum += radiance.values[3 * p + c];
     }

@@ -13,17 +13,38 @@ namespace crownfit {
 CLI::App* AddProduct(CLI::App* calibrate, ProductOptions& options, const char* name, const std::string& what) {
   auto* task = calibrate->add_subcommand(name, what);
   task->add_option("-o,--output", options.output, "File to write.");
-  task->add_option("--picture", options.picture,
-                   "PNG picture of the result, to look at (default: the name of the file, with .png).");
+  task->add_option(
+      "--picture", options.picture,
+      "PNG picture of the result, to look at (default: the name of the file, with .png; where that is one of\n"
+      "the photographs, with _result.png).");
   task->add_flag("--json", options.json, "Print the file and its figures as JSON.");
   AddCommonOptions(task, options.common);
   return task;
 }
 
+namespace {
+
+bool IsOneOf(const std::filesystem::path& file, const std::vector<std::filesystem::path>& files) {
+  return std::any_of(files.begin(), files.end(), [&](const std::filesystem::path& other) {
+    std::error_code is_new;
+    return std::filesystem::equivalent(file, other, is_new);
+  });
+}
+
+/// Where the picture goes: as asked, or beside the output. No file that was read is replaced.
+std::filesystem::path PictureFile(const std::vector<std::filesystem::path>& inputs, const ProductOptions& options) {
+  const std::filesystem::path output = options.output;
+  for (const std::filesystem::path& file : {output, options.picture.value_or("")})
+    if (IsOneOf(file, inputs)) throw InputError(file, "", "would be replaced, but it was read", "Give another name.");
+  if (options.picture || output.empty()) return options.picture.value_or("");
+  const std::filesystem::path beside = std::filesystem::path(output).replace_extension(".png");
+  return IsOneOf(beside, inputs) ? beside.parent_path() / (beside.stem().string() + "_result.png") : beside;
+}
+
+}  // namespace
+
 int Finish(const Product& product, const std::vector<std::filesystem::path>& inputs, const ProductOptions& options) {
-  std::filesystem::path picture = options.picture.value_or("");
-  if (picture.empty() && !options.output.empty())
-    picture = std::filesystem::path(options.output).replace_extension(".png");
+  const std::filesystem::path picture = PictureFile(inputs, options);
   if (product.picture.width && !picture.empty()) WriteImageFile(picture, product.picture);
   const JsonValue file = ProductJson(product, inputs);
   const bool write = product.refusals.empty() && !options.output.empty();

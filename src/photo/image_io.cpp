@@ -85,9 +85,14 @@ ImageFile ReadImageFile(const std::filesystem::path& file) {
   Check(bytes.size() == sizeof found + pixel_bytes + 3 * sizeof(float) * found.curve_points,
         "a decoded image has its size");
   std::memcpy(result.image.values.data(), bytes.data() + sizeof found, pixel_bytes);
-  for (float v : result.image.values) {
-    if (!std::isfinite(v)) throw InputError(file, "", "the image holds a value that is not finite (NaN or infinity)");
-  }
+  for (size_t i = 0; i < result.image.values.size(); ++i)
+    if (!std::isfinite(result.image.values[i])) {
+      const size_t pixel = i / result.image.channels;
+      throw InputError(file, "",
+                       "the value at column " + std::to_string(pixel % result.image.width) + ", row " +
+                           std::to_string(pixel / result.image.width) + " is not finite (NaN or infinity)",
+                       "Render or write the picture again, and exclude such pixels by a mask.");
+    }
   result.is_jpeg = found.is_jpeg;
   result.bits = found.bits;
   result.is_integer = found.is_integer;

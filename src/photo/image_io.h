@@ -26,7 +26,7 @@ struct ImageFile {
   std::optional<std::array<double, 3>> white_balance;  ///< camera RAW: factors applied, green's is 1
 };
 
-/// EXR, PNG, TIFF (8, 16, 32 bit), JPEG, camera RAW, Radiance HDR, BMP, PNM, WebP, HEIF, DPX and JPEG 2000. Values are
+/// EXR, PNG, TIFF (8, 16, 32 bit), JPEG, camera RAW, Radiance HDR, BMP, PNM, WebP, DPX and JPEG 2000. Values are
 /// as stored, not linearised. 1 to 4 channels; of an EXR with more layers the first, which must be R, G, B. Camera RAW
 /// comes out linear in the camera's own primaries: black level removed, white balance as shot, interpolated linearly,
 /// neither turned nor brightened, `full_scale` where saturated. Alpha multiplies nothing, but an EXR's values are

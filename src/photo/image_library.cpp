@@ -8,21 +8,17 @@
 #include <algorithm>
 #include <array>
 #include <chrono>
-#include <cmath>
 #include <cstdio>
-#include <cstdlib>
 #include <cstring>
 #include <filesystem>
-#include <fstream>
 #include <optional>
 #include <set>
-#include <sstream>
 #include <string>
 #include <thread>
 
 #include "photo/font.h"
-#include "photo/icc_profile.h"
 #include "photo/raw_levels.h"
+#include "photo/stated_encoding.h"
 
 namespace crownfit {
 namespace {
@@ -49,103 +45,6 @@ std::optional<std::array<double, 3>> WhiteBalance(const OIIO::ImageSpec& spec) {
   return std::array<double, 3>{factors->get_float_indexed(0) / green, 1.0, factors->get_float_indexed(2) / green};
 }
 
-/// The first bytes of a file, which hold what its writer says of it.
-std::string Head(const std::filesystem::path& file) {
-  constexpr size_t kMost = 1 << 20;
-  std::string head(kMost, '\0');
-  std::ifstream stream(file, std::ios::binary);
-  stream.read(head.data(), static_cast<std::streamsize>(head.size()));
-  head.resize(static_cast<size_t>(std::max<std::streamsize>(0, stream.gcount())));
-  return head;
-}
-
-uint32_t BigEndian(const std::string& bytes, size_t at) {
-  uint32_t value = 0;
-  for (size_t k = 0; k < 4; ++k) value = value << 8 | static_cast<unsigned char>(bytes[at + k]);
-  return value;
-}
-
-/// The content of a PNG's chunk before its pixels; nothing where there is none.
-std::optional<std::string> PngChunk(const std::string& head, const std::string& type) {
-  for (size_t at = 8; at + 12 <= head.size();) {
-    const size_t length = BigEndian(head, at);
-    const std::string name = head.substr(at + 4, 4);
-    if (name == "IDAT" || length > head.size() || at + 12 + length > head.size()) break;
-    if (name == type) return head.substr(at + 8, length);
-    at += 12 + length;
-  }
-  return std::nullopt;
-}
-
-struct StatedTransfer {
-  Transfer::Kind kind = Transfer::Kind::kUnknown;
-  double gamma = 1.0;
-  std::string source, fault;
-  IccProfile profile;
-};
-
-StatedTransfer OfGamma(double gamma, const std::string& source) {
-  using Kind = Transfer::Kind;
-  constexpr double kSame = 0.01;
-  if (std::abs(gamma - 1.0) < kSame) return {Kind::kLinear, 1.0, source, "", {}};
-  // PNG 3, 11.3.2.4: writers of sRGB state 45455 for programs that know no better.
-  if (std::abs(gamma - 2.2) < kSame) return {Kind::kSrgb, 1.0, source, "", {}};
-  return {Kind::kGamma, gamma, source, "", {}};
-}
-
-/// Transfer functions by their number in ITU-T H.273, table 3.
-StatedTransfer OfCicp(int number) {
-  using Kind = Transfer::Kind;
-  const std::string source = "cICP " + std::to_string(number);
-  if (number == 8) return {Kind::kLinear, 1.0, source, "", {}};
-  if (number == 13) return {Kind::kSrgb, 1.0, source, "", {}};
-  if (number == 4) return {Kind::kGamma, 2.2, source, "", {}};
-  if (number == 5) return {Kind::kGamma, 2.8, source, "", {}};
-  return {Kind::kUnknown,
-          1.0,
-          "",
-          "its encoding (cICP, transfer function " + std::to_string(number) + ") is not decoded",
-          {}};
-}
-
-/// What a file states of how its values are encoded, the strongest statement first (PNG 3, 4.3: cICP, iCCP, sRGB,
-/// gAMA).
-StatedTransfer TransferOf(const std::filesystem::path& file, const std::string& format, const OIIO::ImageSpec& spec) {
-  using Kind = Transfer::Kind;
-  if (format == "raw") return {Kind::kLinear, 1.0, "camera RAW", "", {}};
-  if (spec.format.is_floating_point()) return {Kind::kLinear, 1.0, "floating point", "", {}};
-  const std::string head = format == "png" ? Head(file) : "";
-  if (const auto cicp = PngChunk(head, "cICP"); cicp && cicp->size() == 4)
-    return OfCicp(static_cast<unsigned char>((*cicp)[1]));
-  if (const auto* icc = spec.find_attribute("ICCProfile")) {
-    StatedTransfer stated;
-    stated.profile = ReadIccProfile({static_cast<const std::byte*>(icc->data()), static_cast<size_t>(icc->datasize())},
-                                    spec.nchannels);
-    stated.source = "ICC profile '" + stated.profile.name + "'";
-    stated.fault = stated.profile.fault;
-    if (stated.fault.empty()) stated.kind = stated.profile.is_linear ? Kind::kLinear : Kind::kCurve;
-    return stated;
-  }
-  if (format == "png" && !PngChunk(head, "sRGB"))
-    if (const auto gama = PngChunk(head, "gAMA"); gama && gama->size() == 4 && BigEndian(*gama, 0) > 0)
-      return OfGamma(1e5 / BigEndian(*gama, 0), "gAMA");
-  if (format == "png") return {Kind::kSrgb, 1.0, "PNG", "", {}};
-  if (spec.format.basesize() == 1) return {Kind::kSrgb, 1.0, "8 bits", "", {}};
-  const std::string space = spec.get_string_attribute("oiio:ColorSpace");
-  if (format == "pnm" || (format == "dpx" && space.find("inear") != space.npos))
-    return {Kind::kLinear, 1.0, format, "", {}};
-  return {};
-}
-
-/// Radiance's EXPOSURE: the values are radiance times it, and times it again for each line (Ward 1991).
-double HdrExposure(const std::filesystem::path& file) {
-  std::istringstream lines(Head(file));
-  double exposure = 1.0;
-  for (std::string line; std::getline(lines, line) && !line.empty() && line != "\r";)
-    if (line.starts_with("EXPOSURE=")) exposure *= std::strtod(line.c_str() + 9, nullptr);
-  return exposure > 0 && std::isfinite(exposure) ? exposure : 1.0;
-}
-
 /// LibRaw's values are such that the smallest factor of the white balance is 1, which green's is to be, and that full
 /// scale is 1 for the lowest of the black levels.
 void ScaleRaw(const std::filesystem::path& file, const DecodedImage& image, float* values) {
@@ -156,12 +55,33 @@ void ScaleRaw(const std::filesystem::path& file, const DecodedImage& image, floa
       values[i * image.channels + c] *= static_cast<float>(image.full_scale * levels[c]);
 }
 
+bool IsCameraRaw(const std::filesystem::path& file) {
+  static const std::set<std::string> endings{".dng", ".cr2", ".cr3", ".nef", ".arw", ".raf", ".orf", ".rw2", ".pef"};
+  return endings.contains(OIIO::Strutil::lower(file.extension().string()));
+}
+
+/// What OpenImageIO reads wrongly.
+void CheckTiff(const std::filesystem::path& file, const OIIO::ImageSpec& spec) {
+  const int bits = spec.get_int_attribute("oiio:BitsPerSample", static_cast<int>(8 * spec.format.basesize()));
+  constexpr int kWhiteIsZero = 0;
+  if (bits < 8 && spec.get_string_attribute("compression", "none") == "none")
+    throw InputError(file, "", "is an uncompressed TIFF of " + std::to_string(bits) + " bits, which can't be read",
+                     "Write it with 8 bits, or as PNG.");
+  if (bits > 8 && spec.get_int_attribute("tiff:PhotometricInterpretation", 1) == kWhiteIsZero)
+    throw InputError(file, "", "is a TIFF in which 0 stands for white, which can't be read with 16 bits",
+                     "Write it with black as 0 (\"MinIsBlack\"), or as PNG.");
+}
+
 /// Checks a picture's header before memory is allocated.
 void CheckHeader(const std::filesystem::path& file, const std::string& format, const OIIO::ImageSpec& spec,
                  const Limits& limits) {
   // OpenImageIO also reads films, network streams and generated pictures.
-  const std::set<std::string> known{"openexr", "png", "tiff", "jpeg", "raw", "hdr",
-                                    "bmp",     "pnm", "webp", "heif", "dpx", "jpeg2000"};
+  const std::set<std::string> known{"openexr", "png", "tiff", "jpeg", "raw",     "hdr",
+                                    "bmp",     "pnm", "webp", "dpx",  "jpeg2000"};
+  if (format == "heif")  // the library turns them and does not say so
+    throw InputError(file, "",
+                     "HEIC and AVIF are not read: neither how they are turned nor how they are encoded is known",
+                     "Photograph in RAW, or convert it to TIFF or PNG.");
   if (!known.contains(format)) DamagedImage(file, "photographs are not read in the format '" + format + "'");
   const auto size = std::to_string(spec.width) + " x " + std::to_string(spec.height);
   if (spec.width < 1 || spec.height < 1 || spec.nchannels < 1 || spec.depth > 1)
@@ -173,6 +93,14 @@ void CheckHeader(const std::filesystem::path& file, const std::string& format, c
             " million",
         "Crop the photographs to the crown and calibrate at that size, or raise CROWNFIT_MAX_IMAGE_MEGAPIXELS.");
   if (spec.deep) DamagedImage(file, "it has deep pixels; write it with flat ones");
+  if (format != "raw" && IsCameraRaw(file))
+    throw InputError(file, "", "LibRaw can't decode this camera RAW, and what else it holds is a preview",
+                     "Convert it to a DNG with an uncompressed mosaic of integers.");
+  if (format == "tiff") CheckTiff(file, spec);
+  if (format != "openexr" && spec.nchannels > 3 && !(spec.nchannels == 4 && spec.alpha_channel == 3))
+    throw InputError(
+        file, "", "has " + std::to_string(spec.nchannels) + " channels, of which no three are known to be R, G and B",
+        "Write three channels, or three and alpha.");
   if (format != "openexr") return;
   if (spec.x != spec.full_x || spec.y != spec.full_y || spec.width != spec.full_width ||
       spec.height != spec.full_height)
@@ -246,7 +174,8 @@ class OpenImageIo : public ImageLibrary {
     DecodedImage found{};
     found.width = spec.width;
     found.height = spec.height;
-    found.channels = spec.nchannels > 4 ? 3 : spec.nchannels;  // channels after alpha are layers of other pictures
+    // Of an EXR, channels after R, G, B and alpha are layers of other pictures.
+    found.channels = spec.nchannels < 4 ? spec.nchannels : spec.alpha_channel == 3 ? 4 : 3;
     found.alpha_channel = spec.alpha_channel < found.channels ? spec.alpha_channel : -1;
     found.is_jpeg = format == "jpeg";
     found.bits = static_cast<int>(8 * spec.format.basesize());
@@ -277,9 +206,10 @@ class OpenImageIo : public ImageLibrary {
       std::copy(stated.profile.curve[c].begin(), stated.profile.curve[c].end(),
                 pixels + values + c * found.curve_points);
     if (format == "raw") ScaleRaw(file, found, pixels);
-    if (format == "hdr")
-      if (const double exposure = HdrExposure(file); exposure != 1.0)
-        for (size_t i = 0; i < values; ++i) pixels[i] = static_cast<float>(pixels[i] / exposure);
+    if (format == "hdr") {
+      const std::array<double, 3> scale = HdrScale(file);
+      for (size_t i = 0; i < values; ++i) pixels[i] = static_cast<float>(pixels[i] / scale[i % found.channels]);
+    }
   }
 
   void Write(const std::filesystem::path& file, const std::filesystem::path& beside, const Image& image, bool half,

@@ -94,8 +94,13 @@ Photograph ReadPhotograph(const PhotographFiles& files) {
   const size_t pixels = static_cast<size_t>(photo.linear.width) * photo.linear.height;
   photo.usable.assign(pixels, 1);
   if (files.mask) {
-    const Image mask = ReadImageFile(*files.mask).image;
+    const ImageFile read = ReadImageFile(*files.mask);
+    const Image& mask = read.image;
     RequireSize(mask, photo.linear, *files.mask, files.image);
+    const std::vector<uint8_t> is_stated = Opaque(read);
+    if (std::count(is_stated.begin(), is_stated.end(), 0) > 0)
+      throw InputError(*files.mask, "", "the mask has transparent pixels, which may mean either side of it",
+                       "Write it without alpha: white where the object is, black elsewhere.");
     for (size_t i = 0; i < pixels; ++i) photo.usable[i] = mask.values[i * mask.channels] > 0.5f;
     photo.has_mask = true;
   }

@@ -25,7 +25,8 @@ std::array<double, 3> RawFullScaleFactors(const std::filesystem::path& file) {
   const bool is_mosaic = raw->imgdata.idata.filters != 0;
   // Mosaics repeat after 2, 6 or 16 pixels, black levels after their own number of rows and columns.
   const unsigned rows = 48 * std::clamp(levels.cblack[4], 1u, 8u), columns = 48 * std::clamp(levels.cblack[5], 1u, 8u);
-  double sum[3] = {0, 0, 0}, count[3] = {0, 0, 0}, lowest = 1e9;
+  // Of a picture that is no mosaic, LibRaw divides by white alone.
+  double sum[3] = {0, 0, 0}, count[3] = {0, 0, 0}, lowest = is_mosaic ? 1e9 : 0.0;
   for (unsigned row = 0; row < rows; ++row)
     for (unsigned column = 0; column < columns; ++column)
       for (int colour = 0; colour < 3; ++colour) {

@@ -7,8 +7,8 @@
 namespace crownfit {
 
 /// Factors for red, green and blue that make full scale 1 where black levels differ: LibRaw takes each place of the
-/// mosaic's own black level away, but divides all by white less the lowest of them. 1 where the file has one level and
-/// where LibRaw can't open it.
+/// mosaic's own black level away, but divides all by white less the lowest of them; of a demosaiced file, by white
+/// itself. 1 where a mosaic has one level and where LibRaw can't open the file.
 std::array<double, 3> RawFullScaleFactors(const std::filesystem::path& file);
 
 }  // namespace crownfit

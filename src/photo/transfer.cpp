@@ -57,10 +57,10 @@ Transfer Resolved(const Transfer& of_file, const Encoding& asked, const std::fil
       if (of_file.kind != Transfer::Kind::kUnknown) return of_file;
       throw InputError(file, key,
                        of_file.fault.empty()
-                           ? "has 16 bits and no colour profile: how its values are encoded is unknown"
+                           ? "holds integers and no colour profile: how its values are encoded is unknown"
                            : of_file.fault,
-                       std::string("Export it with an sRGB or a linear profile, or state ") + key +
-                           ": linear, srgb, or a gamma such as 2.2.");
+                       "Export it as TIFF or PNG with an sRGB or a linear profile" +
+                           (*key ? std::string(", or state ") + key + ": linear, srgb, or a gamma such as 2.2." : "."));
     case Encoding::Kind::kLinear:
       said.kind = Transfer::Kind::kLinear;
       break;

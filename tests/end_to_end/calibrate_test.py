@@ -2,9 +2,11 @@
 """calibrate_test.py CROWNFIT CAPTURE: calibration commands say what is wrong and what to do, write nothing when they refuse, and
 `capture init` puts a capture together that `check` accepts. (What the estimators find is tested in calibrate_*_test.cpp.)"""
 import json
+import struct
 import subprocess
 import sys
 import tempfile
+import zlib
 from pathlib import Path
 
 program, capture = sys.argv[1], Path(sys.argv[2])
@@ -82,6 +84,17 @@ with tempfile.TemporaryDirectory() as folder:
 
     white = picture(folder / "white.ppm", 160, 120, lambda x, y: 255)
     refused("colour", plain, "--linear", "--flat-field", white, saying=["white.ppm", "--flat-field", "saturated"])
+
+    # No photograph is replaced by the picture of its result, whose name is the output's.
+    chunk = lambda kind, data: struct.pack(">I", len(data)) + kind + data + struct.pack(">I", zlib.crc32(kind + data))
+    card = folder / "card.png"
+    card.write_bytes(b"\x89PNG\r\n\x1a\n" + chunk(b"IHDR", struct.pack(">IIBBBBB", 64, 64, 8, 2, 0, 0, 0)) +
+                     chunk(b"IDAT", zlib.compress((b"\0" + b"\x60" * 192) * 64)) + chunk(b"IEND", b""))
+    before = card.read_bytes()
+    run("calibrate", "colour", card, "--grey-card", "8,8,48,48", "--card-reflectance", 1, "-o", folder / "card.json")
+    assert card.read_bytes() == before and (folder / "card_result.png").exists()
+    done = run("calibrate", "colour", card, "--grey-card", "8,8,48,48", "--card-reflectance", 1, "-o", out, "--picture", card, expect=2)
+    assert "would be replaced" in done.stderr and card.read_bytes() == before, done.stderr
 
     # A capture from the parts of another.
     stated = json.loads((capture / "capture.json").read_text())

@@ -121,6 +121,10 @@ void WriteEven(const std::filesystem::path& file, OIIO::TypeDesc type, const std
   OIIO::ImageSpec spec(8, 8, static_cast<int>(pixel.size()), type);
   spec.attribute("oiio:UnassociatedAlpha", 1);
   if (pixel.size() == 4) spec.alpha_channel = 3;
+  if (pixel.size() == 5 && file.extension() == ".exr") {
+    spec.channelnames = {"R", "G", "B", "A", "Z"};
+    spec.alpha_channel = 3;
+  }
   if (!profile.empty())
     spec.attribute("ICCProfile", OIIO::TypeDesc(OIIO::TypeDesc::UINT8, static_cast<int>(profile.size())),
                    profile.data());
@@ -154,6 +158,8 @@ TEST(Encodings, ToneCurvesOfAProfileAreDecoded) {
           EXPECT_NEAR(photo.linear.at(3, 3, c), std::pow(0.6 - 0.2 * c, gamma), 1e-4) << gamma;
         EXPECT_FALSE(photo.has_foreign_primaries);
       }
+  WriteEven(folder.path / "f.tif", OIIO::TypeDesc::FLOAT, {0.6f, 0.4f, 0.2f}, GammaProfile(1.8, kSrgb));
+  EXPECT_NEAR(ReadPhotograph({.image = folder.path / "f.tif"}).linear.at(3, 3, 1), std::pow(0.4, 1.8), 1e-4);
   WriteEven(folder.path / "w.tif", OIIO::TypeDesc::UINT16, {0.5f, 0.5f, 0.5f}, GammaProfile(1.8, kWide));
   EXPECT_TRUE(ReadPhotograph({.image = folder.path / "w.tif"}).has_foreign_primaries);
 }
@@ -173,6 +179,82 @@ TEST(Encodings, SixteenBitsWithoutAProfileAreAQuestion) {
   damaged.resize(200);
   WriteEven(file, OIIO::TypeDesc::UINT16, {0.5f, 0.5f, 0.5f}, damaged);
   EXPECT_NE(RefusalOf({.image = file}).find("ICC profile"), std::string::npos);
+}
+
+/// A PNG's chunk (PNG 3, 5.3), with its check sum (annex D).
+std::string PngChunk(const std::string& type, const std::string& content) {
+  const auto big_endian = [](uint32_t v) {
+    std::string bytes;
+    for (int shift = 24; shift >= 0; shift -= 8) bytes += static_cast<char>(v >> shift & 255);
+    return bytes;
+  };
+  uint32_t sum = 0xffffffffu;
+  for (const char c : type + content) {
+    sum ^= static_cast<uint8_t>(c);
+    for (int k = 0; k < 8; ++k) sum = sum & 1 ? 0xedb88320u ^ sum >> 1 : sum >> 1;
+  }
+  return big_endian(static_cast<uint32_t>(content.size())) + type + content + big_endian(~sum);
+}
+
+TEST(Encodings, PngChunksAreFoundBehindLongTextsAndRefusedWhereUndecoded) {
+  const TemporaryFolder folder;
+  const auto plain = folder.path / "p.png", file = folder.path / "q.png";
+  WriteEven(plain, OIIO::TypeDesc::UINT8, {0.6f, 0.4f, 0.2f});
+  std::ifstream stream(plain, std::ios::binary);
+  const std::string bytes{std::istreambuf_iterator<char>(stream), {}};
+  const size_t pixels = bytes.find("IDAT") - 4;
+  const auto write = [&](const std::string& chunks) {  // in place of what the writer stated
+    std::ofstream(file, std::ios::binary) << bytes.substr(0, 33) + chunks + bytes.substr(pixels);
+  };
+  const std::string text = PngChunk("tEXt", "XML" + std::string(1, '\0') + std::string(2 << 20, 'a'));
+  write(text + PngChunk("gAMA", std::string("\0\1\x86\xa0", 4)));
+  EXPECT_NEAR(ReadPhotograph({.image = file}).linear.at(1, 1, 0), 0.6, 1e-3);
+  write(text + PngChunk("cICP", std::string("\x09\x10\0\1", 4)));
+  EXPECT_NE(RefusalOf({.image = file}).find("cICP"), std::string::npos);
+  write(PngChunk("cICP", std::string("\1\x0d\0\0", 4)));
+  EXPECT_NE(RefusalOf({.image = file}).find("narrow range"), std::string::npos);
+  write(PngChunk("iCCP", std::string("p\0\0garbage", 10)));
+  EXPECT_NE(RefusalOf({.image = file}).find("ICC profile"), std::string::npos);
+}
+
+TEST(Encodings, RadianceFilesAreDividedByExposureAndColourCorrection) {
+  const TemporaryFolder folder;
+  const auto file = folder.path / "p.hdr";
+  const auto write = [&](const std::string& lines, const std::string& rows) {
+    std::ofstream stream(file, std::ios::binary);
+    stream << "#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n" << lines << "\n" << rows << "\n";
+    for (int i = 0; i < 16; ++i) stream << "\x80\x80\x80\x80";  // 0.5
+  };
+  write("EXPOSURE=2\nCOLORCORR= 2 1 0.5\nEXPOSURE=0.5\n", "-Y 4 +X 4");
+  const Photograph photo = ReadPhotograph({.image = file});
+  EXPECT_NEAR(photo.linear.at(1, 1, 0), 0.25, 1e-2);
+  EXPECT_NEAR(photo.linear.at(1, 1, 1), 0.5, 1e-2);
+  EXPECT_NEAR(photo.linear.at(1, 1, 2), 1.0, 2e-2);
+  write("", "+Y 4 +X 4");
+  EXPECT_NE(RefusalOf({.image = file}).find("+Y +X"), std::string::npos);
+  write("EXPOSURE=0\n", "-Y 4 +X 4");
+  EXPECT_NE(RefusalOf({.image = file}).find("EXPOSURE"), std::string::npos);
+}
+
+TEST(Photographs, AlphaCountsBesideOtherLayersAndFurtherBandsAreRefused) {
+  const TemporaryFolder folder;
+  WriteEven(folder.path / "p.exr", OIIO::TypeDesc::FLOAT, {0.6f, 0.4f, 0.2f, 0.25f, 9.0f});
+  const Photograph photo = ReadPhotograph({.image = folder.path / "p.exr"});
+  EXPECT_EQ(photo.transparent_pixels, 64);
+  for (const std::vector<float>& bands : {std::vector<float>(5, 0.5f), std::vector<float>(6, 0.5f)}) {
+    WriteEven(folder.path / "p.tif", OIIO::TypeDesc::FLOAT, bands);
+    EXPECT_NE(RefusalOf({.image = folder.path / "p.tif"}).find("channels"), std::string::npos);
+  }
+}
+
+TEST(Photographs, MasksWithTransparencyAreRefused) {
+  const TemporaryFolder folder;
+  WriteEven(folder.path / "p.exr", OIIO::TypeDesc::FLOAT, {0.5f, 0.5f, 0.5f});
+  const PhotographFiles files{.image = folder.path / "p.exr", .mask = folder.path / "m.png"};
+  WriteEven(*files.mask, OIIO::TypeDesc::UINT8, {1.0f, 1.0f, 1.0f, 0.0f});
+  EXPECT_NE(RefusalOf(files).find("transparent"), std::string::npos);
+  WriteEven(*files.mask, OIIO::TypeDesc::UINT8, {1.0f, 1.0f, 1.0f, 1.0f});
+  EXPECT_EQ(RefusalOf(files), "");
 }
 
 TEST(Photographs, AlphaMultipliesNothingAndMakesPixelsUnusable) {
@@ -225,6 +307,20 @@ TEST(CameraRaw, EachPlaceOfTheMosaicHasItsOwnBlackLevel) {
   EXPECT_NEAR(image.at(20, 20, 0), 0.2 * 2.0, 4e-4);
   EXPECT_NEAR(image.at(20, 20, 1), 0.3, 4e-4);
   EXPECT_NEAR(image.at(20, 20, 2), 0.25 * 1.25, 4e-4);
+}
+
+TEST(CameraRaw, DemosaicedFilesAreScaledByWhiteLessBlackToo) {
+  const TemporaryFolder folder;
+  Dng dng{.black = {528, 528, 528, 528}, .white = 4095, .is_mosaic = false, .counts = {}};
+  for (const double share : {0.25, 0.8}) {
+    dng.counts = [&](int, int) { return static_cast<uint16_t>(std::lround(528 + share * (4095 - 528))); };
+    WriteDng(folder.path / "linear.dng", dng);
+    const ImageFile read = ReadImageFile(folder.path / "linear.dng");
+    EXPECT_NEAR(read.image.at(20, 20, 1), share, 5e-4);
+    if (share < 0.5) {  // beyond, red is saturated
+      EXPECT_NEAR(read.image.at(20, 20, 0), 2.0 * share, 1e-3);
+    }
+  }
 }
 
 TEST(CameraRaw, BrightnessDoesNotDependOnOtherPixels) {
