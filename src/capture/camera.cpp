@@ -57,6 +57,17 @@ Camera ReadCamera(const std::filesystem::path& path) {
   return camera;
 }
 
+JsonValue::Object CameraJson(const Camera& c) {
+  return {{"format", "crownfit-camera/1"},
+          {"width", c.width},
+          {"height", c.height},
+          {"fx", c.fx},
+          {"fy", c.fy},
+          {"cx", c.cx},
+          {"cy", c.cy},
+          {"distortion", std::vector<double>(c.distortion.begin(), c.distortion.end())}};
+}
+
 Camera WithPixels(Camera camera, int width, int height, double across, double down) {
   camera.width = width;
   camera.height = height;

@@ -7,6 +7,8 @@
 #include <glm/glm.hpp>
 #include <optional>
 
+#include "base/json_file.h"
+
 namespace crownfit {
 
 struct Camera {
@@ -18,6 +20,9 @@ struct Camera {
 
 /// Reads camera.json ("crownfit-camera/1").
 Camera ReadCamera(const std::filesystem::path& file);
+
+/// The same as JSON.
+JsonValue::Object CameraJson(const Camera& camera);
 
 /// The same view in `width` x `height` pixels, each `across` x `down` old pixels in size, from the same corner.
 Camera WithPixels(Camera camera, int width, int height, double across, double down);

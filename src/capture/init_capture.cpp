@@ -41,6 +41,38 @@ Object LayerJson(const std::string& name) {
                                                           : std::vector<double>{0.03, 0.06, 0.15}}}}};
 }
 
+/// Names of the cameras' files, by photograph; equal cameras share one. And the poses.
+struct Views {
+  std::vector<std::string> camera;
+  JsonValue::Array pose;
+};
+
+Views ViewsOf(const CaptureParts& parts, const Path& folder) {
+  Views views;
+  if (parts.views.empty()) {
+    const std::vector<StatedPose> poses = ReadPoses(parts.poses);
+    const std::string camera = Copied(parts.camera, folder, "calib/camera.json");
+    for (const auto& [name, file] : parts.photographs) {
+      views.camera.push_back(camera);
+      const JsonValue::Array posed = PosesJson({PoseOf(poses, file, parts.poses)});
+      views.pose.push_back(std::get<Object>(posed[0].data)[1].second);
+    }
+    return views;
+  }
+  std::vector<Camera> written;
+  for (const StatedView& view : parts.views) {
+    size_t which = std::find(written.begin(), written.end(), view.camera) - written.begin();
+    const std::string name = "calib/camera" + (which == 0 ? "" : "_" + std::to_string(which + 1)) + ".json";
+    if (which == written.size()) {
+      written.push_back(view.camera);
+      WriteTextFile(folder / name, ToJsonText(CameraJson(view.camera)));
+    }
+    views.camera.push_back(name);
+    views.pose.emplace_back(RigidTransformJson(view.camera_from_object));
+  }
+  return views;
+}
+
 void RequireKnown(const std::string& name, const std::vector<std::string>& known, const char* option) {
   if (std::find(known.begin(), known.end(), name) != known.end()) return;
   std::string list;
@@ -64,7 +96,6 @@ void InitCapture(const CaptureParts& parts, const Path& folder) {
   RequireDistinctNames(files);
   const LightRig stated_rig = ReadLightRig(parts.lights);
   for (const Light& light : stated_rig.lights) lights.push_back(light.name);
-  const std::vector<StatedPose> poses = ReadPoses(parts.poses);
   for (const auto& [name, on] : parts.lit) {
     RequireKnown(name, photographs, "--lit");
     for (const auto& light : on) RequireKnown(light, lights, "--lit");
@@ -90,8 +121,8 @@ void InitCapture(const CaptureParts& parts, const Path& folder) {
       layer.emplace_back("thickness_mm", Object{{"fixed", parts.thickness_mm}});
     layers.emplace_back(layer);
   }
-  const std::string camera = Copied(parts.camera, folder, "calib/camera.json"),
-                    rig = Copied(parts.lights, folder, "calib/light_rig.json");
+  const std::string rig = Copied(parts.lights, folder, "calib/light_rig.json");
+  const Views views = ViewsOf(parts, folder);
   for (const Path& picture : stated_rig.files) {  // environment maps lie beside their rig
     const Path beside = picture.lexically_relative(parts.lights.parent_path());
     if (picture == parts.lights || beside.empty()) continue;
@@ -106,20 +137,18 @@ void InitCapture(const CaptureParts& parts, const Path& folder) {
   if (parts.blur) side.emplace_back("blur", Copied(*parts.blur, folder, "calib/blur.json"));
 
   JsonValue::Array photos;
-  for (const auto& photograph : parts.photographs) {
-    const std::string& name = photograph.first;
-    const Path& file = photograph.second;
-    const auto find = [&](const auto& list) {
-      return std::find_if(list.begin(), list.end(), [&](const auto& item) { return item.first == name; });
+  for (size_t p = 0; p < parts.photographs.size(); ++p) {
+    const auto& [name, file] = parts.photographs[p];
+    const auto find = [&, &of = name](const auto& list) {
+      return std::find_if(list.begin(), list.end(), [&](const auto& item) { return item.first == of; });
     };
     const auto on = find(parts.lit);
     const auto filter = find(parts.polarisation);
     const auto mask = find(parts.masks);
-    const JsonValue::Array posed = PosesJson({PoseOf(poses, file, parts.poses)});
     Object photo{{"name", name},
                  {"file", Copied(file, folder, "photos/" + name + file.extension().string())},
-                 {"camera", camera},
-                 {"camera_from_object", std::get<Object>(posed[0].data)[1].second},
+                 {"camera", views.camera[p]},
+                 {"camera_from_object", views.pose[p]},
                  {"lights", on == parts.lit.end() ? lights : on->second}};
     if (filter != parts.polarisation.end()) photo.emplace_back("polarisation", filter->second);
     if (mask != parts.masks.end())

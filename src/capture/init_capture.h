@@ -7,7 +7,17 @@
 #include <utility>
 #include <vector>
 
+#include "capture/camera.h"
+#include "capture/rigid_transform.h"
+
 namespace crownfit {
+
+/// Camera and pose of a photograph, known without a file.
+struct StatedView {
+  std::string photograph;  ///< its name in the capture
+  Camera camera;
+  RigidTransform camera_from_object;
+};
 
 using NamedFiles = std::vector<std::pair<std::string, std::filesystem::path>>;
 
@@ -17,6 +27,7 @@ struct CaptureParts {
   double thickness_mm = 0.8;             ///< of every layer whose next layer has no mesh
   NamedFiles photographs, masks;
   std::filesystem::path camera, poses, lights;
+  std::vector<StatedView> views;  ///< where it is not empty, in place of `camera` and `poses`
   std::optional<std::filesystem::path> noise, colour, blur;
   /// Per photograph: lights that were on (default: all), filters, and whether it is held out.
   std::vector<std::pair<std::string, std::vector<std::string>>> lit;

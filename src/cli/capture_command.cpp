@@ -5,6 +5,7 @@
 #include "capture/init_capture.h"
 #include "cli/check_command.h"
 #include "cli/named_file.h"
+#include "exchange/import_capture.h"
 #include "exchange/init_measurements.h"
 
 namespace crownfit {
@@ -14,6 +15,13 @@ struct InitCommand {
   std::filesystem::path output;
   CaptureParts parts;
   std::vector<std::string> meshes, photographs, masks, lit, polarisation;  ///< NAME=FILE, NAME=LIGHT,LIGHT, NAME=FILTER
+  CommonOptions common;
+};
+
+struct ImportCommand {
+  std::filesystem::path output;
+  ImportParts parts;
+  std::vector<std::string> meshes;  ///< NAME=FILE
   CommonOptions common;
 };
 
@@ -69,13 +77,70 @@ int RunMeasured(const MeasuredCommand& asked) {
   return CheckWhatWasMade(asked.output, asked.common);
 }
 
+int RunImport(const ImportCommand& asked) {
+  ImportParts parts = asked.parts;
+  for (const auto& text : asked.meshes) parts.capture.meshes.push_back(NamedFile(text, "--mesh"));
+  if (parts.photographs.empty())
+    parts.photographs =
+        std::filesystem::is_directory(parts.source) ? parts.source : std::filesystem::path(parts.source).parent_path();
+  std::vector<std::string> left_out;
+  InNewFolder(asked.output, [&] { left_out = ImportCapture(parts, asked.output); });
+  if (!left_out.empty())
+    std::printf("%zu photographs of the source are not in %s and were left out, such as %s.\n", left_out.size(),
+                parts.photographs.c_str(), left_out[0].c_str());
+  return CheckWhatWasMade(asked.output, asked.common);
+}
+
+void AddImport(CLI::App& capture, Command& command) {
+  const auto asked = std::make_shared<ImportCommand>();
+  ImportParts& parts = asked->parts;
+  auto* import = capture.add_subcommand(
+      "import", "Makes a capture of photographs whose cameras and poses another program found, and checks it.");
+  import->footer(
+      "Reads a sparse model of COLMAP (.bin or .txt) and transforms.json of NeRF programs. Meshes and lights are in\n"
+      "millimetres and in the source's axes. A light named like a photograph is on in it alone. docs/import.md lists\n"
+      "axes, camera models and what is refused.\n\n"
+      "Example:\n"
+      "  crownfit capture import sparse/0 -o crown --photographs images --mm-per-unit 12.4 \\\n"
+      "    --mesh enamel=crown.ply --lights light_rig.json");
+  import->add_option("SOURCE", parts.source, "Folder of COLMAP's sparse model, or transforms.json.")->required();
+  import->add_option("-o,--output", asked->output, "Folder of the capture; it is created if missing.")->required();
+  import->add_option("--photographs", parts.photographs,
+                     "Folder of the photographs (default: that of SOURCE). They are found by their names, with or\n"
+                     "without folder and ending.");
+  import
+      ->add_option("--mm-per-unit", parts.mm_per_unit,
+                   "Millimetres of one unit of the source's lengths, from a length you know (default 1).")
+      ->check(CLI::PositiveNumber);
+  import->add_option("--mesh", asked->meshes, "LAYER=FILE: as in `capture init`. Repeatable, outermost layer first.")
+      ->take_all()
+      ->required();
+  import->add_option("--layer", parts.capture.more_layers, "A further layer inside, without a mesh. Repeatable.")
+      ->take_all();
+  import
+      ->add_option("--thickness-mm", parts.capture.thickness_mm,
+                   "Thickness in mm of the layer above a layer without a mesh (default 0.8).")
+      ->check(CLI::PositiveNumber);
+  import->add_option("--lights", parts.capture.lights, "Light rig (crownfit-light-rig/1).")->required();
+  import->add_option("--noise", parts.capture.noise, "noise.json of `crownfit calibrate noise`.");
+  import->add_option("--colour", parts.capture.colour, "colour.json of `crownfit calibrate colour`.");
+  import
+      ->add_option("--holdout", parts.capture.holdouts,
+                   "NAME of a photograph that is not fitted, but compared with its prediction. Repeatable.")
+      ->take_all();
+  import->add_flag("--exposure-free", parts.capture.exposure_is_free, "Free the exposures.");
+  AddCommonOptions(import, asked->common);
+  RunWith(import, command, asked, RunImport);
+}
+
 }  // namespace
 
 void AddCapture(CLI::App& app, Command& command) {
   const auto asked = std::make_shared<InitCommand>();
   const auto measured_asked = std::make_shared<MeasuredCommand>();
-  auto* capture = app.add_subcommand(
-      "capture", "Makes a capture from photographs (init) or from an instrument's readings (measured).");
+  auto* capture = app.add_subcommand("capture",
+                                     "Makes a capture from photographs (init), another program's cameras (import) or "
+                                     "an instrument's readings\n(measured).");
   capture->require_subcommand(1);
   capture->footer(
       "Examples:\n"
@@ -113,6 +178,7 @@ void AddCapture(CLI::App& app, Command& command) {
   measured->add_option("--g", m.asymmetry, "Mean cosine of scattering, if the file has no column g (default 0.8).")
       ->check(CLI::Range(-0.99, 0.99));
   measured->add_option("--layer", m.layer, "Name of the material (default: sample).");
+  AddImport(*capture, command);
   AddCommonOptions(measured, measured_asked->common);
   RunWith(measured, command, measured_asked, RunMeasured);
 

@@ -121,4 +121,29 @@ with tempfile.TemporaryDirectory() as folder:
     assert (folder / "under_the_sky/calib/sky.ppm").exists()
     assert "'sun' is not known" in run("capture", "init", "-o", folder / "made", *parts, "--lit", f"{first}=sun", expect=2).stderr
     assert "has no pose of plain" in run("capture", "init", "-o", folder / "made", *parts, "--photo", f"x={plain}", expect=2).stderr
+
+    # The same photographs as COLMAP states them: turned by the axis of x or y, in units of 10 mm.
+    colmap = folder / "colmap"
+    colmap.mkdir()
+    camera = json.loads((capture / "calib/camera.json").read_text())
+    (colmap / "cameras.txt").write_text("1 PINHOLE %d %d %r %r %r %r\n" % tuple(camera[k] for k in ("width", "height", "fx", "fy", "cx", "cy")))
+    lines, names = [], []
+    for i, photo in enumerate(stated["photographs"]):
+        pose = photo["camera_from_object"]
+        half_turn = {(1, -1, -1): "0 1 0 0", (-1, 1, -1): "0 0 1 0"}.get(tuple(round(pose["rotation"][k][k]) for k in range(3)))
+        if half_turn:
+            names.append(photo["name"])
+            lines.append(f"{i} {half_turn} {' '.join(str(v / 10) for v in pose['translation_mm'])} 1 {Path(photo['file']).name}\n\n")
+    assert names, "no photograph of this capture is turned by an axis"
+    (colmap / "images.txt").write_text("".join(lines) + "99 1 0 0 0 0 0 1 1 missing.png\n\n")
+    made = run("capture", "import", colmap, "-o", folder / "imported", "--photographs", capture / "photos", "--mm-per-unit", 10, *parts[:2], "--lights", parts[parts.index("--lights") + 1])
+    assert "missing.png" in made.stdout and "capture.json: valid" in made.stdout, made.stdout
+    for photo in json.loads((folder / "imported/capture.json").read_text())["photographs"]:
+        theirs = next(p for p in stated["photographs"] if Path(p["file"]).stem == photo["name"])
+        for key in ("rotation", "translation_mm"):
+            flat = lambda values: [float(v) for row in values for v in (row if isinstance(row, list) else [row])]
+            ours, wanted = (flat(p["camera_from_object"][key]) for p in (photo, theirs))
+            assert all(abs(a - b) < 1e-9 for a, b in zip(ours, wanted)), (key, ours, wanted)
+    done = run("capture", "import", folder / "made", "-o", folder / "none", *parts[:2], "--lights", parts[parts.index("--lights") + 1], expect=2)
+    assert "no model of COLMAP" in done.stderr and not (folder / "none").exists(), done.stderr
 print("commands refuse in words")
