@@ -25,12 +25,9 @@ std::vector<std::string> KeysOf(const std::string& type) {
 
 std::string TypeOf(const JsonNode& node) {
   // The type decides which keys are allowed, so it is read before the others are compared.
-  std::vector<std::string> every{"name", "type", "frame", "intensity_scale", "stddev_mm", "covariance", "stddev_deg"};
-  for (const char* type : {"directional", "point", "disk", "rectangle", "ring", "dome", "environment"})
-    for (const auto& key : KeysOf(type)) every.push_back(key);
-  return JsonObject(node, every)
-      .Require("type")
-      .OneOf({"directional", "point", "disk", "rectangle", "ring", "dome", "environment"});
+  for (const auto& [key, value] : node.Members())
+    if (key == "type") return value.OneOf({"directional", "point", "disk", "rectangle", "ring", "dome", "environment"});
+  return JsonObject(node, KeysOf("")).Require("type").String();
 }
 
 LightShape ReadShape(const JsonObject& o, const std::string& type, std::vector<std::filesystem::path>& files) {
