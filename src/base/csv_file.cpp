@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <charconv>
 #include <cmath>
+#include <optional>
 
 #include "base/error.h"
 #include "base/files.h"
@@ -48,7 +49,7 @@ class Reader {
 
   CsvTable Read() {
     CsvTable table;
-    separator_ = table.separator = Separator();
+    separator_ = table.separator = StatedSeparator().value_or(Separator());
     while (at_ < text_.size()) {
       CsvTable::Record record{line_, {}};
       while (ReadCell(record.cells)) {
@@ -65,6 +66,20 @@ class Reader {
     throw InputError(
         file_, "line " + std::to_string(line_), what,
         "Put cells that hold separators or quotation marks into \"...\", and write \"\" for a quotation mark.");
+  }
+
+  /// Takes Excel's first line "sep=;", which states the separator.
+  std::optional<char> StatedSeparator() {
+    const size_t end = std::min(text_.find_first_of("\r\n", at_), text_.size());
+    std::string line = text_.substr(at_, end - at_);
+    if (line.size() > 1 && line.starts_with('"') && line.ends_with('"')) line = line.substr(1, line.size() - 2);
+    if (!line.starts_with("sep=")) return std::nullopt;
+    if (line.size() != 5 || std::string(",;\t").find(line[4]) == std::string::npos)
+      throw InputError(file_, "line 1", "'" + line + "' states a separator that is not read",
+                       "Separate cells by commas, semicolons or tabs.");
+    at_ = end;
+    TakeEndOfLine();
+    return line[4];
   }
 
   /// Of the first line that holds anything, outside of quotes.

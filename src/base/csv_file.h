@@ -23,7 +23,8 @@ struct CsvTable {
   std::optional<double> Number(const std::string& cell) const;
 };
 
-/// Reads cells between commas, semicolons or tabs: whichever stands in the first record, semicolons before the others.
+/// Reads cells between commas, semicolons or tabs: as a first line "sep=;" states, which is no record; else whichever
+/// stands in the first record, semicolons before the others.
 /// Cells in double quotes may hold separators, line ends and doubled quotes. Lines end with LF, CR LF or CR. Throws
 /// InputError: no UTF-8, a quotation mark where none may stand, more than `most_bytes` (`remedy` says what to do then).
 CsvTable ReadCsvTable(const std::filesystem::path& file, double most_bytes, const std::string& remedy);

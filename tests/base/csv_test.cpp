@@ -45,6 +45,15 @@ TEST(Csv, SemicolonsAndTabsSeparateCells) {
   EXPECT_EQ(RowsOf("\"a;b\",c\n"), (Rows{{"a;b", "c"}}));
 }
 
+TEST(Csv, ExcelsFirstLineStatesTheSeparatorAndIsNoRow) {
+  EXPECT_EQ(RowsOf("sep=;\r\na;b,c\r\n"), (Rows{{"a", "b,c"}}));
+  EXPECT_EQ(RowsOf("\xEF\xBB\xBF\"sep=,\"\na;b,c\n"), (Rows{{"a;b", "c"}}));
+  EXPECT_EQ(RowsOf("sep=\t\na\tb,c\n"), (Rows{{"a", "b,c"}}));
+  EXPECT_EQ(TableOf("sep=;\na;b\n").records[0].line, 2u);
+  EXPECT_NE(Refusal("sep=|\na|b\n").find("line 1: 'sep=|'"), std::string::npos);
+  EXPECT_EQ(RowsOf("sep,a\n"), (Rows{{"sep", "a"}}));
+}
+
 TEST(Csv, EmptyRowsAreSkippedAndLinesAreCounted) {
   for (const char* eol : {"\n", "\r\n", "\r"}) {
     const std::string e = eol;
