@@ -25,8 +25,9 @@ struct ShadeSet {
 ShadeSet ReadShades(const std::filesystem::path& file);
 void WriteShades(const std::filesystem::path& file, const ShadeSet& set);
 
-/// Reads rows of `name, L*, a*, b*` and no, one or three standard deviations, separated by commas or semicolons. A
-/// first line without numbers is a header that names these columns. Throws InputError.
+/// Reads a row per tab. A first line with words and without numbers is a heading: it names the columns `name`, `L*`,
+/// `a*`, `b*`, and `stddev` or `sL`, `sa`, `sb`, in any order. Without one they are name, L*, a*, b* and no or three
+/// standard deviations. Throws InputError.
 std::vector<ShadeTab> ReadShadeTable(const std::filesystem::path& file);
 
 /// Limits beyond any surface's colour, which catch a column in the wrong place, or a percentage.

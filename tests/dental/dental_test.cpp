@@ -369,6 +369,78 @@ TEST(Shades, AreReadAsWritten) {
   EXPECT_EQ(back.note, "a note");
 }
 
+/// The tabs of a table, or the message that refuses it.
+struct TableRead {
+  std::vector<ShadeTab> tabs;
+  std::string refusal;
+};
+TableRead ReadTable(const std::string& text) {
+  const TemporaryFolder folder;
+  std::ofstream(folder.path / "tabs.csv") << text;
+  try {
+    return {ReadShadeTable(folder.path / "tabs.csv"), ""};
+  } catch (const InputError& error) {
+    return {{}, error.what()};
+  }
+}
+
+TEST(Shades, ColumnsAreFoundByNameInAnyOrder) {
+  const glm::dvec3 lab(78, 0.5, 12), each(0.3, 0.2, 0.1);
+  for (const char* text : {
+           "name,L,a,b,sb,sa,sL\nA1,78,0.5,12,0.1,0.2,0.3\n",
+           "b*,sb,a*,sa,L*,sL,Name\n12,0.1,0.5,0.2,78,0.3,A1\n",
+           "Zahn;CIE L*;CIE a*;CIE b*;SD L*;a* SD;stddev_b\nA1;78;0,5;12;0,3;0,2;0,1\n",
+           "A1,78,0.5,12,0.3,0.2,0.1\n",
+           "sep=;\nname;L;a;b;sL;sa;sb;\nA1;78;0,5;12;0,3;0,2;0,1;\n",
+       }) {
+    const TableRead read = ReadTable(text);
+    ASSERT_EQ(read.tabs.size(), 1u) << text << read.refusal;
+    EXPECT_EQ(read.tabs[0].name, "A1") << text;
+    EXPECT_EQ(read.tabs[0].lab, lab) << text;
+    EXPECT_EQ(read.tabs[0].stddev, each) << text;
+  }
+  const TableRead plain = ReadTable("A1,78,0.5,12\n");
+  ASSERT_EQ(plain.tabs.size(), 1u) << plain.refusal;
+  EXPECT_EQ(plain.tabs[0].stddev, glm::dvec3(0.0));
+}
+
+TEST(Shades, WhatIsNoCielabOrNoStandardDeviationIsRefusedByName) {
+  const struct {
+    const char* heading;
+    const char* named;
+  } cases[] = {{"name,L,a,b,X,Y,Z", "'X'"},
+               {"name,L,a,b,R,G,B", "'R'"},
+               {"name,L*,a*,b*,C*,h,dE", "'C*'"},
+               {"name,L,a,b,dE00", "'dE00' holds differences"},
+               {"name,L,a,b,n", "'n'"},
+               {"name,Hunter L,Hunter a,Hunter b", "'Hunter L' is in Hunter's"},
+               {"name,dL*,da*,db*", "'dL*' holds differences"},
+               {"name,\u0394L*,\u0394a*,\u0394b*", "'\u0394L*' holds differences"},
+               {"name,L*(D50),a*(D50),b*(D50)", "'L*(D50)'"},
+               {"name,L* 10\u00b0,a* 10\u00b0,b* 10\u00b0", "'L* 10\u00b0'"},
+               {"name,L,a,b,L*", "'L' and 'L*'"},
+               {"name,L,a,b,sL", "no column sa"},
+               {"name,L,a,b,stddev,sL,sa,sb", "'stddev'"},
+               {"name,L,a", "no column b*"}};
+  for (const auto& [heading, named] : cases) {
+    std::string row = "A1";
+    for (const char* c = heading; *c; ++c)
+      if (*c == ',') row += ",5";
+    const TableRead read = ReadTable(std::string(heading) + "\n" + row + "\n");
+    EXPECT_NE(read.refusal.find(named), std::string::npos) << heading << ": " << read.refusal;
+    EXPECT_NE(read.refusal.find("line 1"), std::string::npos) << heading << ": " << read.refusal;
+  }
+}
+
+TEST(Shades, DecimalCommasBetweenCommasAreNeverTakenForCells) {
+  for (const char* text : {"name,L,a,b\nA1,78,5,0,1,12,3\n", "name,L,a,b\nA1,78,5,0,12\n", "A1,78,5,0,1,12,3\n",
+                           "A1,78,5,0,12\n", "name,L,a,b,stddev\nA1,78,5,0,1,12,3,0,2\n"}) {
+    const TableRead read = ReadTable(text);
+    EXPECT_TRUE(read.tabs.empty()) << text;
+    EXPECT_NE(read.refusal.find("Decimal commas need semicolons"), std::string::npos) << text << read.refusal;
+  }
+}
+
 TEST(Ciede2000, AgreesWithPublishedZirconiaDifferences) {
   // PMC11458321 (2024), Table 2: means of dL*, da*, db* and of CIEDE2000. The bare zirconia's colour is not printed;
   // 68, 1, 18 fits the column to 0.06 rms.

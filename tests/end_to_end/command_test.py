@@ -98,9 +98,12 @@ with tempfile.TemporaryDirectory() as folder:
     require(near["nearest"][0]["name"] == "middle" and not near["can_tell_first_from_second"], "tabs 0.2 apart are told apart")
     far = json.loads(run("shades", "nearest", "80,-1,13", "--tabs", folder / "tabs.json", "--json").stdout)
     require(far["nearest"][0]["name"] == "light" and far["can_tell_first_from_second"], "tabs far apart are not told apart")
-    for header, row in (("name,L,C,h", "A1,75,16,86"), ("name,b*,L*,a*", "A1,16,75,1"), ("A1,,1,16", "A2,75,1,16")):
+    for header, row in (("name,L,C,h", "A1,75,16,86"), ("A1,,1,16", "A2,75,1,16")):
         (folder / "other.csv").write_text(f"{header}\n{row}\n")
         require("L*, a*, b*" in run("shades", "measured", folder / "other.csv", "-o", folder / "never.json", expect=2).stderr, f"a table of {header} is taken for L*, a*, b*")
+    (folder / "other.csv").write_text("name,b*,L*,a*\nA1,16,75,1\n")
+    run("shades", "measured", folder / "other.csv", "-o", folder / "other.json")
+    require(json.loads((folder / "other.json").read_text())["tabs"][0]["lab"] == [75, 1, 16], "a table of b*, L*, a* is taken for L*, a*, b*")
     require("no colour" in run("shades", "nearest", "759,0,16.8", "--tabs", folder / "tabs.json", expect=2).stderr, "L* of 759 has a nearest tab")
     (folder / "black.ppm").write_bytes(b"P6\n64 32\n255\n" + bytes(64 * 32 * 3))
     dark = run("shades", "photographed", folder / "black.ppm", "--tab", "A=32,0,16,16", "--card", "0,0,16,16", "-o", folder / "never.json", expect=2)
