@@ -9,6 +9,7 @@
 #include <cstdio>
 #include <deque>
 #include <fstream>
+#include <map>
 #include <set>
 #include <sstream>
 #include <thread>
@@ -240,6 +241,23 @@ Manifest GoodManifest(const BatchOptions& options) {
 
 }  // namespace
 
+std::vector<BatchNews> CapturesCountedTwice(std::span<const CrownOutcome> crowns) {
+  std::map<std::pair<std::string, fs::path>, std::string> first;
+  std::vector<BatchNews> news;
+  for (const CrownOutcome& crown : crowns) {
+    const fs::path& named = crown.row.capture;
+    std::error_code error;
+    const fs::path file = fs::canonical(fs::is_directory(named, error) ? named / "capture.json" : named, error);
+    if (error || crown.state == CrownState::kFaulty) continue;
+    const auto [other, is_new] = first.try_emplace({crown.row.group, file}, crown.row.id);
+    if (!is_new)
+      news.push_back({crown.row.id, "has the same capture as " + other->second +
+                                        ", so that statistics.csv counts it twice. Remove one of the two rows, or give "
+                                        "them different groups."});
+  }
+  return news;
+}
+
 BatchOutcome RunBatch(const BatchOptions& options, Progress& progress, const SayNews& say) {
   Manifest manifest = GoodManifest(options);
   const Signals signals;
@@ -247,6 +265,8 @@ BatchOutcome RunBatch(const BatchOptions& options, Progress& progress, const Say
   folder.Write("batch.json", BatchText(options));
   BatchOutcome outcome;
   outcome.crowns = Survey(std::move(manifest.rows), options.output, options.shard);
+  if (!options.shard)
+    for (const BatchNews& news : CapturesCountedTwice(outcome.crowns)) say(news);
   outcome.fitted_now = Fitting(options, folder, outcome.crowns, progress, say).Run();
   outcome.signal = g_signal;
   if (outcome.signal == 0 && !options.shard)

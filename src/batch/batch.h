@@ -39,6 +39,10 @@ struct BatchNews {
 };
 using SayNews = std::function<void(const BatchNews&)>;
 
+/// Crowns whose capture is also an earlier crown's of the same group, also by symbolic links. Their options may differ,
+/// so that both are fitted.
+std::vector<BatchNews> CapturesCountedTwice(std::span<const CrownOutcome> crowns);
+
 /// Fits the unfinished crowns and writes the summary; `say` reports events. Throws InputError when the manifest has
 /// faults, another batch runs in the folder, or the folder can't be written.
 BatchOutcome RunBatch(const BatchOptions& options, Progress& progress, const SayNews& say);

@@ -1,6 +1,7 @@
 #include "batch/manifest.h"
 
 #include <algorithm>
+#include <cctype>
 #include <cmath>
 #include <map>
 #include <set>
@@ -111,8 +112,10 @@ std::vector<std::string> Arguments(const RawRow& raw, const FitCommand& fit, std
         at = next;
       }
     } else if (column.is_flag) {
-      if (cell->second[0] == "true") arguments.push_back(option);
-      if (cell->second[0] != "true" && cell->second[0] != "false")
+      std::string said = cell->second[0];  // spreadsheets write TRUE
+      std::transform(said.begin(), said.end(), said.begin(), [](unsigned char c) { return std::tolower(c); });
+      if (said == "true") arguments.push_back(option);
+      if (said != "true" && said != "false")
         fault = column.name + ": expected true or false, found '" + cell->second[0] + "'";
     } else {
       for (const std::string& value : cell->second) arguments.insert(arguments.end(), {option, value});
@@ -127,24 +130,32 @@ Manifest ReadManifest(const std::filesystem::path& file, const FitCommand& fit, 
   std::vector<RawRow> raw_rows = file.extension() == ".json" ? ReadJson(file) : ReadCsv(file, fit);
   if (raw_rows.empty()) throw InputError(file, "", "the manifest lists no crown", "Give it one row per crown.");
   std::set<std::string> known{"id", "capture", "group"};
+  std::set<std::string> lists;
   std::string columns = "id, capture, group";
   for (const FitColumn& c : fit.columns) {
     known.insert(c.name);
+    if (c.is_list) lists.insert(c.name);
     columns += ", " + c.name;
   }
   const auto folder = std::filesystem::absolute(file).parent_path();
   std::map<std::string, std::string> place_of_id;
   std::map<std::pair<std::vector<std::string>, std::filesystem::path>, std::string> fault_of;  // parsing costs
   Manifest manifest;
-  std::set<std::string> unknown;
+  std::set<std::string> unknown, repeated;
   for (RawRow& raw : raw_rows) {
     ManifestRow row;
-    std::string fault;
+    std::string fault, fault_of_list;
+    std::set<std::string> seen;
     for (auto& [name, values] : raw.cells) {
       if (name == "prior" && !values.empty() && !values[0].empty()) values[0] = (folder / values[0]).lexically_normal();
       const std::string value = values.empty() ? "" : values[0];
       if (!known.contains(name) && unknown.insert(name).second)
         manifest.faults.push_back(file.string() + ": " + name + ": there is no such column. Known: " + columns);
+      if (known.contains(name) && !seen.insert(name).second && repeated.insert(name).second)
+        manifest.faults.push_back(file.string() + ": " + name +
+                                  ": this column stands twice ('_' counts as '-'); keep one");
+      if (values.size() > 1 && known.contains(name) && !lists.contains(name))
+        fault_of_list = name + ": expected one value, found " + std::to_string(values.size());
       if (name == "id") row.id = value;
       if (name == "group") row.group = value;
       if (name == "capture" && !value.empty()) row.capture = (folder / value).lexically_normal();
@@ -163,6 +174,7 @@ Manifest ReadManifest(const std::filesystem::path& file, const FitCommand& fit, 
       fault = "capture: " + row.capture.string() + " is neither a capture.json nor a folder that holds one";
     }
     row.arguments = Arguments(raw, fit, fault);
+    if (!fault_of_list.empty()) fault = fault_of_list;
     // Only what names a layer's parameter depends on the capture.
     const bool names_parameters = std::any_of(row.arguments.begin(), row.arguments.end(), [](const std::string& a) {
       return a == "--fix" || a == "--free" || a == "--share";

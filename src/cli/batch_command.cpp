@@ -100,6 +100,7 @@ int PrintOutcome(const BatchOutcome& outcome, const std::filesystem::path& folde
 
 int Collect(const BatchOptions& batch) {
   const BatchOutcome outcome = CollectBatch(batch);
+  for (const BatchNews& news : CapturesCountedTwice(outcome.crowns)) Print(news, false);
   WriteSummary(batch.output, outcome.crowns);
   return PrintOutcome(outcome, batch.output);
 }

@@ -134,6 +134,43 @@ def every_fault_of_a_manifest_is_named_before_anything_starts(folder):
     assert sorted(arguments) == sorted(["--model", "shader", "--fix", "dentine.g=0.9", "--fix", "enamel.g=0.9", "--prior", str(folder / "p.json"), "--no-priors", "--profiles", "0", "--max-pixels", "400"]), arguments
 
 
+def a_column_that_stands_twice_and_a_list_for_one_value_are_refused(folder):
+    lab = Lab(folder, ["a", "b"])
+    for header, row, named in (("id,capture,group,group", "x,a,G,H", "group"), ("id,capture,id", "x,a,y", "id"), ("id,capture,max_pixels,max-pixels", "x,a,100,200", "max-pixels"), ("id,capture,fix,fix", "x,a,enamel.g=0.9,enamel.ior=1.6", "fix")):
+        lab.write([row.split(",")], header)
+        for options in ((), ("--keep-going",)):
+            said = lab.run(*options, expect=2).stderr
+            assert f"manifest.csv: {named}: this column stands twice" in said, said
+    lab.manifest = folder / "m.json"
+    for key in ("group", "capture", "seed", "no_priors"):
+        crown = {"id": "x", "capture": "a", key: [True, False] if key == "no_priors" else ["a", "b"]}
+        lab.manifest.write_text(json.dumps({"format": "crownfit-manifest/1", "crowns": [crown]}))
+        said = lab.run(expect=2).stderr
+        assert f"crowns[0]: {key.replace('_', '-')}: expected one value, found 2" in said, said
+    assert not lab.out.exists()
+
+
+def flags_are_read_as_spreadsheets_write_them(folder):
+    lab = Lab(folder, ["a", "b"])
+    lab.write([("a", "a", "TRUE"), ("b", "b", "FALSE")], "id,capture,no_priors")
+    lab.run()
+    arguments = {i: json.loads((lab.out / f"crowns/{i}/crown.json").read_text())["arguments"] for i in "ab"}
+    assert "--no-priors" in arguments["a"] and "--no-priors" not in arguments["b"], arguments
+
+
+def a_capture_that_statistics_count_twice_is_named(folder):
+    lab = Lab(folder, ["a", "b"])
+    (folder / "linked").symlink_to("a")
+    twice = "has the same capture as x, so that statistics.csv counts it twice"
+    lab.write([("x", "a", "G"), ("y", "b", "G"), ("z", "linked", "G"), ("other", "a/capture.json", "H")], "id,capture,group")
+    said = lab.run().stderr
+    assert f"z: {twice}" in said and said.count("counts it twice") == 1, said
+    lab.write([("x", "a", "G"), ("z", "a/capture.json", "G")], "id,capture,group")
+    assert f"z: {twice}" in lab.run().stderr
+    collected = subprocess.run([program, "batch", "collect", str(lab.out)], capture_output=True, text=True, check=True)
+    assert f"z: {twice}" in collected.stderr, collected.stderr
+
+
 def a_relative_prior_is_the_same_file_from_every_folder(folder):
     lab = Lab(folder, ["a"])
     (folder / "p.json").write_text("{}")
@@ -220,6 +257,9 @@ for test in (
     a_second_run_fits_nothing_and_a_changed_capture_is_fitted_again,
     a_crown_that_crashes_hangs_floods_or_is_wrong_harms_no_other,
     every_fault_of_a_manifest_is_named_before_anything_starts,
+    a_column_that_stands_twice_and_a_list_for_one_value_are_refused,
+    flags_are_read_as_spreadsheets_write_them,
+    a_capture_that_statistics_count_twice_is_named,
     a_relative_prior_is_the_same_file_from_every_folder,
     two_batches_never_work_in_one_folder,
     children_do_not_outlive_a_killed_parent_and_nothing_half_made_stays,
