@@ -242,7 +242,10 @@ PhotographSpec ReadPhotographSpec(const JsonNode& node, Capture& capture) {
   if (const auto mask = o.Find("mask")) photo.files.mask = ReadPath(*mask, capture);
   if (const auto variance = o.Find("variance")) photo.files.variance = ReadPath(*variance, capture);
   if (const auto encoding = o.Find("encoding")) photo.files.encoding = ReadEncoding(*encoding);
-  if (const auto saturation = o.Find("saturation")) photo.files.saturation = saturation->Positive();
+  if (const auto saturation = o.Find("saturation")) {
+    photo.files.saturation = saturation->Positive();
+    photo.files.saturation_key = saturation->key();
+  }
   if (const auto colour = o.Find("colour")) {
     photo.rgb_from_sensor = ReadColourTransform(ReadPath(*colour, capture));
     photo.has_colour_file = true;

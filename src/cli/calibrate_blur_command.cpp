@@ -31,7 +31,7 @@ int RunBlur(const BlurTask& asked) {
   BlurInput input;
   input.dark_reflectance = asked.dark_reflectance;
   input.light_reflectance = asked.light_reflectance;
-  input.saturation = RemoveBlack(photo.image, asked.noise);
+  input.saturation = RemoveBlack(photo, asked.images[0], asked.noise);
   ImageFile searched = photo;
   glm::dvec2 corner(0.0);
   if (const auto& region = asked.region; !region.empty()) {

@@ -41,15 +41,17 @@ int RunColour(const ColourTask& asked) {
   if (photo.image.channels < 3) throw InputError(path, "", "is grey, but the chart needs a colour photograph");
   const bool encoded = photo.transfer.is_encoded() && asked.encoding == "file";
   photo.transfer.kind = Transfer::Kind::kLinear;
-  Image linear = photo.image;
-  glm::dvec3 saturation = RemoveBlack(linear, asked.noise);
+  ImageFile without_black = photo;
+  glm::dvec3 saturation = RemoveBlack(without_black, path, asked.noise);
+  Image& linear = without_black.image;
   if (asked.flat_field) {
-    Image card = ReadLight(*asked.flat_field, asked.encoding).image;
+    ImageFile card_photo = ReadLight(*asked.flat_field, asked.encoding);
+    Image& card = card_photo.image;
     RequireOneSize(card, linear, *asked.flat_field, path);
     const auto is_saturated = [&, saturation](const Image& image, size_t i) {
       return image.values[i] >= saturation[std::min(2, static_cast<int>(i % image.channels))];
     };
-    RemoveBlack(card, asked.noise);
+    RemoveBlack(card_photo, *asked.flat_field, asked.noise);
     size_t clipped = 0;
     for (size_t i = 0; i < card.values.size(); ++i) clipped += is_saturated(card, i);
     if (const double share = 100.0 * static_cast<double>(clipped) / static_cast<double>(card.values.size());

@@ -37,7 +37,10 @@ int RunExposures(const ExposuresTask& asked) {
     RequireOneSize(photos.back().image, photos[0].image, file, order[0].second);
     series.times.push_back(time);
   }
-  if (asked.noise) series.noise = ReadSensorNoise(*asked.noise);
+  if (asked.noise) {
+    series.noise = ReadSensorNoise(*asked.noise);
+    RequireSharesOfFullScale(series.noise, photos[0], order[0].second);
+  }
   // Of pictures for display, whose tone curve nobody knows, the response is estimated; others are decoded.
   const bool encoded = asked.encoding == "file" && photos[0].transfer.is_encoded() && photos[0].bits == 8;
   Product product;

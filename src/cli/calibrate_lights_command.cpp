@@ -43,7 +43,7 @@ int RunLights(const LightsTask& asked) {
     progress.Show("reading", 0.3, file.filename().string());
     inputs.push_back(file);
     ImageFile photo = ReadLinear({file}, asked.encoding)[0];
-    saturation = RemoveBlack(photo.image, asked.noise);
+    saturation = RemoveBlack(photo, file, asked.noise);
     return photo;
   };
   std::vector<ImageFile> balls;

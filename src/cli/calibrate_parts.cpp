@@ -156,10 +156,13 @@ std::vector<ImageFile> ReadLinear(const std::vector<std::filesystem::path>& file
   return photos;
 }
 
-glm::dvec3 RemoveBlack(Image& image, const std::optional<std::filesystem::path>& noise_file) {
+glm::dvec3 RemoveBlack(ImageFile& photo, const std::filesystem::path& file,
+                       const std::optional<std::filesystem::path>& noise_file) {
   constexpr double kUnknown = 0.98;
   if (!noise_file) return glm::dvec3(kUnknown);
   const SensorNoise noise = ReadSensorNoise(*noise_file);
+  RequireSharesOfFullScale(noise, photo, file);
+  Image& image = photo.image;
   for (size_t i = 0; i < image.values.size(); ++i)
     image.values[i] -= static_cast<float>(noise.black[std::min<size_t>(i % image.channels, 2)]);
   glm::dvec3 saturation;

@@ -59,8 +59,10 @@ std::vector<ImageFile> ReadLinear(const std::vector<std::filesystem::path>& file
 /// Throws InputError: grey, an alpha below 1, an unknown encoding.
 ImageFile ReadLight(const std::filesystem::path& file, const std::string& encoding);
 
-/// Subtracts the black level of noise.json, if given; returns the saturation level of each channel.
-glm::dvec3 RemoveBlack(Image& image, const std::optional<std::filesystem::path>& noise_file);
+/// Subtracts the black level of noise.json, if given, from the photograph read of `file`; returns the saturation level
+/// of each channel.
+glm::dvec3 RemoveBlack(ImageFile& photo, const std::filesystem::path& file,
+                       const std::optional<std::filesystem::path>& noise_file);
 
 /// The tasks, one file each.
 void AddCalibrateBlur(CLI::App& calibrate, Command& command);

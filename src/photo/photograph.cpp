@@ -6,6 +6,7 @@
 
 #include "base/error.h"
 #include "base/json_file.h"
+#include "base/text.h"
 #include "photo/image_io.h"
 
 namespace crownfit {
@@ -41,6 +42,19 @@ std::vector<uint8_t> Opaque(const ImageFile& file) {
   return opaque;
 }
 
+void RequireShare(double value, const std::filesystem::path& file, const std::string& key, const ImageFile& photo,
+                  const std::filesystem::path& image) {
+  constexpr double kRounding = 1e-6;
+  double most = 1.0;  // camera RAW: white times the white balance
+  for (const double factor : photo.white_balance.value_or(std::array<double, 3>{})) most = std::max(most, factor);
+  if (!photo.is_integer || value <= most + kRounding) return;
+  throw InputError(
+      file, key,
+      Printed("is %g, but values of %s are shares of full scale, at most %g", value, image.filename().c_str(), most),
+      Printed("Divide the count by that of full scale%s.",
+              photo.white_balance ? "" : Printed(", %.0f", std::ldexp(1.0, photo.bits) - 1).c_str()));
+}
+
 }  // namespace
 
 SensorNoise ReadSensorNoise(const std::filesystem::path& path) {
@@ -49,6 +63,7 @@ SensorNoise ReadSensorNoise(const std::filesystem::path& path) {
       "crownfit-noise/1", {"gain", "read_noise", "black", "saturation", "stddev", "quality", "provenance"});
   SensorNoise noise;
   noise.relative = 0.0;
+  noise.file = path;
   const auto channels = [&](const char* key, std::array<double, 3>& out) {
     if (const auto node = root.Find(key)) {
       const std::vector<double> values = node->IsNumber() ? std::vector<double>(3, node->Number()) : node->Numbers(3);
@@ -74,6 +89,13 @@ SensorNoise ReadSensorNoise(const std::filesystem::path& path) {
   return noise;
 }
 
+void RequireSharesOfFullScale(const SensorNoise& noise, const ImageFile& photo, const std::filesystem::path& image) {
+  for (int c = 0; c < 3; ++c) {
+    RequireShare(noise.black[c], noise.file, "black", photo, image);
+    RequireShare(noise.saturation[c].value_or(0.0), noise.file, "saturation", photo, image);
+  }
+}
+
 Photograph ReadPhotograph(const PhotographFiles& files) {
   ImageFile file = ReadImageFile(files.image);
   if (file.image.channels < 3)
@@ -81,6 +103,8 @@ Photograph ReadPhotograph(const PhotographFiles& files) {
                      "is grey: it has " + std::to_string(file.image.channels) +
                          " channels, but a photograph needs red, green and blue",
                      "Give the photograph in colour.");
+  RequireSharesOfFullScale(files.noise, file, files.image);
+  if (files.saturation) RequireShare(*files.saturation, files.image, files.saturation_key, file, files.image);
   const Transfer transfer = Resolved(file.transfer, files.encoding, files.image, files.encoding_key);
   Photograph photo;
   const std::vector<uint8_t> opaque = Opaque(file);

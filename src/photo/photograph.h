@@ -13,24 +13,32 @@
 
 namespace crownfit {
 
+struct ImageFile;
+
 /// Sensor noise per channel: variance = gain x signal + read_noise^2 + (relative x signal)^2, in units of the signal.
 /// gain and read_noise come from noise.json; without one, 1 % relative noise and a floor of 0.0005 are assumed.
 struct SensorNoise {
   std::array<double, 3> gain{0, 0, 0}, read_noise{0.0005, 0.0005, 0.0005}, black{0, 0, 0};
   double relative = 0.01;
   std::array<std::optional<double>, 3> saturation;
+  std::filesystem::path file = {};  ///< that states it; empty where it is assumed
 };
 
 /// Reads noise.json ("crownfit-noise/1").
 SensorNoise ReadSensorNoise(const std::filesystem::path& file);
+
+/// Throws InputError where black or saturation lies above all values that the integer picture `image` can hold, as
+/// counts do. EXR and other floating point values have no such limit.
+void RequireSharesOfFullScale(const SensorNoise& noise, const ImageFile& photo, const std::filesystem::path& image);
 
 struct PhotographFiles {
   std::filesystem::path image;
   std::optional<std::filesystem::path> mask = {}, variance = {};
   SensorNoise noise = {};
   Encoding encoding = {};
-  const char* encoding_key = "encoding";  ///< what the user may write to state it
-  std::optional<double> saturation = {};  ///< linear value from which a pixel counts as saturated
+  const char* encoding_key = "encoding";      ///< what the user may write to state it
+  std::optional<double> saturation = {};      ///< linear value from which a pixel counts as saturated
+  std::string saturation_key = "saturation";  ///< where the user stated it
 };
 
 struct Photograph {

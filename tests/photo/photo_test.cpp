@@ -422,6 +422,33 @@ TEST(Photographs, MaskAndSaturationDecideWhatIsUsable) {
   EXPECT_EQ(photo.saturated_pixels, 1);
 }
 
+TEST(Photographs, SaturationInCountsIsRefusedWhereValuesAreShares) {
+  const TemporaryFolder folder;
+  WriteAs(folder.path / "p.png", Image(2, 2, 3, 0.5f), OIIO::TypeDesc::UINT16);
+  WriteAs(folder.path / "p.exr", Image(2, 2, 3, 5000.0f), OIIO::TypeDesc::FLOAT);
+  WriteTextFile(folder.path / "noise.json",
+                "{\"format\": \"crownfit-noise/1\", \"gain\": 1e-4, \"read_noise\": 1e-3, \"saturation\": 4095}");
+  const auto refusal = [&](const PhotographFiles& files) -> std::string {
+    try {
+      ReadPhotograph(files);
+    } catch (const InputError& error) {
+      return error.what();
+    }
+    return "";
+  };
+  const SensorNoise noise = ReadSensorNoise(folder.path / "noise.json");
+  for (const std::string& said :
+       {refusal({.image = folder.path / "p.png", .noise = noise}),
+        refusal({.image = folder.path / "p.png", .saturation = 4095, .saturation_key = "photographs[0].saturation"})}) {
+    EXPECT_NE(said.find("saturation: is 4095"), std::string::npos) << said;
+    EXPECT_NE(said.find("p.png are shares of full scale"), std::string::npos) << said;
+    EXPECT_NE(said.find("65535"), std::string::npos) << said;  // full scale of 16 bits
+  }
+  EXPECT_EQ(refusal({.image = folder.path / "p.png", .saturation = 1.0}), "");
+  EXPECT_EQ(refusal({.image = folder.path / "p.exr", .noise = noise}), "");
+  EXPECT_EQ(ReadPhotograph({.image = folder.path / "p.exr", .noise = noise}).saturated_pixels, 4);
+}
+
 TEST(Photographs, NoiseFileGivesGainTimesSignalPlusReadNoiseSquared) {
   const TemporaryFolder folder;
   WriteImageFile(folder.path / "p.exr", Image(2, 2, 3, 0.6f));
