@@ -1,10 +1,30 @@
 #include "capture/colour_file.h"
 
+#include <cmath>
+
 #include "base/json_file.h"
 
 namespace crownfit {
 
 namespace {
+
+/// Refuses rows that are not linearly independent: they would show different colours as one.
+void RequireIndependent(const JsonNode& node, const std::array<std::vector<double>, 3>& rows) {
+  constexpr double kLeast = 1e-6;  // determinant of rows of length 1: real cameras are above 0.01
+  glm::dmat3 products(0.0);
+  for (int r = 0; r < 3; ++r)
+    for (int q = 0; q < 3; ++q) {
+      double product = 0, square_r = 0, square_q = 0;
+      for (size_t c = 0; c < rows[r].size(); ++c) {
+        product += rows[r][c] * rows[q][c];
+        square_r += rows[r][c] * rows[r][c], square_q += rows[q][c] * rows[q][c];
+      }
+      products[r][q] = product / (std::sqrt(square_r) * std::sqrt(square_q));
+    }
+  if (!(glm::determinant(products) > kLeast * kLeast))  // also where a row is 0
+    node.Fail("is singular: a row is zero, or follows from the others",
+              "Make the file with crownfit calibrate colour.");
+}
 
 JsonObject RootOf(const JsonFile& file) {
   return file.RootOfFormat("crownfit-colour/1", {"linear_rgb_from_sensor_rgb", "white_sensor_rgb", "polynomial",
@@ -34,10 +54,12 @@ ColourTransform ReadColourTransform(const std::filesystem::path& path) {
   const auto matrix = rows_of(root.Require("linear_rgb_from_sensor_rgb"), 3);
   for (int r = 0; r < 3; ++r)
     for (int c = 0; c < 3; ++c) transform.matrix[c][r] = matrix[r][c];
+  RequireIndependent(root.Require("linear_rgb_from_sensor_rgb"), matrix);
   if (const auto polynomial = root.Find("polynomial")) {
     const JsonObject spec(*polynomial, {"terms", "coefficients"});
     spec.Require("terms").OneOf({"root2"});
     const auto rows = rows_of(spec.Require("coefficients"), 6);
+    RequireIndependent(spec.Require("coefficients"), rows);
     transform.root_polynomial.emplace();
     for (int r = 0; r < 3; ++r)
       for (int c = 0; c < 6; ++c) (*transform.root_polynomial)[c][r] = rows[r][c];
