@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <set>
 
 #include "base/random.h"
 
@@ -32,6 +33,24 @@ std::optional<JointValues::Entry> EntryNamed(const JsonNode& node, const Materia
   return std::nullopt;
 }
 
+/// `count` rows of as many numbers, symmetric, with 1 on the diagonal.
+std::vector<std::vector<double>> ReadCorrelation(const JsonNode& node, size_t count) {
+  constexpr double kRounding = 1e-6;
+  const auto items = node.Items();
+  if (items.size() != count) node.Fail("expected a row for each of \"names\"");
+  std::vector<std::vector<double>> rows;
+  for (size_t i = 0; i < count; ++i) {
+    rows.push_back(items[i].Numbers(count));
+    if (std::abs(rows[i][i] - 1.0) > kRounding) items[i].Fail("a value's correlation with itself is 1");
+    for (size_t j = 0; j < i; ++j)
+      if (std::abs(rows[i][j] - rows[j][i]) > kRounding)
+        node.Fail("is not symmetric: row " + std::to_string(j + 1) + ", column " + std::to_string(i + 1) +
+                      " differs from row " + std::to_string(i + 1) + ", column " + std::to_string(j + 1),
+                  "Copy the block from the material.json of the fit.");
+  }
+  return rows;
+}
+
 /// Cholesky factor of a positive semidefinite matrix; a direction without variance has a column of zeros. Absent where
 /// the matrix has a negative eigenvalue.
 std::optional<std::vector<std::vector<double>>> FactorOf(const std::vector<std::vector<double>>& matrix) {
@@ -60,9 +79,12 @@ JointValues ReadJointValues(const JsonNode& node, const Material& material,
   const JsonObject object(node, {"names", "stddev", "correlation"});
   const auto names = object.Require("names").Items();
   const std::vector<double> stddev = object.Require("stddev").Numbers(names.size());
+  std::set<std::string> seen;
+  for (const JsonNode& name : names)
+    if (!seen.insert(name.String()).second)
+      name.Fail("'" + name.String() + "' occurs twice", "Copy the block from the material.json of the fit.");
   const JsonNode correlation = object.Require("correlation");
-  const auto rows = correlation.Items();
-  if (rows.size() != names.size()) correlation.Fail("expected a row for each of \"names\"");
+  const auto rows = ReadCorrelation(correlation, names.size());
   JointValues joint;
   std::vector<size_t> kept;
   for (size_t i = 0; i < names.size(); ++i)
@@ -72,10 +94,8 @@ JointValues ReadJointValues(const JsonNode& node, const Material& material,
     }
   std::vector<std::vector<double>> covariance(kept.size());
   for (size_t i = 0; i < kept.size(); ++i) {
-    const std::vector<double> row = rows[kept[i]].Numbers(names.size());
-    if (std::abs(row[kept[i]] - 1.0) > 1e-6) rows[kept[i]].Fail("a value's correlation with itself is 1");
     if (!(stddev[kept[i]] >= 0)) object.Require("stddev").Fail("a standard deviation can't be negative");
-    for (const size_t j : kept) covariance[i].push_back(stddev[kept[i]] * row[j] * stddev[j]);
+    for (const size_t j : kept) covariance[i].push_back(stddev[kept[i]] * rows[kept[i]][j] * stddev[j]);
   }
   const auto factor = FactorOf(covariance);
   if (!factor)

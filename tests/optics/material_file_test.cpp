@@ -130,6 +130,28 @@ TEST(JointValues, InvalidNamesAndMatricesAreRefused) {
     EXPECT_THROW(ReadJoint(text, material), InputError) << text;
 }
 
+TEST(JointValues, AsymmetricCorrelationsAndRepeatedNamesAreRefusedByKey) {
+  const Material material = StatedMaterial(TwoLayers());
+  const auto refusal = [&](const std::string& second, const std::string& correlation) -> std::string {
+    try {
+      ReadJoint(
+          R"({"names": ["dentine.ior", ")" + second + R"("], "stddev": [1, 1], "correlation": )" + correlation + "}",
+          material);
+    } catch (const InputError& error) {
+      return error.what();
+    }
+    return "";
+  };
+  EXPECT_NE(refusal("enamel.ior", "[[1, 0.9], [0.1, 1]]").find("correlation: is not symmetric"), std::string::npos);
+  EXPECT_NE(refusal("enamel.ior", "[[1, 0.1], [0.9, 1]]").find("correlation: is not symmetric"), std::string::npos);
+  EXPECT_NE(refusal("enamel.ior", "[[1, 0.1], [0.1, 0.9]]").find("correlation[1]: a value's"), std::string::npos);
+  EXPECT_NE(refusal("dentine.ior", "[[1, 0.5], [0.5, 1]]").find("names[1]: 'dentine.ior' occurs twice"),
+            std::string::npos);
+  EXPECT_NE(refusal("pulp.ior", "[[1, 0.9], [0.1, 1]]").find("is not symmetric"), std::string::npos)
+      << "of a layer that the material lacks";
+  EXPECT_EQ(refusal("enamel.ior", "[[1, 0.3333333], [0.3333330, 1]]"), "") << "digits cut by hand";
+}
+
 TEST(MaterialFile, OtherBandsAreRefused) {
   const TemporaryFolder folder;
   const auto file = folder.path / "material.json";
