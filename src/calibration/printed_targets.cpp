@@ -2,6 +2,7 @@
 
 #include <cmath>
 #include <numbers>
+#include <set>
 
 #include "base/json_file.h"
 #include "base/text.h"
@@ -121,9 +122,13 @@ Jig ReadJig(const std::filesystem::path& path) {
   const JsonFile file(path);
   const JsonObject root = file.RootOfFormat("crownfit-jig/1", {"dictionary", "markers"});
   Jig jig{root.Require("dictionary").String(), {}, {}};
+  std::set<int> seen;
   for (const JsonNode& node : root.Require("markers").Items()) {
     const JsonObject marker(node, {"id", "corners_mm"});
-    jig.ids.push_back(marker.Require("id").Integer(0, 100000));
+    const int id = marker.Require("id").Integer(0, 100000);
+    if (!seen.insert(id).second)
+      marker.Require("id").Fail("marker " + std::to_string(id) + " occurs twice", "List each marker once.");
+    jig.ids.push_back(id);
     const auto corners = marker.Require("corners_mm").Items();
     if (corners.size() != 4)
       marker.Require("corners_mm").Fail("expected four corners, clockwise from the top left one");

@@ -4,9 +4,12 @@
 
 #include <cmath>
 
+#include "base/error.h"
+#include "base/files.h"
 #include "base/random.h"
 #include "calibration/estimate_pose.h"
 #include "support/rendered_target.h"
+#include "support/temporary_folder.h"
 
 namespace crownfit {
 namespace {
@@ -65,6 +68,27 @@ TEST(CalibratePose, MisplacedMarkerIsExcluded) {
   ASSERT_TRUE(pose);
   EXPECT_EQ(pose->left_out, 4u);
   EXPECT_LT(pose->rms_px, 0.3);
+}
+
+TEST(CalibratePose, AMarkerThatAJigListsTwiceIsRefused) {
+  const TemporaryFolder folder;
+  const std::filesystem::path file = folder.path / "jig.json";
+  const Jig good = JigOf({});
+  WriteTextFile(file, ToJsonText(JigJson(good)));
+  EXPECT_EQ(ReadJig(file).ids, good.ids);
+  Jig twice = good;
+  twice.ids.push_back(good.ids[1]);
+  twice.corners_mm.push_back(good.corners_mm[0]);
+  WriteTextFile(file, ToJsonText(JigJson(twice)));
+  try {
+    ReadJig(file);
+    FAIL() << "a marker has two places";
+  } catch (const InputError& error) {
+    const std::string key = "markers[" + std::to_string(good.ids.size()) + "].id";
+    EXPECT_NE(std::string(error.what()).find(key + ": marker " + std::to_string(good.ids[1]) + " occurs twice"),
+              std::string::npos)
+        << error.what();
+  }
 }
 
 TEST(CalibratePose, TooFewMarkersAreRefused) {
