@@ -75,7 +75,8 @@ constexpr double kMostThickness_mm = 100.0, kMostIndex = 3.0;
 
 RxtFile ReadRxt(const Path& file) {
   constexpr double kMostBytes = 16e6;
-  const std::string text = ReadWholeFile(file, kMostBytes, "An .rxt file has one number per line, then a table.");
+  std::string text = ReadWholeFile(file, kMostBytes, "An .rxt file has one number per line, then a table.");
+  if (text.starts_with("\xEF\xBB\xBF")) text.erase(0, 3);  // a byte order mark
   if (!text.starts_with("IAD1"))
     throw InputError(file, "line 1", "a file of iad must begin with IAD1", "Give the .rxt file that iad reads.");
   const std::vector<Line> lines = LinesOf(text.substr(4));

@@ -488,6 +488,16 @@ TEST(RxtFile, ColumnsAreGivenByLettersOrByCount) {
   EXPECT_EQ(by_count.rows[1].transmittance, 0.2);
 }
 
+TEST(RxtFile, AByteOrderMarkChangesNothing) {
+  const TemporaryFolder folder;
+  WriteTextFile(folder.path / "a.rxt", "\xEF\xBB\xBF" + std::string(kRxt) + "L r t\n633 0.5 0.2\n");
+  const RxtFile marked = ReadRxt(folder.path / "a.rxt");
+  ASSERT_EQ(marked.rows.size(), 1u);
+  EXPECT_EQ(marked.rows[0].ior, 1.54);
+  EXPECT_EQ(marked.rows[0].reflectance, 0.5);
+  EXPECT_NE(RefusalOfRxt("r t\n0.4 0.3\n0.5\n", "\xEF\xBB\xBF" + std::string(kRxt)).find("line 21"), std::string::npos);
+}
+
 TEST(RxtFile, ErrorsNameTheLine) {
   EXPECT_NE(RefusalOfRxt("r t\n0.4 0.3\n0.5\n").find("line 21"), std::string::npos) << "a number is missing";
   EXPECT_NE(RefusalOfRxt("r t\n0.4 nan\n").find("line 20"), std::string::npos);
