@@ -294,6 +294,9 @@ std::string TextOf(const std::filesystem::path& file) {
 JsonFile::JsonFile(const std::filesystem::path& path) : JsonFile(path, TextOf(path)) {}
 
 JsonFile::JsonFile(const std::filesystem::path& name, const std::string& text) : file(name) {
+  if (text.starts_with("\xFF\xFE") || text.starts_with("\xFE\xFF") || text.substr(0, 2).find('\0') != text.npos)
+    throw InputError(file, "", "is not a UTF-8 text; it may be UTF-16",
+                     "Save it as UTF-8: in an editor as its encoding, in PowerShell by -Encoding utf8.");
   Builder builder;
   if (!nlohmann::json::sax_parse(text, &builder, nlohmann::json::input_format_t::json, true, true))
     throw InputError(file, "", "not valid JSON: " + builder.message);

@@ -50,6 +50,23 @@ TEST(Json, UnknownKeyErrorNamesFileKeyAndNearestKnownKey) {
   EXPECT_NE(text.find("Did you mean 'exposure'"), std::string::npos);
 }
 
+TEST(Json, Utf16IsRefusedWithItsRemedyAndAByteOrderMarkOfUtf8IsRead) {
+  const std::string text = "{\"a\": 1}";
+  std::string low_first, high_first;
+  for (const char c : text) {
+    low_first += std::string{c, '\0'};
+    high_first += std::string{'\0', c};
+  }
+  const TemporaryFolder folder;
+  for (const std::string& utf16 : {"\xFF\xFE" + low_first, "\xFE\xFF" + high_first, low_first, high_first}) {
+    const std::string said = ComplaintAbout([&] { FileWith(folder, utf16); });
+    EXPECT_NE(said.find("it may be UTF-16"), std::string::npos) << said;
+    EXPECT_NE(said.find("Save it as UTF-8"), std::string::npos) << said;
+  }
+  const JsonFile marked = FileWith(folder, "\xEF\xBB\xBF" + text);
+  EXPECT_EQ(JsonObject(marked.root(), {"a"}).Require("a").Number(), 1.0);
+}
+
 TEST(Json, InvalidValuesAreRefusedByName) {
   const TemporaryFolder folder;
   const JsonFile file = FileWith(folder, "{\"a\": \"one\"}");
