@@ -1,3 +1,5 @@
+#include <algorithm>
+
 #include "base/error.h"
 #include "base/progress.h"
 #include "calibration/noise_product.h"
@@ -13,6 +15,26 @@ struct NoiseTask {
   std::string encoding = "file";
 };
 
+/// Refuses two photographs whose pixels are the same, as of one file given twice or copied. Frames of one value are
+/// left alone: a series may be saturated all over.
+void RequireNoise(const Image& a, const Image& b, const std::filesystem::path& file_a,
+                  const std::filesystem::path& file_b) {
+  const bool is_even =
+      std::equal(a.values.begin() + std::min<size_t>(a.channels, a.values.size()), a.values.end(), a.values.begin());
+  if (is_even || a.values != b.values) return;
+  throw InputError(file_b, "", "holds the same pixels as " + file_a.string() + ", so there is no noise between them",
+                   "Photograph the scene twice: a pair is two exposures, not a file and its copy.");
+}
+
+/// Dark frames may be equal by chance, where they hold few levels; so only one file given twice is refused.
+void RequireDistinctDarks(const std::vector<std::filesystem::path>& darks) {
+  std::error_code ignored;
+  for (size_t i = 0; i < darks.size(); ++i)
+    for (size_t j = 0; j < i; ++j)
+      if (std::filesystem::equivalent(darks[i], darks[j], ignored))
+        throw InputError(darks[i], "--dark", "is the same file as " + darks[j].string(), "Give each dark frame once.");
+}
+
 int RunNoise(const NoiseTask& asked) {
   Progress progress(asked.product.common.progress);
   progress.Show("reading", 0.0);
@@ -23,8 +45,11 @@ int RunNoise(const NoiseTask& asked) {
         "", "IMAGES", "expected pairs of photographs, found " + std::to_string(photos.size()),
         "Photograph every scene twice and list A A' B B'; or add --series for one scene at rising exposures.");
   std::vector<std::pair<const Image*, const Image*>> pairs;
-  for (size_t i = 0; i + 1 < photos.size(); i += asked.is_series ? 1 : 2)
+  for (size_t i = 0; i + 1 < photos.size(); i += asked.is_series ? 1 : 2) {
+    RequireNoise(photos[i].image, photos[i + 1].image, asked.images[i], asked.images[i + 1]);
     pairs.emplace_back(&photos[i].image, &photos[i + 1].image);
+  }
+  RequireDistinctDarks(asked.darks);
   std::vector<const Image*> darks;
   for (const auto& dark : dark_files) darks.push_back(&dark.image);
   progress.Show("photon transfer", 0.5);

@@ -46,6 +46,13 @@ with tempfile.TemporaryDirectory() as folder:
     refused("camera", plain, "--board", "charuco", "--corners", "9x6", "--square-mm", 10, "--dictionary", "9X9_9", saying=["9X9_9", "Known: "])
     refused("noise", plain, plain, saying=["plain.ppm", "encoded for display", "--linear"])
     refused("noise", plain, "--linear", saying=["pairs", "--series"])
+    other = picture(folder / "other.ppm", 160, 120, lambda x, y: 90 + x // 8 + (x * 7 + y * 13) % 3)
+    copy = folder / "copy.ppm"
+    copy.write_bytes(plain.read_bytes())
+    for again in (plain, copy):
+        refused("noise", other, plain, plain, again, "--linear", saying=[f"{again}: holds the same pixels as {plain}", "Photograph the scene twice"])
+    refused("noise", other, plain, copy, "--series", "--linear", saying=["copy.ppm: holds the same pixels"])
+    refused("noise", plain, other, "--dark", plain, plain, "--linear", saying=["--dark: is the same file as"])
     refused("exposures", plain, plain, "--times", "1,2,3", saying=["3 times for 2 photographs"])
     refused("blur", plain, "--linear", saying=["no dark square", "calibrate target jig"])
     refused("blur", plain, "--linear", "--region", "0,0,9999,20", saying=["--region", "outside of the picture"])
