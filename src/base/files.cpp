@@ -53,10 +53,15 @@ void WriteTextFile(const std::filesystem::path& file, const std::string& text) {
   });
 }
 
+std::string RemedyOfMissing(const std::filesystem::path& file, const std::string& usual) {
+  return file.string().find('\\') == std::string::npos ? usual : "Write / between folders, not \\ as on Windows.";
+}
+
 std::string ReadWholeFile(const std::filesystem::path& file, double most_bytes, const std::string& remedy) {
   std::error_code ignored;
   if (std::filesystem::is_directory(file, ignored)) throw InputError(file, "", "is a folder", "Name a file in it.");
-  if (!std::filesystem::is_regular_file(file, ignored)) throw InputError(file, "", "there is no such file");
+  if (!std::filesystem::is_regular_file(file, ignored))
+    throw InputError(file, "", "there is no such file", RemedyOfMissing(file));
   std::ifstream stream(file, std::ios::binary | std::ios::ate);
   const std::streamoff size = stream ? static_cast<std::streamoff>(stream.tellg()) : -1;
   if (static_cast<double>(size) > most_bytes)

@@ -18,6 +18,9 @@ void MakeFolder(const std::filesystem::path& folder);
 /// WriteBesideAndRename for text.
 void WriteTextFile(const std::filesystem::path& file, const std::string& text);
 
+/// What to do where `file` does not exist: the remedy of Windows' paths where it has a backslash, otherwise `usual`.
+std::string RemedyOfMissing(const std::filesystem::path& file, const std::string& usual = "");
+
 /// The bytes of a file. Throws InputError when it is no regular file (a folder, a pipe, a device), unreadable, or
 /// larger than `most_bytes` (with `remedy`).
 std::string ReadWholeFile(const std::filesystem::path& file, double most_bytes, const std::string& remedy);

@@ -9,6 +9,7 @@
 
 #include "base/csv_file.h"
 #include "base/error.h"
+#include "base/files.h"
 #include "base/json_file.h"
 #include "base/limits.h"
 
@@ -171,7 +172,9 @@ Manifest ReadManifest(const std::filesystem::path& file, const FitCommand& fit, 
       fault = "capture: no folder is named";
     } else if (is_mine && !std::filesystem::is_regular_file(row.capture, ignored) &&
                !std::filesystem::is_regular_file(row.capture / "capture.json", ignored)) {
-      fault = "capture: " + row.capture.string() + " is neither a capture.json nor a folder that holds one";
+      const std::string remedy = RemedyOfMissing(row.capture);
+      fault = "capture: " + row.capture.string() + " is neither a capture.json nor a folder that holds one" +
+              (remedy.empty() ? "" : ". " + remedy);
     }
     row.arguments = Arguments(raw, fit, fault);
     if (!fault_of_list.empty()) fault = fault_of_list;

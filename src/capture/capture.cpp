@@ -4,6 +4,7 @@
 #include <set>
 
 #include "base/error.h"
+#include "base/files.h"
 #include "base/json_file.h"
 #include "capture/colour_file.h"
 #include "capture/poses.h"
@@ -345,7 +346,8 @@ Capture ReadCapture(const std::filesystem::path& path) {
   std::error_code ignored;
   const auto file = std::filesystem::is_regular_file(path, ignored) ? path : path / "capture.json";
   if (!std::filesystem::is_regular_file(file, ignored))
-    throw InputError(file, "", "there is no capture here", "Give a folder that holds capture.json, or that file.");
+    throw InputError(file, "", "there is no capture here",
+                     RemedyOfMissing(file, "Give a folder that holds capture.json, or that file."));
   return ReadAs("crownfit-capture/1", file, {"measurements"});
 }
 

@@ -18,7 +18,8 @@ using Object = JsonValue::Object;
 /// Copies a file into the capture; returns its name there.
 std::string Copied(const Path& from, const Path& folder, const std::string& name) {
   std::error_code error;
-  if (!std::filesystem::is_regular_file(from, error)) throw InputError(from, "", "there is no such file");
+  if (!std::filesystem::is_regular_file(from, error))
+    throw InputError(from, "", "there is no such file", RemedyOfMissing(from));
   const Path to = folder / name;
   std::filesystem::create_directories(to.parent_path(), error);
   std::filesystem::copy_file(from, to, std::filesystem::copy_options::overwrite_existing, error);

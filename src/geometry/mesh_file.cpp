@@ -154,7 +154,8 @@ TriangleMesh ReadObj(MeshBytes& in, const MeshLimits& limits) {
 TriangleMesh ReadMeshFile(const std::filesystem::path& file) {
   std::error_code ignored;
   if (!std::filesystem::is_regular_file(file, ignored))
-    BadMesh(file, "there is no such mesh file", "Check the path; it must name a file, not a folder.");
+    BadMesh(file, "there is no such mesh file",
+            RemedyOfMissing(file, "Check the path; it must name a file, not a folder."));
   const MeshLimits limits;
   MeshBytes in{file, ReadWholeFile(file, limits.bytes, kManyTriangles)};
   if (in.data.empty()) BadMesh(file, "the mesh file is empty");

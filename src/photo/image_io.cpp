@@ -52,7 +52,8 @@ void Write(const std::filesystem::path& file, const Image& image, bool half, con
 
 ImageFile ReadImageFile(const std::filesystem::path& file) {
   std::error_code ignored;
-  if (!std::filesystem::is_regular_file(file, ignored)) throw InputError(file, "", "there is no such image file");
+  if (!std::filesystem::is_regular_file(file, ignored))
+    throw InputError(file, "", "there is no such image file", RemedyOfMissing(file));
   if (std::filesystem::file_size(file, ignored) == 0) DamagedImage(file, "the file is empty");
   const Limits limits = InputLimits();
   // A decoder holds the picture several times: as counts, as floats, and in layers that are not asked for.

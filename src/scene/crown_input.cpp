@@ -6,6 +6,7 @@
 #include <optional>
 
 #include "base/error.h"
+#include "base/files.h"
 #include "base/limits.h"
 #include "capture/capture.h"
 #include "geometry/signed_distance.h"
@@ -151,9 +152,10 @@ void RequirePictures(const Capture& capture) {
     for (const auto& file : {std::optional(photo.files.image), photo.files.mask, photo.files.variance}) {
       std::error_code ignored;
       if (file && !std::filesystem::is_regular_file(*file, ignored))
-        throw InputError(*file, "", "there is no such image file",
-                         "Photograph '" + photo.name + "' of " + capture.file.filename().string() +
-                             " names it: correct the path, or copy the file there.");
+        throw InputError(
+            *file, "", "there is no such image file",
+            RemedyOfMissing(*file, "Photograph '" + photo.name + "' of " + capture.file.filename().string() +
+                                       " names it: correct the path, or copy the file there."));
     }
 }
 

@@ -168,6 +168,17 @@ TEST(Files, OnlyRegularFilesAreReadWhole) {
   EXPECT_NE(ComplaintAbout([&] { read(folder.path); }).find("is a folder"), std::string::npos);
 }
 
+TEST(Files, AMissingPathOfWindowsGetsTheRemedyOfSlashes) {
+  const TemporaryFolder folder;
+  const auto complaint = [&](const char* name) {
+    return ComplaintAbout([&] { ReadWholeFile(folder.path / name, 10, ""); });
+  };
+  EXPECT_NE(complaint("scans\\a.ply").find("no such file\n  Write / between folders"), std::string::npos);
+  EXPECT_EQ(complaint("a.ply").find("Write /"), std::string::npos);
+  WriteTextFile(folder.path / "a\\b", "x");
+  EXPECT_EQ(ReadWholeFile(folder.path / "a\\b", 10, ""), "x") << "a backslash is a letter of Linux's names";
+}
+
 TEST(Files, FailedWriteLeavesNoPartialFile) {
   const TemporaryFolder folder;
   const auto file = folder.path / "deep" / "result.txt";

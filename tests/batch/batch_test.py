@@ -117,6 +117,8 @@ def every_fault_of_a_manifest_is_named_before_anything_starts(folder):
     for words in ("line 2: no-priors", "line 3: id: 'a' occurs twice; the first is line 2", "line 4: capture", "absent", "line 5: id", "line 6: --max-pixels", "line 7: id"):
         assert words in said, (words, said)
     assert not lab.out.exists()
+    lab.write([("a", "sub\\a")])
+    assert "Write / between folders" in lab.run(expect=2).stderr
     lab.write([("a", "a"), ("a", "b"), ("b", "b")])
     lab.run("--keep-going", expect=1)
     assert [r["status"] for r in lab.summary().values()] == ["faulty", "usable"]  # by id; the second `a` is the faulty one
