@@ -55,6 +55,31 @@ void RequireShare(double value, const std::filesystem::path& file, const std::st
               photo.white_balance ? "" : Printed(", %.0f", std::ldexp(1.0, photo.bits) - 1).c_str()));
 }
 
+/// The mask's first channel, for each pixel whether it is chosen.
+std::vector<uint8_t> ReadMask(const std::filesystem::path& path, const PhotographFiles& files, const Image& wanted) {
+  constexpr float kChosen = 0.5f;
+  const ImageFile file = ReadImageFile(path);
+  const Image& mask = file.image;
+  RequireSize(mask, wanted, path, files.image);
+  const std::vector<uint8_t> is_stated = Opaque(file);
+  if (std::count(is_stated.begin(), is_stated.end(), 0) > 0)
+    throw InputError(path, "", "the mask has transparent pixels, which may mean either side of it",
+                     "Write it without alpha: white where the object is, black elsewhere.");
+  std::vector<uint8_t> chosen;
+  float most = 0;
+  for (size_t i = 0; i < mask.values.size(); i += mask.channels) {
+    chosen.push_back(mask.values[i] > kChosen);
+    most = std::max(most, mask.values[i]);
+  }
+  const bool has_counts = file.is_integer && file.bits <= 16;
+  const double white = has_counts ? std::ldexp(1.0, file.bits) - 1 : 1.0;
+  if (most > 0 && most <= kChosen)
+    throw InputError(path, "",
+                     Printed("chooses no pixel: its largest value is %.4g, and white is %.0f", most * white, white),
+                     Printed("Write %.0f where a pixel is used, and 0 elsewhere.", white));
+  return chosen;
+}
+
 }  // namespace
 
 SensorNoise ReadSensorNoise(const std::filesystem::path& path) {
@@ -118,14 +143,7 @@ Photograph ReadPhotograph(const PhotographFiles& files) {
   const size_t pixels = static_cast<size_t>(photo.linear.width) * photo.linear.height;
   photo.usable.assign(pixels, 1);
   if (files.mask) {
-    const ImageFile read = ReadImageFile(*files.mask);
-    const Image& mask = read.image;
-    RequireSize(mask, photo.linear, *files.mask, files.image);
-    const std::vector<uint8_t> is_stated = Opaque(read);
-    if (std::count(is_stated.begin(), is_stated.end(), 0) > 0)
-      throw InputError(*files.mask, "", "the mask has transparent pixels, which may mean either side of it",
-                       "Write it without alpha: white where the object is, black elsewhere.");
-    for (size_t i = 0; i < pixels; ++i) photo.usable[i] = mask.values[i * mask.channels] > 0.5f;
+    photo.usable = ReadMask(*files.mask, files, photo.linear);
     photo.has_mask = true;
   }
   for (size_t i = 0; i < pixels; ++i)

@@ -422,6 +422,29 @@ TEST(Photographs, MaskAndSaturationDecideWhatIsUsable) {
   EXPECT_EQ(photo.saturated_pixels, 1);
 }
 
+TEST(Photographs, AMaskOfZerosAndOnesInBytesIsRefusedAndToldWhatWhiteIs) {
+  const TemporaryFolder folder;
+  WriteImageFile(folder.path / "p.exr", Image(4, 2, 3, 0.5f));
+  const auto refusal = [&](const char* name, float white, OIIO::TypeDesc type) -> std::string {
+    Image mask(4, 2, 3, 0.0f);
+    for (int c = 0; c < 3; ++c) mask.at(1, 1, c) = white;
+    WriteAs(folder.path / name, mask, type);
+    try {
+      const Photograph photo = ReadPhotograph({.image = folder.path / "p.exr", .mask = folder.path / name});
+      EXPECT_EQ(photo.usable, (std::vector<uint8_t>{0, 0, 0, 0, 0, white > 0, 0, 0}));
+    } catch (const InputError& error) {
+      return error.what();
+    }
+    return "";
+  };
+  const std::string bytes = refusal("m.png", 1.0f / 255, OIIO::TypeDesc::UINT8);
+  EXPECT_NE(bytes.find("m.png: chooses no pixel: its largest value is 1, and white is 255"), std::string::npos)
+      << bytes;
+  EXPECT_NE(refusal("n.png", 1.0f / 65535, OIIO::TypeDesc::UINT16).find("white is 65535"), std::string::npos);
+  EXPECT_EQ(refusal("o.png", 1.0f, OIIO::TypeDesc::UINT8), "");
+  EXPECT_EQ(refusal("q.png", 0.0f, OIIO::TypeDesc::UINT8), "") << "black all over: nothing says that white was meant";
+}
+
 TEST(Photographs, SaturationInCountsIsRefusedWhereValuesAreShares) {
   const TemporaryFolder folder;
   WriteAs(folder.path / "p.png", Image(2, 2, 3, 0.5f), OIIO::TypeDesc::UINT16);
