@@ -35,7 +35,7 @@ size_t DropLooseVertices(TriangleMesh& mesh);
 
 /// Closes seams: welds equal positions (STL shares none, texture seams double them), then, where edges are still open,
 /// positions that rounding has moved apart.
-void WeldSeams(TriangleMesh& mesh, double size_mm, const std::string& name, std::vector<std::string>& messages);
+void WeldSeams(TriangleMesh& mesh, double rounding_mm, const std::string& name, std::vector<std::string>& messages);
 
 /// Takes out faces between corners that another has already, whichever way round (exports with both sides): their
 /// surface would be crossed twice. Where two bodies touch in such faces, both go: without the wall the bodies are one.
@@ -43,6 +43,12 @@ void DropRepeatedFaces(TriangleMesh& mesh, const std::string& name, std::vector<
 
 /// Takes out what welding or a scanner's decimation collapsed; returns how many triangles.
 size_t DropCollapsed(TriangleMesh& mesh);
+
+// mesh_cracks.cpp
+
+/// Closes cracks without width: splits open edges at corners that lie on them (T-vertices). Corners keep their places.
+void SplitAtCorners(TriangleMesh& mesh, double rounding_mm, const std::string& name,
+                    std::vector<std::string>& messages);
 
 // mesh_shells.cpp
 

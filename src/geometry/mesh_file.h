@@ -16,10 +16,10 @@ TriangleMesh ReadMeshFile(const std::filesystem::path& file);
 /// Binary little-endian PLY. Vertex properties are written as doubles.
 void WritePly(const std::filesystem::path& file, const TriangleMesh& mesh);
 
-/// Reads a closed surface in millimetres. Welds duplicate vertices, drops triangles without area, orients all faces
-/// outwards and closes every opening by a fan from the middle of its rim. Marks the largest opening of more than 1 mm2
-/// as the cut at the neck. Repairs are added to `messages`. Refuses what can't be repaired (openings of more than half
-/// the surface's area, a size that is not that of a crown).
+/// Reads a closed surface in millimetres. Welds duplicate vertices, splits edges at corners that lie on them, orients
+/// all faces outwards and closes every opening by a fan from the middle of its rim. Marks the largest opening of more
+/// than 1 mm2 as the cut at the neck. Repairs are added to `messages`. Refuses what can't be repaired (openings of more
+/// than half the surface's area, a size that is not that of a crown).
 TriangleMesh ReadClosedSurface(const std::filesystem::path& file, std::vector<std::string>& messages);
 
 }  // namespace crownfit

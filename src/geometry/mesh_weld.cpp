@@ -132,19 +132,18 @@ size_t DropCollapsed(TriangleMesh& mesh) {
   return std::erase_if(mesh.triangles, [](const glm::ivec3& t) { return t.x == t.y || t.y == t.z || t.z == t.x; });
 }
 
-void WeldSeams(TriangleMesh& mesh, double size_mm, const std::string& name, std::vector<std::string>& messages) {
-  constexpr double kRounding = 1e-5;  // of the mesh's size: 0.1 micrometre of a crown
+void WeldSeams(TriangleMesh& mesh, double rounding_mm, const std::string& name, std::vector<std::string>& messages) {
   size_t open = OpenEdges(mesh);
   if (open == 0) return;
   Weld(mesh, 0);
   if (open = OpenEdges(mesh); open == 0) return;
   TriangleMesh closer = mesh;
-  const size_t moved = Weld(closer, kRounding * size_mm);
+  const size_t moved = Weld(closer, rounding_mm);
   DropCollapsed(closer);
   if (OpenEdges(closer) >= open) return;
   mesh = std::move(closer);
-  messages.push_back(Printed("%s: %zu corners within %.1g mm of others were merged with them", name.c_str(), moved,
-                             kRounding * size_mm));
+  messages.push_back(
+      Printed("%s: %zu corners within %.1g mm of others were merged with them", name.c_str(), moved, rounding_mm));
 }
 
 void DropRepeatedFaces(TriangleMesh& mesh, const std::string& name, std::vector<std::string>& messages) {

@@ -158,5 +158,60 @@ TEST(Repairs, OrderInTheFileDoesNotMatter) {
   }
 }
 
+/// Turned out of the axes, so that no corner lies on a line without rounding.
+TriangleMesh Turned(TriangleMesh mesh) {
+  const glm::dvec3 x = glm::normalize(glm::dvec3(3, 1, -2)), y = glm::normalize(glm::cross({1, 1, 1}, x));
+  for (auto& v : mesh.vertices) v = glm::dmat3(x, y, glm::cross(x, y)) * v;
+  return mesh;
+}
+
+/// Closed without holes, with an area on every face: by Euler, V - F / 2 = 2.
+void ExpectWholeBox(const TriangleMesh& box, const glm::dvec3& size, const std::string& what) {
+  EXPECT_EQ(2 * box.vertices.size() - box.triangles.size(), 4u) << what;
+  EXPECT_NEAR(Volume(box), size.x * size.y * size.z, 1e-4) << what;
+  EXPECT_NEAR(Area(box), 2 * (size.x * size.y + size.y * size.z + size.z * size.x), 1e-4) << what;
+  for (const glm::ivec3& t : box.triangles) {
+    const glm::dvec3 a = box.vertices[t.y] - box.vertices[t.x], b = box.vertices[t.z] - box.vertices[t.x];
+    ASSERT_GT(glm::length(glm::cross(a, b)), 1e-4 * glm::length(a) * glm::length(b)) << what;
+  }
+}
+
+TEST(Cracks, FinerFaceBecomesOneWithItsCoarseNeighbours) {
+  for (const auto& [cells, top_cells] : {std::pair{4, 8}, {8, 4}, {1, 12}, {3, 5}, {1, 100}}) {
+    std::vector<std::string> said;
+    const TriangleMesh box = Reread(Turned(GridBox({-4, -4, -3}, {4, 4, 3}, cells, top_cells)), &said);
+    ExpectWholeBox(box, {8, 8, 6}, std::to_string(cells) + " and " + std::to_string(top_cells));
+    ASSERT_EQ(said.size(), 1u);
+    EXPECT_NE(said[0].find("lay on a neighbour's edge"), std::string::npos) << said[0];
+  }
+}
+
+TEST(Cracks, CoversWithoutAreaAreNotNeeded) {
+  TriangleMesh mesh = GridBox({-4, -4, -3}, {4, 4, 3}, 1, 4);
+  const auto vertex = [&](double x, double y) {
+    return static_cast<int>(std::find(mesh.vertices.begin(), mesh.vertices.end(), glm::dvec3(x, y, 3)) -
+                            mesh.vertices.begin());
+  };
+  for (const double x : {-4.0, 4.0}) {  // fans from one end of each edge, and from one corner to the next
+    mesh.triangles.emplace_back(vertex(x, -4), vertex(x, -2), vertex(x, 0));
+    mesh.triangles.emplace_back(vertex(x, -4), vertex(x, 0), vertex(x, 2));
+    mesh.triangles.emplace_back(vertex(x, -4), vertex(x, 2), vertex(x, 4));
+    mesh.triangles.emplace_back(vertex(-4, x), vertex(-2, x), vertex(4, x));
+    mesh.triangles.emplace_back(vertex(-2, x), vertex(0, x), vertex(4, x));
+    mesh.triangles.emplace_back(vertex(0, x), vertex(2, x), vertex(4, x));
+  }
+  std::vector<std::string> said;
+  ExpectWholeBox(Reread(Turned(mesh), &said), {8, 8, 6}, "turned");
+  ExpectWholeBox(Reread(mesh), {8, 8, 6}, "exactly flat");
+  ASSERT_EQ(said.size(), 2u);
+  EXPECT_NE(said[0].find("12 triangles without area"), std::string::npos) << said[0];
+}
+
+TEST(Cracks, OrderInTheFileDoesNotMatter) {
+  const TriangleMesh mesh = Turned(GridBox({-4, -4, -3}, {4, 4, 3}, 2, 7));
+  const auto expected = Canonical(Reread(mesh));
+  for (const unsigned seed : {1u, 2u, 3u}) EXPECT_TRUE(Canonical(Reread(Shuffled(mesh, seed))) == expected) << seed;
+}
+
 }  // namespace
 }  // namespace crownfit

@@ -54,6 +54,33 @@ TEST(Furnace, WhiteSlabDisappearsDryAndWet) {
   }
 }
 
+TEST(Meshes, FinerFaceWithCornersOnItsNeighboursEdgesChangesNoPixel) {
+  // The same box, whole: all of its faces as fine as the finer one.
+  const auto picture = [](int cells, int top_cells) {
+    const TemporaryFolder folder;
+    WritePly(folder.path / "m.ply", GridBox({-4, -4, -3}, {4, 4, 3}, cells, top_cells));
+    std::vector<std::string> messages;
+    KnownScene scene(ReadClosedSurface(folder.path / "m.ply", messages), 1, 0.5, 24, 12.0);
+    scene.Light(RectangleLight{{60, 40, 150}, {30, 0, 0}, {0, -30, 0}, glm::dvec3(2.0)});
+    scene.Light(DomeLight{glm::dvec3(0.1)});
+    const CastState state = StateOf(scene);
+    const auto values =
+        PredictPixels(scene.capture, state, 0, StatedMaterial(scene.capture), StatedLightScales(scene.capture), 0);
+    std::vector<double> green;
+    for (const glm::dvec3& v : values) green.push_back(v.y);
+    return green;
+  };
+  const std::vector<double> whole = picture(16, 16), cracked = picture(8, 16);
+  ASSERT_EQ(whole.size(), cracked.size());
+  ASSERT_GT(whole.size(), 200u);
+  double sum = 0, sum_cracked = 0;
+  for (size_t i = 0; i < whole.size(); ++i) {
+    sum += whole[i], sum_cracked += cracked[i];
+    EXPECT_NEAR(cracked[i], whole[i], 0.02 * whole[i]) << i;
+  }
+  EXPECT_NEAR(sum_cracked, sum, 0.003 * sum);
+}
+
 TEST(Furnace, AClearOuterLayerChangesNothingButItsBoundary) {
   KnownScene scene(Disc(3.0, 12.0), 2, 0.5, 8, 2.0);
   scene.Light(DomeLight{glm::dvec3(1.0 / kPi)});

@@ -103,6 +103,28 @@ TriangleMesh Box(const glm::dvec3& low, const glm::dvec3& high) {
   return Stack(stack);
 }
 
+TriangleMesh GridBox(const glm::dvec3& low, const glm::dvec3& high, int cells, int top_cells) {
+  TriangleMesh mesh;
+  for (int face = 0; face < 6; ++face) {
+    const int axis = face / 2, u = (axis + 1) % 3, v = (axis + 2) % 3, sign = face % 2 ? 1 : -1;
+    const int n = axis == 2 && sign > 0 ? top_cells : cells, first = static_cast<int>(mesh.vertices.size());
+    for (int i = 0; i <= n; ++i)
+      for (int k = 0; k <= n; ++k) {
+        glm::dvec3 share(0.5 + 0.5 * sign);
+        share[u] = static_cast<double>(i) / n;
+        share[v] = static_cast<double>(sign > 0 ? k : n - k) / n;
+        mesh.vertices.push_back(low + share * (high - low));
+      }
+    for (int i = 0; i < n; ++i)
+      for (int k = 0; k < n; ++k) {
+        const int a = first + i * (n + 1) + k, b = a + n + 1;
+        mesh.triangles.emplace_back(a, b, b + 1);
+        mesh.triangles.emplace_back(a, b + 1, a + 1);
+      }
+  }
+  return mesh;
+}
+
 TriangleMesh Incisor(int levels) {
   const int sides = 4 * levels / 3;
   std::vector<std::vector<glm::dvec3>> stack;

@@ -16,6 +16,10 @@ TriangleMesh Disc(double thickness_mm, double radius_mm, int sides = 64);
 /// Axis-aligned box.
 TriangleMesh Box(const glm::dvec3& low, const glm::dvec3& high);
 
+/// Axis-aligned box of faces with vertices of their own, grids of `cells` squares along every edge; that at high z has
+/// `top_cells`.
+TriangleMesh GridBox(const glm::dvec3& low, const glm::dvec3& high, int cells, int top_cells);
+
 /// A thick-walled open vessel: a body with a hollow, so that light leaves it and enters it again.
 TriangleMesh Cup(double radius_mm, double height_mm, double wall_mm, int sides = 64);
 
