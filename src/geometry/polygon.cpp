@@ -32,12 +32,19 @@ std::vector<glm::dvec2> Flattened(const std::vector<glm::dvec3>& corners) {
   return flat;
 }
 
+/// Whether `b` lies between `a` and `c` on their line, as closely as files round.
+bool IsStraight(const glm::dvec2& a, const glm::dvec2& b, const glm::dvec2& c) {
+  constexpr double kRounding = 1e-3;  // radians
+  return std::abs(Turn(a, b, c)) <= kRounding * glm::length(b - a) * glm::length(c - b) && glm::dot(b - a, c - b) > 0;
+}
+
 struct Clipper {
   const std::vector<glm::dvec3>& corners;
   std::vector<glm::dvec2> flat;
-  double least;              ///< an area of rounding
-  std::vector<int> left;     ///< corners not cut off yet
-  std::vector<int> blunt{};  ///< of those, the ones that are reflex or straight: no other can lie in an ear
+  double least;                 ///< an area of rounding
+  std::vector<int> left;        ///< corners not cut off yet
+  std::vector<int> blunt{};     ///< of those, the ones that are reflex or straight: no other can lie in an ear
+  std::vector<int> straight{};  ///< and those that are straight up to rounding
 
   int at(int i) const { return left[(i + static_cast<int>(left.size())) % static_cast<int>(left.size())]; }
 
@@ -54,8 +61,19 @@ struct Clipper {
 
   void FindBlunt() {
     blunt.clear();
-    for (int i = 0; i < static_cast<int>(left.size()); ++i)
-      if (!(Turn(flat[at(i - 1)], flat[at(i)], flat[at(i + 1)]) > least)) blunt.push_back(at(i));
+    straight.clear();
+    for (int i = 0; i < static_cast<int>(left.size()); ++i) {
+      const glm::dvec2 &a = flat[at(i - 1)], &b = flat[at(i)], &c = flat[at(i + 1)];
+      if (!(Turn(a, b, c) > least)) blunt.push_back(at(i));
+      if (IsStraight(a, b, c)) straight.push_back(at(i));
+    }
+  }
+
+  /// Whether cutting an ear makes a sliver of a corner on a straight edge: of this one, or of one on the new edge.
+  bool LeavesSliver(int i) const {
+    const int a = at(i - 1), b = at(i), c = at(i + 1);
+    return std::any_of(straight.begin(), straight.end(),
+                       [&](int k) { return k == b || (k != a && k != c && IsStraight(flat[a], flat[k], flat[c])); });
   }
 
   /// Squared length of the edge that cutting makes.
@@ -105,9 +123,15 @@ std::optional<std::vector<std::array<int, 3>>> Triangulated(const std::vector<gl
     // Of equal ones, as in a rectangle, the first after corner 0: a fan.
     constexpr double kShorter = 1 - 1e-6;
     int best = -1;
+    bool best_leaves_sliver = true;
     const int n = static_cast<int>(clipper.left.size());
-    for (int i = 1; i <= n; ++i)
-      if (clipper.IsEar(i % n) && (best < 0 || clipper.NewEdge(i % n) < kShorter * clipper.NewEdge(best))) best = i % n;
+    for (int i = 1; i <= n; ++i) {
+      if (!clipper.IsEar(i % n)) continue;
+      const bool leaves_sliver = clipper.LeavesSliver(i % n);
+      if (best < 0 || (leaves_sliver == best_leaves_sliver ? clipper.NewEdge(i % n) < kShorter * clipper.NewEdge(best)
+                                                           : best_leaves_sliver))
+        best = i % n, best_leaves_sliver = leaves_sliver;
+    }
     if (best < 0) return std::nullopt;
     triangles.push_back({clipper.at(best - 1), clipper.at(best), clipper.at(best + 1)});
     clipper.left.erase(clipper.left.begin() + best);

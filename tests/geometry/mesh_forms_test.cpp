@@ -18,6 +18,7 @@ namespace {
 struct Shape {
   double volume_mm3, area_mm2;
   size_t messages;
+  std::string said;
 };
 
 Shape ShapeIn(const std::string& name, const std::string& content) {
@@ -25,7 +26,9 @@ Shape ShapeIn(const std::string& name, const std::string& content) {
   WriteTextFile(folder.path / name, content);
   std::vector<std::string> messages;
   const TriangleMesh mesh = ReadClosedSurface(folder.path / name, messages);
-  return {Volume(mesh), Area(mesh), messages.size()};
+  std::string said;
+  for (const std::string& message : messages) said += message + "\n";
+  return {Volume(mesh), Area(mesh), messages.size(), said};
 }
 
 std::string Refusal(const std::string& name, const std::string& content) {
@@ -144,6 +147,19 @@ TEST(Obj, LegalVariantsGiveTheSameShape) {
   std::string old_mac = corners + faces(" ", "", 1);
   std::replace(old_mac.begin(), old_mac.end(), '\n', '\r');
   ExpectBall("m.obj", old_mac, "CR");
+}
+
+TEST(Obj, CornersInTheMiddleOfEdgesKeepTheShape) {
+  const TriangleMesh& ball = Ball();
+  TriangleMesh split = ball;
+  std::ostringstream faces;
+  for (const auto& t : ball.triangles) {
+    split.vertices.push_back(0.5 * (ball.vertices[t.x] + ball.vertices[t.y]));
+    faces << "f " << t.x + 1 << " " << split.vertices.size() << " " << t.y + 1 << " " << t.z + 1 << "\n";
+  }
+  const std::string content = Vertices(split) + faces.str();
+  ExpectBall("m.obj", content, "corner on an edge");
+  EXPECT_EQ(ShapeIn("m.obj", content).said.find("hole"), std::string::npos) << ShapeIn("m.obj", content).said;
 }
 
 TEST(Ply, FacesMayComeBeforeVertices) {

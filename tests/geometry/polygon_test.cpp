@@ -55,6 +55,20 @@ TEST(Polygons, AreaMatchesTheShoelaceFormula) {
   }
 }
 
+TEST(Polygons, CornersRoundedOffAStraightEdgeGiveNoSlivers) {
+  for (const double off : {1e-7, -1e-7, 1e-5, -1e-5}) {
+    std::vector<glm::dvec2> outline{{0, 0}, {0.5, off}, {1, 0}, {0, 6}};
+    for (size_t first = 0; first < outline.size(); ++first) {
+      const auto corners = In3D(outline);
+      const auto triangles = Triangulated(corners);
+      ASSERT_TRUE(triangles);
+      ASSERT_EQ(triangles->size(), 2u);
+      for (const auto& t : *triangles) EXPECT_NEAR(AreaOf(corners, {t}), 1.5, 1e-4) << off << " " << first;  // halves
+      std::rotate(outline.begin(), outline.begin() + 1, outline.end());
+    }
+  }
+}
+
 TEST(Polygons, FirstCornerDoesNotChangeAWarpedSurface) {
   for (const size_t corner_count : {4u, 8u}) {
     std::vector<glm::dvec3> corners;
