@@ -34,15 +34,12 @@ size_t DropLooseVertices(TriangleMesh& mesh);
 // mesh_weld.cpp
 
 /// Closes seams: welds equal positions (STL shares none, texture seams double them), then, where edges are still open,
-/// positions that rounding has moved apart.
-void WeldSeams(TriangleMesh& mesh, double rounding_mm, const std::string& name, std::vector<std::string>& messages);
+/// positions that rounding has moved apart. Takes out triangles that collapsed, here or before; returns how many.
+size_t WeldSeams(TriangleMesh& mesh, double rounding_mm, const std::string& name, std::vector<std::string>& messages);
 
 /// Takes out faces between corners that another has already, whichever way round (exports with both sides): their
 /// surface would be crossed twice. Where two bodies touch in such faces, both go: without the wall the bodies are one.
 void DropRepeatedFaces(TriangleMesh& mesh, const std::string& name, std::vector<std::string>& messages);
-
-/// Takes out what welding or a scanner's decimation collapsed; returns how many triangles.
-size_t DropCollapsed(TriangleMesh& mesh);
 
 // mesh_cracks.cpp
 

@@ -134,8 +134,7 @@ TriangleMesh ReadClosedSurface(const std::filesystem::path& file, std::vector<st
     messages.push_back(name + ": " + std::to_string(loose) + " vertices that belong to no triangle were removed");
   DropRepeatedFaces(mesh, name, messages);
   const double rounding_mm = 1e-5 * size_mm;  // 0.1 micrometre of a crown
-  WeldSeams(mesh, rounding_mm, name, messages);
-  if (const size_t collapsed = DropCollapsed(mesh); collapsed > 0)
+  if (const size_t collapsed = WeldSeams(mesh, rounding_mm, name, messages); collapsed > 0)
     messages.push_back(name + ": " + std::to_string(collapsed) + " collapsed triangles were removed");
   SplitAtCorners(mesh, rounding_mm, name, messages);
   for (const glm::ivec3& t : mesh.triangles) {

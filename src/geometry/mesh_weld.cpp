@@ -126,24 +126,25 @@ Removed DropInnerWalls(TriangleMesh& mesh, const std::vector<char>& was_repeated
   return removed;
 }
 
-}  // namespace
-
+/// Takes out what welding or a scanner's decimation collapsed; returns how many triangles.
 size_t DropCollapsed(TriangleMesh& mesh) {
   return std::erase_if(mesh.triangles, [](const glm::ivec3& t) { return t.x == t.y || t.y == t.z || t.z == t.x; });
 }
 
-void WeldSeams(TriangleMesh& mesh, double rounding_mm, const std::string& name, std::vector<std::string>& messages) {
-  size_t open = OpenEdges(mesh);
-  if (open == 0) return;
+}  // namespace
+
+size_t WeldSeams(TriangleMesh& mesh, double rounding_mm, const std::string& name, std::vector<std::string>& messages) {
+  if (OpenEdges(mesh) == 0) return 0;
   Weld(mesh, 0);
-  if (open = OpenEdges(mesh); open == 0) return;
+  const size_t collapsed = DropCollapsed(mesh), open = OpenEdges(mesh);
+  if (open == 0) return collapsed;
   TriangleMesh closer = mesh;
-  const size_t moved = Weld(closer, rounding_mm);
-  DropCollapsed(closer);
-  if (OpenEdges(closer) >= open) return;
+  const size_t moved = Weld(closer, rounding_mm), collapsed_now = DropCollapsed(closer);
+  if (OpenEdges(closer) >= open) return collapsed;
   mesh = std::move(closer);
   messages.push_back(
       Printed("%s: %zu corners within %.1g mm of others were merged with them", name.c_str(), moved, rounding_mm));
+  return collapsed + collapsed_now;
 }
 
 void DropRepeatedFaces(TriangleMesh& mesh, const std::string& name, std::vector<std::string>& messages) {

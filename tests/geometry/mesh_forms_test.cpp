@@ -149,6 +149,14 @@ TEST(Obj, LegalVariantsGiveTheSameShape) {
   ExpectBall("m.obj", old_mac, "CR");
 }
 
+TEST(Stl, CollapsedFacetsAreCounted) {
+  TriangleMesh ball = Ball();
+  for (int i = 0; i < 7; ++i) ball.triangles.emplace_back(3 * i, 3 * i + 1, 3 * i);
+  const Shape shape = ShapeIn("m.stl", BinaryStl(ball, "CAD"));
+  EXPECT_NEAR(shape.volume_mm3, Volume(Ball()), 1e-4 * Volume(Ball()));
+  EXPECT_EQ(shape.said, "m.stl: 7 collapsed triangles were removed\n");
+}
+
 TEST(Obj, CornersInTheMiddleOfEdgesKeepTheShape) {
   const TriangleMesh& ball = Ball();
   TriangleMesh split = ball;
