@@ -109,6 +109,9 @@ TriangleMesh ReadPly(MeshBytes& in, const MeshLimits& limits) {
                          [&](const PlyProperty& p) { return p.name == name && p.count_type.empty(); });
     };
     if (is_vertex && !(has("x") && has("y") && has("z"))) BadMesh(in.file, "its vertices lack x, y or z");
+    if (is_vertex)
+      for (const PlyProperty& p : element.properties)
+        if (p.count_type.empty() && (p.type == "uchar" || p.type == "uint8")) mesh.byte_properties.insert(p.name);
     const size_t least = LeastBytes(element, format);  // the last number of a text may lack its separator
     if (element.count > 0 && (least == 0 || element.count > (in.data.size() - in.at + 1) / least))
       BadMesh(in.file, "the file is truncated: it has no room for " + std::to_string(element.count) + " of element " +

@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <glm/glm.hpp>
 #include <map>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -14,6 +15,7 @@ struct TriangleMesh {
   std::vector<glm::dvec3> vertices;
   std::vector<glm::ivec3> triangles;                             ///< counter-clockwise seen from outside
   std::map<std::string, std::vector<double>> vertex_properties;  ///< further numbers per vertex, by name
+  std::set<std::string> byte_properties;                         ///< those that the file holds as 8-bit unsigned
   std::vector<std::array<glm::dvec2, 3>> corner_uv;              ///< per triangle, of the unmodified file; empty: none
   std::vector<uint8_t> is_cut;  ///< per triangle: closes the neck of an open scan; empty: no cut
   bool cut(int triangle) const { return !is_cut.empty() && is_cut[triangle] != 0; }

@@ -46,6 +46,7 @@ Lookup PictureOn(const TriangleMesh& mesh, const AbsorptionTextureSpec& spec, co
 Lookup PropertiesOf(const TriangleMesh& mesh, const AbsorptionTextureSpec& spec,
                     const std::filesystem::path& mesh_file) {
   std::array<const std::vector<double>*, kChannels> values{};
+  glm::dvec3 unit(1.0);
   for (size_t c = 0; c < kChannels; ++c) {
     const std::string& name = spec.vertex_properties[spec.vertex_properties.size() == 1 ? 0 : c];
     const auto found = mesh.vertex_properties.find(name);
@@ -53,13 +54,14 @@ Lookup PropertiesOf(const TriangleMesh& mesh, const AbsorptionTextureSpec& spec,
       throw InputError(mesh_file, "", "the mesh has no vertex property '" + name + "', which absorption_texture names",
                        "Write it into the PLY file: one number for every vertex.");
     values[c] = &found->second;
+    if (mesh.byte_properties.contains(name)) unit[static_cast<int>(c)] = 1.0 / 255.0;  // as of a picture of 8 bits
   }
-  return [&mesh, values](const SurfacePoint& p) {
+  return [&mesh, values, unit](const SurfacePoint& p) {
     const glm::ivec3 t = mesh.triangles[p.triangle];
     glm::dvec3 factor;
     for (int c = 0; c < kChannels; ++c)
       factor[c] = p.weights.x * (*values[c])[t.x] + p.weights.y * (*values[c])[t.y] + p.weights.z * (*values[c])[t.z];
-    return factor;
+    return unit * factor;
   };
 }
 

@@ -45,6 +45,37 @@ TEST(AbsorptionTexture, VertexValuesAreInterpolatedInsideTheLayer) {
     for (int c = 0; c < kChannels; ++c) EXPECT_NEAR(texture.At(p)[c], 2.0 + 0.25 * p.x, 1e-5);
 }
 
+TEST(AbsorptionTexture, ColoursOfEightBitsStandForZeroToOne) {
+  TexturedBox box;
+  for (const bool is_binary : {false, true})
+    for (const char* type : {"uchar", "uint8"}) {
+      std::ofstream ply(box.folder.path / "box.ply", std::ios::binary);
+      ply << "ply\nformat " << (is_binary ? "binary_little_endian" : "ascii") << " 1.0\nelement vertex "
+          << box.mesh.vertices.size() << "\nproperty float x\nproperty float y\nproperty float z\nproperty " << type
+          << " red\nproperty " << type << " green\nproperty float blue\nelement face " << box.mesh.triangles.size()
+          << "\nproperty list uchar int vertex_indices\nend_header\n";
+      const auto put = [&](auto value) {
+        if (is_binary)
+          ply.write(reinterpret_cast<const char*>(&value), sizeof value);
+        else
+          ply << +value << " ";
+      };
+      for (const auto& v : box.mesh.vertices) {
+        for (int k = 0; k < 3; ++k) put(static_cast<float>(v[k]));
+        put(uint8_t{255}), put(uint8_t{51}), put(3.0f);
+      }
+      for (const auto& t : box.mesh.triangles) {
+        put(uint8_t{3});
+        for (int k = 0; k < 3; ++k) put(static_cast<int32_t>(t[k]));
+      }
+      ply.close();
+      const auto texture = box.Read(box.folder.path / "box.ply", {{}, {"red", "green", "blue"}, 0, 2});
+      EXPECT_NEAR(texture.At({1, 1, 0}).x, 2.0, 1e-5) << type;
+      EXPECT_NEAR(texture.At({1, 1, 0}).y, 2.0 / 5, 1e-5) << type;
+      EXPECT_NEAR(texture.At({1, 1, 0}).z, 6.0, 1e-5) << "a float stands for itself";
+    }
+}
+
 TEST(AbsorptionTexture, ALinearFactorIntegratesToItsMeanTimesTheLength) {
   TexturedBox box;
   const auto texture = box.FromProperty([](const glm::dvec3& p) { return 2.0 + 0.25 * p.x; });
