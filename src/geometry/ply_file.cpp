@@ -51,10 +51,16 @@ struct PlyHeader {
 };
 
 PlyHeader ReadPlyHeader(MeshBytes& in) {
-  if (in.Line() != "ply") BadMesh(in.file, "not a PLY file: it does not start with 'ply'");
+  const auto next_line = [&] {
+    std::string line = in.Line();
+    line.erase(line.find_last_not_of(" \t") + 1);
+    return line;
+  };
+  in.SkipByteOrderMark();
+  if (next_line() != "ply") BadMesh(in.file, "not a PLY file: it does not start with 'ply'");
   PlyHeader header;
   auto& [format, elements] = header;
-  for (std::string line = in.Line(); line != "end_header"; line = in.Line()) {
+  for (std::string line = next_line(); line != "end_header"; line = next_line()) {
     std::istringstream words(line);
     std::string word, a, b, c, d;
     words >> word >> a;
@@ -96,6 +102,33 @@ size_t LeastBytes(const PlyElement& element, int format) {
   return bytes;
 }
 
+bool IsCornerList(const PlyProperty& p) {
+  return !p.count_type.empty() && (p.name == "vertex_indices" || p.name == "vertex_index");
+}
+
+/// Throws InputError where faces could not be read by their corners.
+void CheckFaces(const MeshBytes& in, const PlyElement& faces) {
+  if (faces.count == 0 || std::any_of(faces.properties.begin(), faces.properties.end(), IsCornerList)) return;
+  std::string others;
+  for (const PlyProperty& p : faces.properties) others += (others.empty() ? "" : ", ") + p.name.substr(0, 40);
+  BadMesh(in.file,
+          "its faces lack the list property vertex_indices, or vertex_index" +
+              (others.empty() ? "" : "; they have " + others.substr(0, 200)),
+          "Name the list of each face's corners so in the header, or export the mesh again.");
+}
+
+/// Throws InputError where data follow that the header does not count: they may be faces. White space and zeros may.
+void CheckEnd(const MeshBytes& in, const std::vector<PlyElement>& elements) {
+  const size_t first = in.data.find_first_not_of(std::string(" \t\r\n\0", 5), in.at);
+  if (first == in.data.npos) return;
+  std::string counted;
+  for (const PlyElement& e : elements)
+    if (e.name == "vertex" || e.name == "face")
+      counted += (counted.empty() ? "" : " and ") + std::to_string(e.count) + " of element " + e.name;
+  BadMesh(in.file, "the header counts " + counted + ", but " + std::to_string(in.data.size() - first) +
+                       " bytes follow the last of them");
+}
+
 }  // namespace
 
 TriangleMesh ReadPly(MeshBytes& in, const MeshLimits& limits) {
@@ -112,6 +145,7 @@ TriangleMesh ReadPly(MeshBytes& in, const MeshLimits& limits) {
     if (is_vertex)
       for (const PlyProperty& p : element.properties)
         if (p.count_type.empty() && (p.type == "uchar" || p.type == "uint8")) mesh.byte_properties.insert(p.name);
+    if (is_face) CheckFaces(in, element);
     const size_t least = LeastBytes(element, format);  // the last number of a text may lack its separator
     if (element.count > 0 && (least == 0 || element.count > (in.data.size() - in.at + 1) / least))
       BadMesh(in.file, "the file is truncated: it has no room for " + std::to_string(element.count) + " of element " +
@@ -140,7 +174,7 @@ TriangleMesh ReadPly(MeshBytes& in, const MeshLimits& limits) {
         std::vector<double> list;
         for (int k = 0; k < static_cast<int>(count); ++k) list.push_back(TakePly(in, p.type, format));
         if (!is_face) continue;
-        if (p.name == "vertex_indices" || p.name == "vertex_index") {
+        if (IsCornerList(p)) {
           for (double v : list) {
             if (!(std::abs(v) < 1e15 && v == std::floor(v)))
               BadMesh(in.file, "a face names a vertex by a value that is not a whole number");
@@ -154,6 +188,7 @@ TriangleMesh ReadPly(MeshBytes& in, const MeshLimits& limits) {
       if (is_face) faces.Add(corners, uv);
     }
   }
+  CheckEnd(in, elements);
   AddPolygons(in.file, faces, limits.triangles, mesh);
   if (!mesh.corner_uv.empty()) return mesh;
   for (const auto& [u, v] : {std::pair{"s", "t"}, {"u", "v"}, {"texture_u", "texture_v"}}) {

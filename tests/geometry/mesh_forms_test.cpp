@@ -149,6 +149,13 @@ TEST(Obj, LegalVariantsGiveTheSameShape) {
   ExpectBall("m.obj", old_mac, "CR");
 }
 
+/// Faces of the ball by its vertices' numbers, from `base` on.
+std::string FaceLines(const char* begin, int base) {
+  std::ostringstream out;
+  for (const auto& t : Ball().triangles) out << begin << t.x + base << " " << t.y + base << " " << t.z + base << "\n";
+  return out.str();
+}
+
 TEST(Stl, CollapsedFacetsAreCounted) {
   TriangleMesh ball = Ball();
   for (int i = 0; i < 7; ++i) ball.triangles.emplace_back(3 * i, 3 * i + 1, 3 * i);
@@ -168,6 +175,57 @@ TEST(Obj, CornersInTheMiddleOfEdgesKeepTheShape) {
   const std::string content = Vertices(split) + faces.str();
   ExpectBall("m.obj", content, "corner on an edge");
   EXPECT_EQ(ShapeIn("m.obj", content).said.find("hole"), std::string::npos) << ShapeIn("m.obj", content).said;
+}
+
+struct PlyParts {
+  std::string format = "ascii 1.0", corners = "vertex_indices", blanks = "", first_line = "ply";
+  size_t faces = Ball().triangles.size();
+  std::string Header() const {
+    const std::string end = blanks + "\n";
+    return first_line + end + "format " + format + end + "element vertex " + std::to_string(Ball().vertices.size()) +
+           end + "property float x" + end + "property float y" + end + "property float z" + end + "element face " +
+           std::to_string(faces) + end + "property list uchar int " + corners + end + "end_header" + end;
+  }
+  std::string Text() const { return Header() + Vertices(Ball(), "") + FaceLines("3 ", 0); }
+  std::string Binary() const {
+    std::string file = Header();
+    const auto put = [&](auto v) { file.append(reinterpret_cast<const char*>(&v), sizeof v); };
+    for (const auto& v : Ball().vertices)
+      for (int k = 0; k < 3; ++k) put(static_cast<float>(v[k]));
+    for (const auto& t : Ball().triangles) {
+      put(static_cast<uint8_t>(3));
+      for (int k = 0; k < 3; ++k) put(static_cast<int32_t>(t[k]));
+    }
+    return file;
+  }
+};
+
+TEST(Ply, HeadersMayHaveAMarkAndBlanksBehindLines) {
+  for (const char* blanks : {"", " ", " \t", "\r"})
+    for (const char* first_line : {"ply", "\xef\xbb\xbfply"}) {
+      ExpectBall("m.ply", PlyParts{.blanks = blanks, .first_line = first_line}.Text(), "text");
+      ExpectBall("m.ply",
+                 PlyParts{.format = "binary_little_endian 1.0", .blanks = blanks, .first_line = first_line}.Binary(),
+                 "binary");
+    }
+}
+
+TEST(Ply, DataBehindWhatTheHeaderCountsAreRefused) {
+  const size_t few = Ball().triangles.size() - 1;
+  for (const std::string& file :
+       {PlyParts{.faces = few}.Text(), PlyParts{.format = "binary_little_endian 1.0", .faces = few}.Binary()}) {
+    const std::string refusal = Refusal("m.ply", file);
+    EXPECT_NE(refusal.find("m.ply"), std::string::npos) << refusal;
+    EXPECT_NE(refusal.find(std::to_string(few) + " of element face"), std::string::npos) << refusal;
+    EXPECT_NE(refusal.find("Export the mesh again"), std::string::npos) << refusal;
+  }
+  ExpectBall("m.ply", PlyParts{}.Text() + " \r\n\n", "white space behind");
+}
+
+TEST(Ply, ARefusalNamesTheListThatFacesNeed) {
+  const std::string refusal = Refusal("m.ply", PlyParts{.corners = "vertex_indexes"}.Text());
+  EXPECT_NE(refusal.find("lack the list property vertex_indices"), std::string::npos) << refusal;
+  EXPECT_NE(refusal.find("they have vertex_indexes"), std::string::npos) << refusal;
 }
 
 TEST(Ply, FacesMayComeBeforeVertices) {
