@@ -8,6 +8,22 @@
 #include "geometry/polygon.h"
 
 namespace crownfit {
+namespace {
+
+/// Whether all corners lie on one line, up to rounding.
+bool IsStraight(const std::vector<glm::dvec3>& corners) {
+  constexpr double kRounding = 1e-6;  // of the length
+  const auto from_first = [&](const glm::dvec3& p) { return glm::distance(p, corners[0]); };
+  const glm::dvec3 far =
+      *std::max_element(corners.begin(), corners.end(),
+                        [&](const glm::dvec3& p, const glm::dvec3& q) { return from_first(p) < from_first(q); });
+  const glm::dvec3 line = far - corners[0];
+  return std::all_of(corners.begin(), corners.end(), [&](const glm::dvec3& p) {
+    return glm::length(glm::cross(p - corners[0], line)) <= kRounding * glm::dot(line, line);
+  });
+}
+
+}  // namespace
 
 void BadMesh(const std::filesystem::path& file, const std::string& message, const std::string& remedy) {
   throw InputError(file, "", message, remedy.empty() ? "Export the mesh again as binary PLY or STL." : remedy);
@@ -15,12 +31,15 @@ void BadMesh(const std::filesystem::path& file, const std::string& message, cons
 
 std::string PlaceInWords(const glm::dvec3& p) { return Printed("(%.4g, %.4g, %.4g) mm", p.x, p.y, p.z); }
 
-double NumberFrom(const std::filesystem::path& file, const std::string& word) {
+double NumberFrom(const MeshBytes& in, const std::string& word) {
   double v = 0;
   const char* begin = word.data() + (word.starts_with("+") && !word.starts_with("+-") ? 1 : 0);
   const auto [end, error] = std::from_chars(begin, word.data() + word.size(), v);
   if (error != std::errc() || end != word.data() + word.size())
-    BadMesh(file, "'" + word.substr(0, 20) + "' is not a number");
+    BadMesh(in.file,
+            "line " + std::to_string(in.LineNumber()) + ": " +
+                (word.empty() ? "a number is missing" : "'" + word.substr(0, 20) + "' is not a number"),
+            word.find(',') != word.npos ? "Export the mesh with a point as decimal sign, not with a comma." : "");
   return v;
 }
 
@@ -64,7 +83,8 @@ void AddPolygons(const std::filesystem::path& file, const PolygonList& polygons,
                           std::to_string(mesh.vertices.size()));
       places.push_back(mesh.vertices[c]);
     }
-    const auto triangles = Triangulated(places);
+    const auto triangles =
+        count > 3 && IsStraight(places) ? std::optional(std::vector{std::array{0, 0, 0}}) : Triangulated(places);
     if (!triangles)
       BadMesh(file,
               name + " is a polygon that crosses itself or has no area; its first corner is " + PlaceInWords(places[0]),

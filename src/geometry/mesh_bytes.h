@@ -40,6 +40,13 @@ struct MeshBytes {
     at = end + (data.compare(end, 2, "\r\n") == 0 ? 2 : 1);
     return line;
   }
+  /// Of what was read last, from 1 on.
+  size_t LineNumber() const {
+    size_t number = 1;
+    for (size_t i = 0; i + 1 < at && i < data.size(); ++i)
+      number += data[i] == '\n' || (data[i] == '\r' && data.compare(i, 2, "\r\n") != 0);
+    return number;
+  }
   void SkipByteOrderMark() {
     if (data.starts_with("\xef\xbb\xbf")) at = 3;
   }
@@ -65,8 +72,8 @@ inline constexpr const char* kManyTriangles =
 /// "(1.2, -0.5, 3) mm"
 std::string PlaceInWords(const glm::dvec3& p);
 
-/// The number that is written in the whole word. Throws InputError.
-double NumberFrom(const std::filesystem::path& file, const std::string& word);
+/// The number that is written in the whole word, the last that was read. Throws InputError, which names the line.
+double NumberFrom(const MeshBytes& in, const std::string& word);
 
 /// Throws InputError where a vertex is not finite or far from where meshes are.
 void CheckPlaces(const std::filesystem::path& file, const std::vector<glm::dvec3>& vertices);
@@ -80,7 +87,8 @@ struct PolygonList {
   void Add(const std::vector<long>& face, const std::vector<glm::dvec2>& face_uv);
 };
 
-/// Adds the triangles of all faces to a mesh that has its vertices. Throws InputError: too few corners, a vertex that
+/// Adds the triangles of all faces to a mesh that has its vertices: a collapsed one where all corners of a polygon lie
+/// on one line. Throws InputError: too few corners, a vertex that
 /// does not exist, a polygon that crosses itself, too many corners or triangles.
 void AddPolygons(const std::filesystem::path& file, const PolygonList& polygons, double most_triangles,
                  TriangleMesh& mesh);

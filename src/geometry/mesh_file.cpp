@@ -11,11 +11,12 @@
 namespace crownfit {
 namespace {
 
-long IntegerFrom(const std::filesystem::path& file, const std::string& word) {
+long IntegerFrom(const MeshBytes& in, const std::string& word) {
   long v = 0;
   const auto [end, error] = std::from_chars(word.data(), word.data() + word.size(), v);
   if (error != std::errc() || end != word.data() + word.size())
-    BadMesh(file, "'" + word.substr(0, 20) + "' is not a vertex number");
+    BadMesh(in.file,
+            "line " + std::to_string(in.LineNumber()) + ": '" + word.substr(0, 20) + "' is not a vertex number");
   return v;
 }
 
@@ -45,7 +46,7 @@ TriangleMesh ReadTextStl(MeshBytes& in) {
     word = InLowerCase(word);
     if (word == "vertex") {
       words >> x >> y >> z;
-      mesh.vertices.emplace_back(NumberFrom(in.file, x), NumberFrom(in.file, y), NumberFrom(in.file, z));
+      mesh.vertices.emplace_back(NumberFrom(in, x), NumberFrom(in, y), NumberFrom(in, z));
     } else if (word == "solid" || word == "endsolid") {
       if ((word == "solid") == is_open) BadMesh(in.file, "a solid begins before the one before it ends");
       is_open = !is_open;
@@ -105,11 +106,19 @@ std::string ObjStatement(MeshBytes& in) {
   return statement;
 }
 
+/// Throws InputError where every other byte is 0, as in UTF-16.
+void CheckBytesAreText(const MeshBytes& in) {
+  if (in.data.starts_with("\xff\xfe") || in.data.starts_with("\xfe\xff") ||
+      in.data.substr(0, 2).find('\0') != std::string::npos)
+    BadMesh(in.file, "the text is UTF-16", "Save it as UTF-8 or as plain text.");
+}
+
 TriangleMesh ReadObj(MeshBytes& in, const MeshLimits& limits) {
   // The text format has no count, so only a cut inside the last line reveals a truncation.
   TriangleMesh mesh;
   PolygonList faces;
   std::vector<glm::dvec2> texture_vertices;
+  CheckBytesAreText(in);
   in.SkipByteOrderMark();
   while (in.at < in.data.size()) {
     const bool last_is_whole = in.data.find_first_of("\r\n", in.at) != std::string::npos;
@@ -119,11 +128,11 @@ TriangleMesh ReadObj(MeshBytes& in, const MeshLimits& limits) {
     if (word == "v") {
       std::string x, y, z;
       words >> x >> y >> z;
-      mesh.vertices.emplace_back(NumberFrom(in.file, x), NumberFrom(in.file, y), NumberFrom(in.file, z));
+      mesh.vertices.emplace_back(NumberFrom(in, x), NumberFrom(in, y), NumberFrom(in, z));
     } else if (word == "vt") {
       std::string u, v;
       words >> u >> v;
-      texture_vertices.emplace_back(NumberFrom(in.file, u), NumberFrom(in.file, v));
+      texture_vertices.emplace_back(NumberFrom(in, u), v.empty() ? 0.0 : NumberFrom(in, v));  // a texture may be a line
     } else if (word == "f") {
       std::vector<long> corners;
       std::vector<glm::dvec2> uv;
@@ -133,7 +142,7 @@ TriangleMesh ReadObj(MeshBytes& in, const MeshLimits& limits) {
         std::getline(parts, vertex, '/');
         std::getline(parts, texture, '/');
         const auto index = [&](const std::string& text, size_t count) {
-          const long i = IntegerFrom(in.file, text);
+          const long i = IntegerFrom(in, text);
           return i < 0 ? static_cast<long>(count) + i : i - 1;
         };
         corners.push_back(index(vertex, mesh.vertices.size()));

@@ -30,7 +30,7 @@ size_t PlySize(const std::string& type) {
 }
 
 double TakePly(MeshBytes& in, const std::string& type, int format) {
-  if (format == 0) return NumberFrom(in.file, in.Word());
+  if (format == 0) return NumberFrom(in, in.Word());
   const bool big = format == 2;
   if (type == "char" || type == "int8") return in.Take<int8_t>(big);
   if (type == "uchar" || type == "uint8") return in.Take<uint8_t>(big);
@@ -68,7 +68,7 @@ PlyHeader ReadPlyHeader(MeshBytes& in) {
       format = a == "ascii" ? 0 : a == "binary_little_endian" ? 1 : a == "binary_big_endian" ? 2 : -1;
     } else if (word == "element") {
       words >> b;
-      const double count = NumberFrom(in.file, b);
+      const double count = NumberFrom(in, b);
       if (!(count >= 0 && count < 1e9 && count == std::floor(count)))
         BadMesh(in.file, "element " + a.substr(0, 40) + " has an impossible count");
       for (const PlyElement& other : elements)

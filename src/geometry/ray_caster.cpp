@@ -41,6 +41,7 @@ bool VisitTriangle(RTCPointQueryFunctionArguments* args) {
   auto& best = *static_cast<NearestSurface*>(args->userPtr);
   const TriangleMesh& mesh = *(*best.meshes)[args->geomID];
   const glm::ivec3 t = mesh.triangles[args->primID];
+  if (t.x == t.y || t.y == t.z || t.z == t.x) return false;  // collapsed: without weights
   const glm::dvec3 p(args->query->x, args->query->y, args->query->z);
   const glm::dvec3 point = ClosestOnTriangle(p, mesh.vertices[t.x], mesh.vertices[t.y], mesh.vertices[t.z]);
   const double d = glm::distance(p, point);

@@ -164,6 +164,12 @@ TEST(Stl, CollapsedFacetsAreCounted) {
   EXPECT_EQ(shape.said, "m.stl: 7 collapsed triangles were removed\n");
 }
 
+TEST(Obj, ATextureOfOneDimensionIsLegal) {
+  std::ostringstream faces;
+  for (const auto& t : Ball().triangles) faces << "f " << t.x + 1 << "/1 " << t.y + 1 << "/1 " << t.z + 1 << "/1\n";
+  ExpectBall("m.obj", Vertices(Ball()) + "vt 0.25\n" + faces.str(), "one texture coordinate");
+}
+
 TEST(Obj, CornersInTheMiddleOfEdgesKeepTheShape) {
   const TriangleMesh& ball = Ball();
   TriangleMesh split = ball;
@@ -175,6 +181,32 @@ TEST(Obj, CornersInTheMiddleOfEdgesKeepTheShape) {
   const std::string content = Vertices(split) + faces.str();
   ExpectBall("m.obj", content, "corner on an edge");
   EXPECT_EQ(ShapeIn("m.obj", content).said.find("hole"), std::string::npos) << ShapeIn("m.obj", content).said;
+}
+
+TEST(Obj, PolygonsOnALineAreDropped) {
+  for (const char* line :
+       {"v 0 0 0\nv 0 0 1\nv 0 0 2\nv 0 0 3\n", "v 0.1 0.2 0.3\nv 0.4 0.3 0.1\nv 1 0.5 -0.3\nv 0.7 0.4 -0.1\n"}) {
+    const Shape shape = ShapeIn("m.obj", Vertices(Ball()) + line + FaceLines("f ", 1) + "f -4 -3 -2 -1\n");
+    EXPECT_NEAR(shape.volume_mm3, Volume(Ball()), 1e-4 * Volume(Ball()));
+    EXPECT_NEAR(shape.area_mm2, Area(Ball()), 1e-4 * Area(Ball()));
+    EXPECT_NE(shape.said.find("1 collapsed triangles"), std::string::npos) << shape.said;
+  }
+}
+
+TEST(Obj, MessagesNameTheLineAndTheEncoding) {
+  std::string commas = "# made by hand\n" + Vertices(Ball());
+  std::replace(commas.begin(), commas.end(), '.', ',');
+  const std::string refusal = Refusal("m.obj", commas + FaceLines("f ", 1));
+  EXPECT_NE(refusal.find("line 2: '"), std::string::npos) << refusal;
+  EXPECT_NE(refusal.find("decimal sign"), std::string::npos) << refusal;
+  EXPECT_NE(Refusal("m.obj", "v 1 2 3\r\nv 1 2 3\r\nv 1 2\r\n").find("line 3: a number is missing"), std::string::npos);
+  const std::string plain = Vertices(Ball()) + FaceLines("f ", 1);
+  for (const bool big : {false, true}) {
+    std::string wide;
+    for (const char c : plain) wide += big ? std::string{'\0', c} : std::string{c, '\0'};
+    EXPECT_NE(Refusal("m.obj", wide).find("UTF-16"), std::string::npos);
+    EXPECT_NE(Refusal("m.obj", (big ? "\xfe\xff" : "\xff\xfe") + wide).find("UTF-16"), std::string::npos);
+  }
 }
 
 struct PlyParts {
@@ -226,6 +258,20 @@ TEST(Ply, ARefusalNamesTheListThatFacesNeed) {
   const std::string refusal = Refusal("m.ply", PlyParts{.corners = "vertex_indexes"}.Text());
   EXPECT_NE(refusal.find("lack the list property vertex_indices"), std::string::npos) << refusal;
   EXPECT_NE(refusal.find("they have vertex_indexes"), std::string::npos) << refusal;
+}
+
+TEST(Ply, PolygonsOnALineAreDropped) {
+  const TriangleMesh box = Box({-2, -2, -2}, {2, 2, 2});
+  std::ostringstream file;
+  file << "ply\nformat ascii 1.0\nelement vertex " << box.vertices.size() + 4
+       << "\nproperty float x\nproperty float y\nproperty float z\nelement face " << box.triangles.size() + 1
+       << "\nproperty list uchar int vertex_indices\nend_header\n"
+       << Vertices(box, "") << "0 0 0\n0 0 1\n0 0 2\n0 0 3\n";
+  for (const auto& t : box.triangles) file << "3 " << t.x << " " << t.y << " " << t.z << "\n";
+  const size_t n = box.vertices.size();
+  file << "4 " << n << " " << n + 1 << " " << n + 2 << " " << n + 3 << "\n";
+  EXPECT_NEAR(ShapeIn("m.ply", file.str()).volume_mm3, 64.0, 1e-9);
+  EXPECT_NEAR(ShapeIn("m.ply", file.str()).area_mm2, 96.0, 1e-9);
 }
 
 TEST(Ply, FacesMayComeBeforeVertices) {
