@@ -13,6 +13,7 @@
 #include "capture/light_rig.h"
 #include "capture/poses.h"
 #include "dental/shades_file.h"
+#include "exchange/imported_views.h"
 #include "exchange/rxt_file.h"
 #include "geometry/mesh_file.h"
 #include "optics/material_file.h"
@@ -73,6 +74,27 @@ void ReadMaterial(const Path& file) {
   (void)ReadMaterialRecord(file, capture);
 }
 
+/// The images of a model of COLMAP that has one camera.
+void ReadColmapText(const Path& images) {
+  std::filesystem::remove(images.parent_path() / "images.bin");
+  std::ofstream(images.parent_path() / "cameras.txt") << "1 PINHOLE 64 48 100 100 32 24\n";
+  (void)ReadColmap(images.parent_path());
+}
+
+void ReadColmapBinary(const Path& images) {
+  const uint64_t one = 1, size[] = {64, 48};
+  const uint32_t id_and_model[] = {1, 1};
+  const double parameters[] = {100, 100, 32, 24};
+  {
+    std::ofstream cameras(images.parent_path() / "cameras.bin", std::ios::binary);
+    cameras.write(reinterpret_cast<const char*>(&one), sizeof one);
+    cameras.write(reinterpret_cast<const char*>(id_and_model), sizeof id_and_model);
+    cameras.write(reinterpret_cast<const char*>(size), sizeof size);
+    cameras.write(reinterpret_cast<const char*>(parameters), sizeof parameters);
+  }
+  (void)ReadColmap(images.parent_path());
+}
+
 template <auto Read>
 void Ignore(const Path& file) {
   (void)Read(file);
@@ -92,6 +114,9 @@ constexpr Parser kParsers[] = {
     {"noise", "noise.json", Ignore<ReadSensorNoise>},
     {"blur", "blur.json", Ignore<ReadBlur>},
     {"poses", "poses.json", Ignore<ReadPoses>},
+    {"transforms", "transforms.json", Ignore<ReadNerfTransforms>},
+    {"colmap_text", "images.txt", ReadColmapText},
+    {"colmap_binary", "images.bin", ReadColmapBinary},
     {"rxt", "a.rxt", Ignore<ReadRxt>},
     {"shades", "a.csv", Ignore<ReadShadeTable>},
     {"ply", "a.ply", ReadMesh},
