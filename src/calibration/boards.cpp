@@ -222,6 +222,7 @@ BoardView CornersOfCharuco(const cv::Mat& grey, const Board& board, const FoundM
       if (AlignPrint(grey, print, step_px, {column, row}, map) < kLeastCorrelation) continue;
       std::vector<cv::Point2f> corner{Mapped(map, place)};
       if (cv::norm(cv::Point2d(corner[0]) - predicted) > 0.2 * square_px) continue;
+      if (!cv::Rect({}, grey.size()).contains(corner[0])) continue;
       if (refine) Refine(grey, clear_px, corner);
       view.board_mm.emplace_back(board.square_mm * glm::dvec2(column, row), 0.0);
       view.pixel.push_back(OurPixel(corner[0]));
