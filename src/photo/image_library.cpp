@@ -65,8 +65,10 @@ void CheckTiff(const std::filesystem::path& file, const OIIO::ImageSpec& spec) {
   const int bits = spec.get_int_attribute("oiio:BitsPerSample", static_cast<int>(8 * spec.format.basesize()));
   constexpr int kWhiteIsZero = 0;
   if (bits < 8 && spec.get_string_attribute("compression", "none") == "none")
-    throw InputError(file, "", "is an uncompressed TIFF of " + std::to_string(bits) + " bits, which can't be read",
-                     "Write it with 8 bits, or as PNG.");
+    throw InputError(
+        file, "",
+        "is an uncompressed TIFF with fewer than 8 bits a sample (" + std::to_string(bits) + "), which can't be read",
+        "Write it with 8 bits, or as PNG.");
   if (bits > 8 && spec.get_int_attribute("tiff:PhotometricInterpretation", 1) == kWhiteIsZero)
     throw InputError(file, "", "is a TIFF in which 0 stands for white, which can't be read with 16 bits",
                      "Write it with black as 0 (\"MinIsBlack\"), or as PNG.");

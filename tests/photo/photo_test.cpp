@@ -247,6 +247,34 @@ TEST(Photographs, AlphaCountsBesideOtherLayersAndFurtherBandsAreRefused) {
   }
 }
 
+TEST(Photographs, PreviewsAreNotTakenInPlaceOfARaw) {
+  const TemporaryFolder folder;
+  WriteEven(folder.path / "p.tif", OIIO::TypeDesc::UINT8, {0.5f, 0.4f, 0.3f});
+  std::filesystem::rename(folder.path / "p.tif", folder.path / "p.dng");
+  EXPECT_NE(RefusalOf({.image = folder.path / "p.dng"}).find("preview"), std::string::npos);
+}
+
+TEST(Photographs, TiffsOfFewBitsAreReadRightOrRefused) {
+  const TemporaryFolder folder;
+  for (const char* compression : {"none", "lzw"}) {
+    OIIO::ImageSpec spec(64, 8, 1, OIIO::TypeDesc::UINT8);
+    spec.attribute("oiio:BitsPerSample", 1);
+    spec.attribute("compression", compression);
+    std::vector<float> stripe;
+    for (int i = 0; i < 64 * 8; ++i) stripe.push_back(i % 64 < 24 ? 1.0f : 0.0f);
+    const auto file = folder.path / "m.tif";
+    const auto out = OIIO::ImageOutput::create(file.string());
+    out->open(file.string(), spec);
+    out->write_image(OIIO::TypeDesc::FLOAT, stripe.data());
+    out->close();
+    try {
+      EXPECT_EQ(ReadImageFile(file).image.values, stripe) << compression;
+    } catch (const InputError& e) {
+      EXPECT_NE(std::string(e.what()).find("fewer than 8 bits"), std::string::npos) << e.what();
+    }
+  }
+}
+
 TEST(Photographs, MasksWithTransparencyAreRefused) {
   const TemporaryFolder folder;
   WriteEven(folder.path / "p.exr", OIIO::TypeDesc::FLOAT, {0.5f, 0.5f, 0.5f});
