@@ -55,9 +55,14 @@ void ScaleRaw(const std::filesystem::path& file, const DecodedImage& image, floa
       values[i * image.channels + c] *= static_cast<float>(image.full_scale * levels[c]);
 }
 
+/// Whether the file's ending is one of those that belong to LibRaw.
 bool IsCameraRaw(const std::filesystem::path& file) {
-  static const std::set<std::string> endings{".dng", ".cr2", ".cr3", ".nef", ".arw", ".raf", ".orf", ".rw2", ".pef"};
-  return endings.contains(OIIO::Strutil::lower(file.extension().string()));
+  const auto endings = OIIO::get_extension_map();
+  const auto of_raw = endings.find("raw");
+  std::string ending = OIIO::Strutil::lower(file.extension().string());
+  if (of_raw == endings.end() || ending.empty()) return false;
+  ending.erase(0, 1);
+  return std::find(of_raw->second.begin(), of_raw->second.end(), ending) != of_raw->second.end();
 }
 
 /// What OpenImageIO reads wrongly.

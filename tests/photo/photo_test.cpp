@@ -249,8 +249,10 @@ TEST(Photographs, AlphaCountsBesideOtherLayersAndFurtherBandsAreRefused) {
 TEST(Photographs, PreviewsAreNotTakenInPlaceOfARaw) {
   const TemporaryFolder folder;
   WriteEven(folder.path / "p.tif", OIIO::TypeDesc::UINT8, {0.5f, 0.4f, 0.3f});
-  std::filesystem::rename(folder.path / "p.tif", folder.path / "p.dng");
-  EXPECT_NE(RefusalOf({.image = folder.path / "p.dng"}).find("preview"), std::string::npos);
+  for (const char* name : {"p.dng", "p.NEF", "p.3fr", "p.iiq"}) {
+    std::filesystem::copy_file(folder.path / "p.tif", folder.path / name);
+    EXPECT_NE(RefusalOf({.image = folder.path / name}).find("preview"), std::string::npos) << name;
+  }
 }
 
 TEST(Photographs, TiffsOfFewBitsAreReadRightOrRefused) {
