@@ -44,18 +44,19 @@ Capture WithValues(Capture capture, const Material& material) {
 /// does not enter the weights: a small lamp's picture would then count for nothing beside a dome's.
 Photograph PhotographOf(const PathPhotograph& walked) {
   Photograph photo;
-  photo.linear = photo.variance = Image(walked.width, walked.height, 3);
+  const int channels = walked.pixels.empty() ? 1 : walked.pixels[0].mean.size();
+  photo.linear = photo.variance = Image(walked.width, walked.height, channels);
   std::vector<double> greens;
   for (const PixelEstimate& pixel : walked.pixels)
-    if (pixel.on_object) greens.push_back(pixel.mean.y);
+    if (pixel.on_object) greens.push_back(pixel.mean.Middle());
   std::sort(greens.begin(), greens.end());
   const double bright = greens.empty() ? 1.0 : std::max(greens[greens.size() * 19 / 20], 1e-6);
   for (size_t p = 0; p < walked.pixels.size(); ++p) {
-    const glm::dvec3 mean = walked.pixels[p].mean;
-    const double weight_of = kSeen * bright * std::pow(std::max(mean.y / bright, 0.01), 2.0 / 3.0);
-    for (int c = 0; c < kChannels; ++c) {
-      photo.linear.values[3 * p + c] = static_cast<float>(mean[c]);
-      photo.variance.values[3 * p + c] = static_cast<float>(weight_of * weight_of);
+    const Spectrum& mean = walked.pixels[p].mean;
+    const double weight_of = kSeen * bright * std::pow(std::max(mean.Middle() / bright, 0.01), 2.0 / 3.0);
+    for (int c = 0; c < channels; ++c) {
+      photo.linear.values[channels * p + c] = static_cast<float>(mean[c]);
+      photo.variance.values[channels * p + c] = static_cast<float>(weight_of * weight_of);
     }
     photo.usable.push_back(walked.pixels[p].on_object);
   }
@@ -141,9 +142,10 @@ std::string MatchSummary(const ViewMatch& match, const Material& material) {
   for (size_t l = 0; l < material.layers.size(); ++l)
     for (const ParameterRow& row : kParameters) {
       if (row.owner != Owner::kLayer || !IsChosen(l, row)) continue;
-      const ChannelValues &e = match.effective.layers[l][row.quantity], &p = material.layers[l][row.quantity];
-      text += Printed("%-36s %.4g (%.4g), %.4g (%.4g), %.4g (%.4g) %s\n",
-                      (material.layers[l].name + "." + row.key).c_str(), e[0], p[0], e[1], p[1], e[2], p[2], row.unit);
+      const Spectrum &e = match.effective.layers[l][row.quantity], &p = material.layers[l][row.quantity];
+      text += Printed("%-36s", (material.layers[l].name + "." + row.key).c_str());
+      for (int c = 0; c < e.size(); ++c) text += Printed("%s %.4g (%.4g)", c > 0 ? "," : "", e[c], p[c]);
+      text += std::string(" ") + row.unit + "\n";
     }
   return text;
 }
@@ -154,7 +156,7 @@ std::string MaterialJsonWithMatch(const std::filesystem::path& material_file, co
   for (size_t l = 0; l < match.effective.layers.size(); ++l) {
     JsonValue::Object layer{{"name", match.effective.layers[l].name}};
     for (const ParameterRow& row : kParameters) {
-      const ChannelValues& values = match.effective.layers[l][row.quantity];
+      const Spectrum& values = match.effective.layers[l][row.quantity];
       if (row.owner == Owner::kLayer && IsChosen(l, row))
         layer.emplace_back(row.key, std::vector<double>(values.begin(), values.end()));
     }

@@ -33,10 +33,11 @@ std::vector<std::string> RenderByShader(const CrownInput& input, const Material&
     const PhotographSpec& photo = capture.photographs[i];
     const PhotographCast& cast = state.photographs[i];
     const auto values = PredictPixels(capture, state, i, material, StatedLightScales(capture), options.threads);
-    RenderedPhotograph r{i, Image(photo.camera.width, photo.camera.height, 3), {}, {}, {}};
-    r.on_object.resize(r.picture.values.size() / 3);
-    const auto put = [&](int x, int y, const glm::dvec3& value) {
-      for (int c = 0; c < kChannels; ++c) r.picture.at(x, y, c) = static_cast<float>(photo.exposure_scale * value[c]);
+    RenderedPhotograph r{i, Image(photo.camera.width, photo.camera.height, capture.channels()), {}, {}, {}};
+    r.on_object.resize(r.picture.values.size() / r.picture.channels);
+    const auto put = [&](int x, int y, const Spectrum& value) {
+      for (int c = 0; c < r.picture.channels; ++c)
+        r.picture.at(x, y, c) = static_cast<float>(photo.exposure_scale * value[c]);
     };
     for (size_t k = 0; k < values.size(); ++k) {
       put(cast.pixels[k].x, cast.pixels[k].y, values[k]);
@@ -55,12 +56,13 @@ std::vector<ImageLayer> DerivativeLayers(const DifferentiatedPhotograph& d, cons
   std::vector<ImageLayer> layers;
   const PooledDerivatives& derivatives = d.derivatives;
   for (size_t j = 0; j < derivatives.parameters().size(); ++j) {
-    Image slope(d.photo.width, d.photo.height, 3), stddev(d.photo.width, d.photo.height, 3);
+    const int channels = derivatives.channels();
+    Image slope(d.photo.width, d.photo.height, channels), stddev = slope;
     for (size_t p = 0; p < d.photo.pixels.size(); ++p)
-      for (int c = 0; c < kChannels; ++c) {
+      for (int c = 0; c < channels; ++c) {
         const PooledDerivatives::OfPixel of_pixel = derivatives.DerivativeOf(j, c, p);
-        slope.values[3 * p + c] = static_cast<float>(photo.exposure_scale * of_pixel.value);
-        stddev.values[3 * p + c] = static_cast<float>(photo.exposure_scale * of_pixel.stddev);
+        slope.values[channels * p + c] = static_cast<float>(photo.exposure_scale * of_pixel.value);
+        stddev.values[channels * p + c] = static_cast<float>(photo.exposure_scale * of_pixel.stddev);
       }
     if (photo.blur) {  // a polynomial's errors are correlated over more pixels than the blur spreads light
       slope = Seen(slope, *photo.blur, threads);
@@ -100,15 +102,15 @@ std::vector<std::string> RenderByPath(const CrownInput& input, const Material& m
       return std::move(d.photo);
     }();
     counters.Add(rendered.counters);
-    const Image black(rendered.width, rendered.height, 3);
+    const Image black(rendered.width, rendered.height, capture.channels());
     RenderedPhotograph r{i, black, black, std::move(derivatives), {}};
     for (size_t p = 0; p < rendered.pixels.size(); ++p) {
       const PixelEstimate& e = rendered.pixels[p];
-      const glm::dvec3 mean = photo.exposure_scale * e.mean,
-                       variance = photo.exposure_scale * photo.exposure_scale * e.variance();
-      for (int c = 0; c < kChannels; ++c) {
-        r.picture.values[3 * p + c] = static_cast<float>(mean[c]);
-        r.variance->values[3 * p + c] = static_cast<float>(variance[c]);
+      const Spectrum mean = photo.exposure_scale * e.mean,
+                     variance = photo.exposure_scale * photo.exposure_scale * e.variance();
+      for (int c = 0; c < black.channels; ++c) {
+        r.picture.values[black.channels * p + c] = static_cast<float>(mean[c]);
+        r.variance->values[black.channels * p + c] = static_cast<float>(variance[c]);
       }
       r.on_object.push_back(e.on_object);
     }

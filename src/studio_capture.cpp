@@ -12,6 +12,7 @@ namespace {
 struct Studio {
   glm::dvec3 middle, right, up, front;
   double size_mm;
+  int channels;
 
   /// Direction to a point `around_deg` around the upright axis from the camera, and `above_deg` above it.
   glm::dvec3 Direction(double around_deg, double above_deg) const {
@@ -27,7 +28,7 @@ Light Softbox(const Studio& studio, double around_deg, double above_deg) {
   light.name =
       "softbox " + std::to_string(static_cast<int>(around_deg)) + " " + std::to_string(static_cast<int>(above_deg));
   light.shape = RectangleLight{studio.middle + 4.0 * studio.size_mm * direction, 1.5 * studio.size_mm * u,
-                               1.5 * studio.size_mm * v, glm::dvec3(2.0)};
+                               1.5 * studio.size_mm * v, Spectrum(studio.channels, 2.0)};
   return light;
 }
 
@@ -37,7 +38,7 @@ BackingSpec Tile(const Studio& studio, const char* name, double reflectance, dou
   tile.point_mm = studio.middle - (0.5 * depth_mm + 0.5) * studio.front;
   tile.normal = studio.front;
   tile.size_mm = 3 * studio.size_mm;
-  tile.reflectance = glm::dvec3(reflectance);
+  tile.reflectance = Spectrum(studio.channels, reflectance);
   return tile;
 }
 
@@ -46,7 +47,8 @@ BackingSpec Tile(const Studio& studio, const char* name, double reflectance, dou
 Capture StudioCapture(const Capture& capture, const glm::dvec3& low, const glm::dvec3& high, int pixels) {
   const PhotographSpec& first = capture.photographs[0];
   const glm::dmat3 object_from_camera = glm::transpose(first.camera_from_object.rotation);
-  Studio studio{0.5 * (low + high), object_from_camera[0], -object_from_camera[1], -object_from_camera[2], 0};
+  Studio studio{0.5 * (low + high), object_from_camera[0], -object_from_camera[1], -object_from_camera[2], 0,
+                capture.channels()};
   studio.size_mm = glm::distance(low, high);
   const double depth_mm = glm::dot(glm::abs(studio.front), high - low);
 
@@ -80,7 +82,7 @@ Capture StudioCapture(const Capture& capture, const glm::dvec3& low, const glm::
   const auto box = [&](double around_deg, double above_deg) { return Softbox(studio, around_deg, above_deg); };
   Light dome;
   dome.name = "dome";
-  dome.shape = DomeLight{glm::dvec3(0.3)};
+  dome.shape = DomeLight{Spectrum(capture.channels(), 0.3)};
   add("front", {box(-40, 20), box(40, 20)}, {}, false);
   add("front, white tile", {box(-40, 20), box(40, 20)}, 0, false);
   add("from above", {box(20, 50)}, {}, false);

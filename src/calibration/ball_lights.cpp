@@ -70,7 +70,7 @@ std::vector<Light> LightsFromBalls(const std::vector<BallPhotograph>& photograph
     const double distance = found ? glm::length(found->position_mm - place) : 0.0;
     if (found) light.covariance_mm2 = found->covariance_mm2;
     if (found && light.Stddev_mm() < 0.3 * distance) {
-      light.shape = PointLight{found->position_mm, glm::dvec3(distance * distance), distance * std::numbers::pi / 180};
+      light.shape = PointLight{found->position_mm, Spectrum(3, distance * distance), distance * std::numbers::pi / 180};
       if (found->rms_sigma > 3)
         notes.push_back("light " + name + ": its balls disagree by " + Text(found->rms_sigma) +
                         " standard deviations. The lamp may be large, or another reflection was taken for it.");
@@ -84,7 +84,7 @@ std::vector<Light> LightsFromBalls(const std::vector<BallPhotograph>& photograph
       const double disagree = std::sqrt(apart / std::max(1.0, 2.0 * (n - 1.0)));
       light.covariance_mm2 = glm::dmat3(0.0);
       light.stddev_deg = std::max(1.0, disagree) * std::sqrt(variance) / n / kDegree;
-      light.shape = DirectionalLight{mean, glm::dvec3(1.0), kDegree};
+      light.shape = DirectionalLight{mean, Spectrum(3, 1.0), kDegree};
       if (n < 2)
         notes.push_back("light " + name +
                         ": one ball gives the direction but not the distance. If the lamp is nearer than some metres, "

@@ -145,7 +145,7 @@ Product GreyCardProduct(const Image& linear, const std::array<double, 4>& rectan
     squares += balance * balance / static_cast<double>(parts.size());
   }
   const glm::dvec3 white = mean / reflectance;
-  product.content = ColourContent({{glm::dmat3({1 / white.x, 0, 0}, {0, 1 / white.y, 0}, {0, 0, 1 / white.z})}, white});
+  product.content = ColourContent({{{{1 / white.x, 0, 0}, {0, 1 / white.y, 0}, {0, 0, 1 / white.z}}}, white});
   product.figures = {{"red_over_green", mean.x / mean.y, ""},
                      {"red_over_green_scatter", std::sqrt(squares.x), ""},
                      {"blue_over_green", mean.z / mean.y, ""},

@@ -70,7 +70,7 @@ std::vector<glm::dvec3> FitColumns(const Chart& chart, const std::vector<PatchRe
 
 ColourTransform TransformOf(const std::vector<glm::dvec3>& columns) {
   ColourTransform transform;
-  for (int c = 0; c < 3; ++c) transform.matrix[c] = columns[c];
+  transform.columns.assign(columns.begin(), columns.begin() + 3);
   if (columns.size() == 6) {
     transform.root_polynomial.emplace();
     std::copy(columns.begin(), columns.end(), transform.root_polynomial->begin());
@@ -222,9 +222,9 @@ std::optional<ColourEstimate> EstimateColour(const Chart& chart, std::vector<Pat
   if (estimate.used.size() >= 18) {
     const double polynomial = LeaveOneOut(chart, readings, estimate.used, 6);
     if (polynomial < 0.9 * estimate.leave_one_out) {
-      const glm::dmat3 matrix = estimate.transform.matrix;
+      const std::vector<glm::dvec3> matrix = estimate.transform.columns;
       estimate.transform = TransformOf(FitColumns(chart, readings, estimate.used, 6));
-      estimate.transform.matrix = matrix;
+      estimate.transform.columns = matrix;
       estimate.leave_one_out = polynomial;
     }
   }
@@ -234,7 +234,7 @@ std::optional<ColourEstimate> EstimateColour(const Chart& chart, std::vector<Pat
     estimate.mean += estimate.de00[p] / static_cast<double>(estimate.used.size());
     estimate.worst = std::max(estimate.worst, estimate.de00[p]);
   }
-  estimate.white = BandColour{estimate.transform}.Reflectance(glm::dvec3(1.0));
+  estimate.white = VectorOf(BandColour{estimate.transform}.Reflectance(glm::dvec3(1.0)));
   std::vector<glm::dvec2> tones;
   for (size_t p : Greys(chart, estimate.used))
     tones.emplace_back(std::log(Luminance(chart.patches[p].linear_rgb)), std::log(std::max(1e-6, readings[p].mean.y)));

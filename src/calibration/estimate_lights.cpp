@@ -58,9 +58,9 @@ std::vector<CardReading> ReadCards(const std::vector<const CardPhotograph*>& car
 glm::dvec3 IrradianceAt(const LightShape& shape, const glm::dvec3& at, const glm::dvec3& normal) {
   std::vector<LightSample> samples;
   SampleLight(shape, at, normal, 4, samples);
-  glm::dvec3 sum(0.0);
+  Spectrum sum;
   for (const LightSample& s : samples) sum += s.weight * std::max(0.0, glm::dot(s.direction, normal));
-  return sum;
+  return VectorOf(sum);
 }
 
 /// Log ratios of reading to prediction, less their mean in each channel: independent of the intensity.

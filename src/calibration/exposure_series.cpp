@@ -11,12 +11,17 @@ namespace crownfit {
 
 namespace {
 
+double SaturationOf(const SensorNoise& noise, int channel) {
+  constexpr double kUnknown = 0.98;
+  return noise.saturation[channel] > 0 ? noise.saturation[channel] : kUnknown;
+}
+
 /// Shift between two exposures, from pixels where both show a signal and neither they nor their neighbours saturate.
 double ShiftOf(const Image& shorter, const Image& longer, double of_times, const SensorNoise& noise) {
   double most = 0;
   for (int c = 0; c < shorter.channels; ++c) {
-    const size_t known = std::min(c, 2);
-    const double black = noise.black[known], full = noise.saturation[known].value_or(0.98) - black;
+    const int known = std::min(c, 2);
+    const double black = noise.black[known], full = SaturationOf(noise, known) - black;
     PictureShift shift;
     for (int y = 2; y < shorter.height - 2; ++y)
       for (int x = 2; x < shorter.width - 2; ++x) {
@@ -36,14 +41,16 @@ MergedExposures MergeExposures(const ExposureSeries& series) {
   const size_t count = series.photographs.size();
   Check(count > 1 && series.times.size() == count, "a series has several exposures, each with its time");
   const Image& first = series.photographs[0];
-  const auto saturation = [&](size_t c) { return series.noise.saturation[std::min<size_t>(c, 2)].value_or(0.98); };
-  const auto black = [&](size_t c) { return series.noise.black[std::min<size_t>(c, 2)]; };
+  const auto known = [&](size_t c) { return static_cast<int>(first.channels > 4 ? c : std::min<size_t>(c, 2)); };
+  const auto saturation = [&](size_t c) { return SaturationOf(series.noise, known(c)); };
+  const SensorNoise& noise = series.noise;
+  const auto black = [&](size_t c) { return noise.black[known(c)]; };
   MergedExposures merged;
   merged.linear = Image(first.width, first.height, first.channels);
   merged.variance = merged.linear;
   size_t saturated = 0;
   for (size_t i = 0; i < first.values.size(); ++i) {
-    const size_t c = i % first.channels, known = std::min<size_t>(c, 2);
+    const size_t c = i % first.channels;
     double weights = 0, sum = 0;
     for (size_t k = 0; k < count; ++k) {
       const double stored = series.photographs[k].values[i];
@@ -52,9 +59,9 @@ MergedExposures MergeExposures(const ExposureSeries& series) {
       // Weights use the value expected from the shorter exposures: weights from a value's own noise would favour low
       // values.
       const double expected = weights > 0 ? sum / weights / scale : value;
-      const double read = series.noise.read_noise[known], relative = series.noise.relative * expected;
+      const double read = noise.read_noise[known(c)], relative = series.noise.relative * expected;
       const double variance =
-          scale * scale * (series.noise.gain[known] * std::max(0.0, expected) + read * read + relative * relative);
+          scale * scale * (noise.gain[known(c)] * std::max(0.0, expected) + read * read + relative * relative);
       weights += 1.0 / std::max(variance, 1e-18);
       sum += scale * value / std::max(variance, 1e-18);
       if (k == 0 && stored >= saturation(c)) {

@@ -6,6 +6,7 @@
 #include "base/error.h"
 #include "base/files.h"
 #include "base/json_file.h"
+#include "base/text.h"
 #include "capture/colour_file.h"
 #include "capture/poses.h"
 
@@ -61,13 +62,13 @@ JunctionNoise ReadJunctionNoise(const JsonNode& node) {
   return noise;
 }
 
-void ReadParameters(const JsonObject& object, Owner owner, bool thickness_is_field,
+void ReadParameters(const JsonObject& object, Owner owner, int channels, bool thickness_is_field,
                     std::array<ParameterSpec, kParameters.size()>& out) {
   for (size_t i = 0; i < kParameters.size(); ++i) {
     const ParameterRow& row = kParameters[i];
-    out[i] = DefaultSpec(row);
+    out[i] = DefaultSpec(row, channels);
     if (row.owner != owner || (row.quantity == Quantity::kThickness && thickness_is_field)) continue;
-    if (const auto node = object.Find(row.key)) out[i] = ReadParameterSpec(*node, row);
+    if (const auto node = object.Find(row.key)) out[i] = ReadParameterSpec(*node, row, channels);
   }
 }
 
@@ -87,7 +88,8 @@ AbsorptionTextureSpec ReadAbsorptionTexture(const JsonNode& node, Capture& captu
   if (file) texture.file = ReadPath(*file, capture);
   if (property && property->IsArray()) {
     for (const auto& name : property->Items()) texture.vertex_properties.push_back(name.String());
-    if (texture.vertex_properties.size() != kChannels) property->Fail("expected one name, or one name per channel");
+    if (texture.vertex_properties.size() != capture.channel_names.size())
+      property->Fail("expected one name, or one name per channel");
   } else if (property) {
     texture.vertex_properties = {property->String()};
   }
@@ -120,7 +122,7 @@ void ReadObject(const JsonNode& node, bool has_shape, Capture& capture) {
     if (const auto noise = layer.Find("junction_noise")) spec.junction_noise = ReadJunctionNoise(*noise);
     if (const auto texture = layer.Find("absorption_texture"))
       spec.absorption_texture = ReadAbsorptionTexture(*texture, capture);
-    ReadParameters(layer, Owner::kLayer, spec.thickness_field.has_value(), spec.parameters);
+    ReadParameters(layer, Owner::kLayer, capture.channels(), spec.thickness_field.has_value(), spec.parameters);
     capture.layers.push_back(spec);
   }
   if (capture.layers.empty()) layers.Fail("at least one layer is needed", "Outermost first: enamel, then dentine.");
@@ -150,12 +152,13 @@ void ReadObject(const JsonNode& node, bool has_shape, Capture& capture) {
   JsonValue empty{JsonValue::Object()};
   const JsonNode nothing(&empty, &capture.file, "object.surface");
   ReadParameters(JsonObject(object.Find("surface").value_or(nothing), ParameterKeys(Owner::kSurface)), Owner::kSurface,
-                 false, capture.surface);
+                 capture.channels(), false, capture.surface);
   if (const auto scenery = object.Find("scenery")) {
     for (const auto& item : scenery->Items(kMostThings)) {
       const JsonObject o(item, {"name", "mesh", "reflectance_rgb"});
-      ScenerySpec spec{o.Require("name").Name(), ReadPath(o.Require("mesh"), capture), glm::dvec3(0.0)};
-      if (const auto rho = o.Find("reflectance_rgb")) spec.reflectance = ReadNonNegative(*rho, 1.0);
+      ScenerySpec spec{o.Require("name").Name(), ReadPath(o.Require("mesh"), capture),
+                       Spectrum(capture.channels(), 0.0)};
+      if (const auto rho = o.Find("reflectance_rgb")) spec.reflectance = ReadSpectrum(*rho, 1.0, capture.channels());
       for (const auto& other : capture.scenery)
         if (other.name == spec.name) o.Require("name").Fail("two things are called '" + spec.name + "'");
       capture.scenery.push_back(spec);
@@ -172,7 +175,7 @@ void ReadObject(const JsonNode& node, bool has_shape, Capture& capture) {
         spec.normal = ReadUnitVector(o.Require("normal"));
       }
       if (const auto size = o.Find("size_mm")) spec.size_mm = size->Number(kSmallestTile_mm, kFarthestPlace_mm);
-      spec.reflectance = ReadNonNegative(o.Require("reflectance_rgb"), 1.0);
+      spec.reflectance = ReadSpectrum(o.Require("reflectance_rgb"), 1.0, capture.channels());
       if (const auto contact = o.Find("contact")) spec.in_contact = contact->Bool();
       capture.backings.push_back(spec);
     }
@@ -196,10 +199,42 @@ Encoding ReadEncoding(const JsonNode& node) {
           1.0};
 }
 
+/// "file": one picture with all channels; or "files": one picture per channel, by its name.
+void ReadPhotographFiles(const JsonObject& o, Capture& capture, PhotographFiles& files) {
+  files.channel_names = capture.channel_names;
+  const auto per_channel = o.Find("files");
+  if (!per_channel) {
+    files.image = ReadPath(o.Require("file"), capture);
+    return;
+  }
+  if (const auto file = o.Find("file")) file->Fail("\"file\" and \"files\" exclude each other", "Keep one of them.");
+  const JsonObject named(*per_channel, capture.channel_names);
+  for (const std::string& name : capture.channel_names)
+    files.planes.push_back(ReadPath(named.Require(name.c_str()), capture));
+  files.image = files.planes[0];
+}
+
 PhotographSpec ReadPhotographSpec(const JsonNode& node, Capture& capture) {
-  const JsonObject o(node, {"name", "file", "camera", "camera_from_object", "lights", "polarisation",
-                            "polarisation_memory_events", "backing", "scenery", "mask", "colour", "noise", "blur",
-                            "variance", "saturation", "encoding", "exposure_scale", "exposure_group", "use"});
+  const JsonObject o(node, {"name",
+                            "file",
+                            "files",
+                            "camera",
+                            "camera_from_object",
+                            "lights",
+                            "polarisation",
+                            "polarisation_memory_events",
+                            "backing",
+                            "scenery",
+                            "mask",
+                            "colour",
+                            "noise",
+                            "blur",
+                            "variance",
+                            "saturation",
+                            "encoding",
+                            "exposure_scale",
+                            "exposure_group",
+                            "use"});
   PhotographSpec photo;
   photo.key = node.key();
   photo.name = o.Require("name").Name();
@@ -207,7 +242,7 @@ PhotographSpec ReadPhotographSpec(const JsonNode& node, Capture& capture) {
     if (other.name == photo.name) o.Require("name").Fail("two photographs are called '" + photo.name + "'");
   if (photo.name.find('/') != std::string::npos || photo.name[0] == '.')
     o.Require("name").Fail("a photograph's name becomes a file name: it can't contain '/' or begin with '.'");
-  photo.files.image = ReadPath(o.Require("file"), capture);
+  ReadPhotographFiles(o, capture, photo.files);
   photo.camera_file = ReadPath(o.Require("camera"), capture);
   photo.camera = ReadCamera(photo.camera_file);
   const JsonNode pose = o.Require("camera_from_object");
@@ -248,11 +283,11 @@ PhotographSpec ReadPhotographSpec(const JsonNode& node, Capture& capture) {
     photo.files.saturation_key = saturation->key();
   }
   if (const auto colour = o.Find("colour")) {
-    photo.rgb_from_sensor = ReadColourTransform(ReadPath(*colour, capture));
+    photo.rgb_from_sensor = ReadColourTransform(ReadPath(*colour, capture), capture.channels());
     photo.has_colour_file = true;
   }
   if (const auto noise = o.Find("noise")) {
-    photo.files.noise = ReadSensorNoise(ReadPath(*noise, capture));
+    photo.files.noise = ReadSensorNoise(ReadPath(*noise, capture), capture.channels());
     photo.has_noise_file = true;
   }
   if (const auto blur = o.Find("blur")) photo.blur = ReadBlur(ReadPath(*blur, capture));
@@ -269,7 +304,7 @@ PhotographSpec ReadPhotographSpec(const JsonNode& node, Capture& capture) {
 
 void ReadMeasurements(const JsonNode& node, Capture& capture) {
   const MeasurementContext context{
-      capture.layers.size(),
+      capture.layers.size(), capture.channels(),
       [&](const JsonNode& name) { return IndexOf(capture.backings, name.String(), name, "backing"); },
       [&](const JsonNode& file) { return ReadPath(file, capture); }};
   for (const auto& item : node.Items(kMostMeasurements)) {
@@ -289,6 +324,23 @@ void ReadMeasurements(const JsonNode& node, Capture& capture) {
     node.Fail("there is no measurement to fit", "List at least one measurement without \"use\": \"holdout\".");
 }
 
+void ReadChannels(const JsonNode& node, Capture& capture) {
+  const auto items = node.Items();
+  if (items.empty() || items.size() > kMostChannels)
+    node.Fail(Printed("a capture has 1 to %d channels, found %zu", kMostChannels, items.size()));
+  capture.channel_names.clear();
+  capture.wavelengths_nm.clear();
+  for (const JsonNode& item : items) {
+    const JsonObject channel(item, {"name", "wavelength_nm"});
+    const std::string name = channel.Require("name").Name();
+    if (std::count(capture.channel_names.begin(), capture.channel_names.end(), name))
+      channel.Require("name").Fail("an earlier channel has this name",
+                                   "Give each channel a name of its own: results are listed by name.");
+    capture.channel_names.push_back(name);
+    capture.wavelengths_nm.push_back(channel.Require("wavelength_nm").Number(200.0, 2500.0));
+  }
+}
+
 Capture ReadAs(const std::string& format, const std::filesystem::path& path, std::vector<std::string> keys) {
   Capture capture;
   capture.file = path;
@@ -299,22 +351,10 @@ Capture ReadAs(const std::string& format, const std::filesystem::path& path, std
   const JsonObject root = file.RootOfFormat(format, keys);
   const auto measurements = root.Find("measurements");
   const bool has_photographs = !measurements || root.Find("photographs");
+  if (const auto channels = root.Find("channels")) ReadChannels(*channels, capture);
   ReadObject(root.Require("object"), has_photographs, capture);
-  if (const auto channels = root.Find("channels")) {
-    const auto items = channels->Items();
-    if (items.size() != kChannels)
-      channels->Fail("this version fits exactly 3 channels, found " + std::to_string(items.size()));
-    for (int c = 0; c < kChannels; ++c) {
-      const JsonObject channel(items[c], {"name", "wavelength_nm"});
-      capture.channel_names[c] = channel.Require("name").Name();
-      if (std::count(capture.channel_names.begin(), capture.channel_names.begin() + c, capture.channel_names[c]))
-        channel.Require("name").Fail("an earlier channel has this name",
-                                     "Give each channel a name of its own: results are listed by name.");
-      capture.wavelengths_nm[c] = channel.Require("wavelength_nm").Number(200.0, 2500.0);
-    }
-  }
   if (has_photographs) {
-    LightRig rig = ReadLightRig(ReadPath(root.Require("light_rig"), capture));
+    LightRig rig = ReadLightRig(ReadPath(root.Require("light_rig"), capture), capture.channel_names);
     capture.lights = std::move(rig.lights);
     capture.input_files.insert(capture.input_files.end(), rig.files.begin(), rig.files.end());
     const JsonNode photographs = root.Require("photographs");
@@ -330,6 +370,10 @@ Capture ReadAs(const std::string& format, const std::filesystem::path& path, std
 }
 
 }  // namespace
+
+std::vector<std::string> ChannelsInFile(const Capture& capture) {
+  return capture.channels() == 3 ? std::vector<std::string>{"R", "G", "B"} : capture.channel_names;
+}
 
 Quantity ThicknessQuantity(const Capture& capture, size_t layer) {
   const bool next_has_mesh = layer + 1 < capture.layers.size() && capture.layers[layer + 1].surface;

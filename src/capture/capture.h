@@ -24,14 +24,14 @@ namespace crownfit {
 struct ScenerySpec {
   std::string name;
   std::filesystem::path mesh;
-  glm::dvec3 reflectance{0.0};
+  Spectrum reflectance;
 };
 
 struct BackingSpec {
   std::string name;
   glm::dvec3 point_mm{0.0}, normal{0.0, 0.0, 1.0};
   double size_mm = 30.0;
-  glm::dvec3 reflectance{0.0};
+  Spectrum reflectance;
   bool in_contact = false;  ///< no air gap between the tile and the part of the object that lies on it
   bool has_place = true;    ///< false: point and normal are not stated, as under an instrument
 };
@@ -78,13 +78,18 @@ struct Capture {
   double outside_ior = 1.0;
   Neck neck = Neck::kRoot;
   std::optional<glm::dvec3> long_axis;  ///< unit, towards the incisal edge; thickness zones lie along it
-  std::array<std::string, kChannels> channel_names{"R", "G", "B"};
-  std::array<double, kChannels> wavelengths_nm{600, 540, 450};
+  std::vector<std::string> channel_names{"R", "G", "B"};
+  std::vector<double> wavelengths_nm{600, 540, 450};
   std::vector<Light> lights;
   std::vector<PhotographSpec> photographs;         ///< empty: only instruments have measured the material
   std::vector<FlatMeasurement> measurements;       ///< of flat samples
   std::vector<std::filesystem::path> input_files;  ///< everything read, for provenance
+
+  int channels() const { return static_cast<int>(channel_names.size()); }
 };
+
+/// Names of the channels in pictures that the program writes: R, G and B of three, else the capture's own.
+std::vector<std::string> ChannelsInFile(const Capture& capture);
 
 /// Whether a surface row is part of the material: all are, but the neck's only where the capture mentions it.
 inline bool IsOfSurface(const Capture& capture, const ParameterRow& row) {

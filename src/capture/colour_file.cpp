@@ -3,6 +3,7 @@
 #include <cmath>
 
 #include "base/json_file.h"
+#include "capture/parameters.h"
 
 namespace crownfit {
 
@@ -26,23 +27,30 @@ void RequireIndependent(const JsonNode& node, const std::array<std::vector<doubl
               "Make the file with crownfit calibrate colour.");
 }
 
-JsonObject RootOf(const JsonFile& file) {
-  return file.RootOfFormat("crownfit-colour/1", {"linear_rgb_from_sensor_rgb", "white_sensor_rgb", "polynomial",
-                                                 "residual", "quality", "provenance"});
+/// Three channels are called rgb in the keys.
+const char* MatrixKey(int channels) { return channels == 3 ? "linear_rgb_from_sensor_rgb" : "linear_rgb_from_sensor"; }
+const char* WhiteKey(int channels) { return channels == 3 ? "white_sensor_rgb" : "white_sensor"; }
+
+JsonObject RootOf(const JsonFile& file, int channels) {
+  return file.RootOfFormat("crownfit-colour/1", {MatrixKey(channels), WhiteKey(channels), "polynomial", "residual",
+                                                 "quality", "provenance"});
 }
 
 }  // namespace
 
-glm::dvec3 ReadSensorWhite(const std::filesystem::path& path) {
+Spectrum ReadSensorWhite(const std::filesystem::path& path, int channels) {
   const JsonFile file(path);
-  const auto white = RootOf(file).Require("white_sensor_rgb").Items();
-  if (white.size() != 3) RootOf(file).Require("white_sensor_rgb").Fail("expected one value per channel");
-  return {white[0].Positive(), white[1].Positive(), white[2].Positive()};
+  const JsonNode node = RootOf(file, channels).Require(WhiteKey(channels));
+  const auto white = node.Items();
+  if (static_cast<int>(white.size()) != channels) node.Fail("expected one value per channel");
+  std::vector<double> values;
+  for (const JsonNode& value : white) values.push_back(value.Positive());
+  return Spectrum(values);
 }
 
-ColourTransform ReadColourTransform(const std::filesystem::path& path) {
+ColourTransform ReadColourTransform(const std::filesystem::path& path, int channels) {
   const JsonFile file(path);
-  const JsonObject root = RootOf(file);
+  const JsonObject root = RootOf(file, channels);
   const auto rows_of = [](const JsonNode& node, size_t columns) {
     const auto rows = node.Items();
     if (rows.size() != 3) node.Fail("expected 3 rows of " + std::to_string(columns) + " numbers");
@@ -51,11 +59,15 @@ ColourTransform ReadColourTransform(const std::filesystem::path& path) {
     return values;
   };
   ColourTransform transform;
-  const auto matrix = rows_of(root.Require("linear_rgb_from_sensor_rgb"), 3);
+  const JsonNode node = root.Require(MatrixKey(channels));
+  const auto matrix = rows_of(node, static_cast<size_t>(channels));
+  transform.columns.resize(static_cast<size_t>(channels));
   for (int r = 0; r < 3; ++r)
-    for (int c = 0; c < 3; ++c) transform.matrix[c][r] = matrix[r][c];
-  RequireIndependent(root.Require("linear_rgb_from_sensor_rgb"), matrix);
-  if (const auto polynomial = root.Find("polynomial")) {
+    for (size_t c = 0; c < transform.columns.size(); ++c) transform.columns[c][r] = matrix[r][c];
+  if (channels >= 3) RequireIndependent(node, matrix);
+  const auto polynomial = root.Find("polynomial");
+  if (polynomial && channels != 3) polynomial->Fail("a root polynomial has three channels", "Remove the key.");
+  if (polynomial) {
     const JsonObject spec(*polynomial, {"terms", "coefficients"});
     spec.Require("terms").OneOf({"root2"});
     const auto rows = rows_of(spec.Require("coefficients"), 6);
@@ -67,29 +79,29 @@ ColourTransform ReadColourTransform(const std::filesystem::path& path) {
   return transform;
 }
 
-BandColour ReadBandColour(const std::filesystem::path& file) {
-  return {ReadColourTransform(file), ReadSensorWhite(file)};
+BandColour ReadBandColour(const std::filesystem::path& file, int channels) {
+  return {ReadColourTransform(file, channels), ReadSensorWhite(file, channels)};
 }
 
 JsonValue::Object ColourContent(const BandColour& colour) {
-  const auto rows = [](auto column_of, int columns) {
+  const auto rows = [](const auto& columns) {
     JsonValue::Array all;
     for (int r = 0; r < 3; ++r) {
       std::vector<double> row;
-      for (int c = 0; c < columns; ++c) row.push_back(column_of(c)[r]);
+      for (const glm::dvec3& column : columns) row.push_back(column[r]);
       all.emplace_back(row);
     }
     return all;
   };
   const ColourTransform& transform = colour.rgb_from_sensor;
-  const glm::dvec3& white = colour.white_sensor;
-  JsonValue::Object content{{"linear_rgb_from_sensor_rgb", rows([&](int c) { return transform.matrix[c]; }, 3)},
-                            {"white_sensor_rgb", std::vector<double>{white.x, white.y, white.z}}};
+  std::vector<glm::dvec3> columns = transform.columns;
+  if (columns.empty()) columns = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
+  const int channels = static_cast<int>(columns.size());
+  JsonValue::Object content{{MatrixKey(channels), rows(columns)},
+                            {WhiteKey(channels), SpectrumJson(colour.white_sensor.Expanded(channels))}};
   if (transform.root_polynomial)
-    content.emplace_back(
-        "polynomial",
-        JsonValue::Object{{"terms", "root2"},
-                          {"coefficients", rows([&](int c) { return (*transform.root_polynomial)[c]; }, 6)}});
+    content.emplace_back("polynomial",
+                         JsonValue::Object{{"terms", "root2"}, {"coefficients", rows(*transform.root_polynomial)}});
   return content;
 }
 

@@ -1,5 +1,5 @@
 #pragma once
-// colour.json ("crownfit-colour/1"): from a camera's own values to linear sRGB.
+// colour.json ("crownfit-colour/1"): from a camera's own values to linear sRGB, with one column per channel.
 
 #include <filesystem>
 
@@ -8,13 +8,13 @@
 
 namespace crownfit {
 
-ColourTransform ReadColourTransform(const std::filesystem::path& file);
+ColourTransform ReadColourTransform(const std::filesystem::path& file, int channels = 3);
 
-/// Sensor value of a perfectly white Lambertian surface, the file's "white_sensor_rgb".
-glm::dvec3 ReadSensorWhite(const std::filesystem::path& file);
+/// Sensor value of a perfectly white Lambertian surface, the file's "white_sensor_rgb" or "white_sensor".
+Spectrum ReadSensorWhite(const std::filesystem::path& file, int channels = 3);
 
 /// The transform and the white.
-BandColour ReadBandColour(const std::filesystem::path& file);
+BandColour ReadBandColour(const std::filesystem::path& file, int channels = 3);
 
 /// The JSON content of such a file.
 JsonValue::Object ColourContent(const BandColour& colour);

@@ -23,6 +23,16 @@ std::pair<size_t, double> Choose(const double* ends, size_t count, double u) {
   return {i, width > 0 ? std::clamp((u - begin) / width, 0.0, 1.0) : 0.5};
 }
 
+Spectrum ChannelsOf(const Image& image, size_t pixel) {
+  return image.channels == 1 ? Spectrum(static_cast<double>(image.values[pixel])) : crownfit::PixelOf(image, pixel);
+}
+
+/// In single precision, as maps have always been summed.
+double MeanOf(const Image& image, size_t pixel) {
+  const float* p = &image.values[pixel * image.channels];
+  return std::accumulate(p, p + image.channels, 0.0f) / static_cast<double>(image.channels);
+}
+
 struct Part {
   int top, bottom, left, right;  ///< of a FineGrid, ends excluded
 };
@@ -52,15 +62,16 @@ class FineGrid {
   Part Whole() const { return {0, height_, 0, width_}; }
 
   LitPart Lit(const Part& part) const {
-    glm::dvec3 light(0.0), mean(0.0);
-    ForPixels(part, [&](int, int, const glm::dvec3& l, const glm::dvec3& weighted) {
+    Spectrum light(0.0);
+    glm::dvec3 mean(0.0);
+    ForPixels(part, [&](int, int, const Spectrum& l, const glm::dvec3& weighted) {
       light += l;
       mean += weighted;
     });
     LitPart lit{part, {}, 0.0};
     lit.lamp.low = glm::dvec2(part.left, part.top) / glm::dvec2(width_, height_);
     lit.lamp.high = glm::dvec2(part.right, part.bottom) / glm::dvec2(width_, height_);
-    const double sum = Sum(light), length = glm::length(mean);
+    const double sum = light.Sum(), length = glm::length(mean);
     lit.spread = sum - length;
     if (length > 0) {
       lit.lamp.direction = mean / length;
@@ -74,7 +85,7 @@ class FineGrid {
   std::pair<Part, Part> Cut(const Part& part) const {
     std::vector<glm::dvec3> rows(part.bottom - part.top, glm::dvec3(0.0)),
         columns(part.right - part.left, glm::dvec3(0.0));
-    ForPixels(part, [&](int x, int y, const glm::dvec3&, const glm::dvec3& weighted) {
+    ForPixels(part, [&](int x, int y, const Spectrum&, const glm::dvec3& weighted) {
       rows[y - part.top] += weighted;
       columns[x - part.left] += weighted;
     });
@@ -90,7 +101,6 @@ class FineGrid {
 
  private:
   static constexpr int kLeastRows = 64;
-  static double Sum(const glm::dvec3& v) { return v.x + v.y + v.z; }
 
   /// The slice before which to cut (0: no cut), and the summed lengths of both halves' vector sums.
   static std::pair<int, double> BestCut(const std::vector<glm::dvec3>& slices) {
@@ -110,10 +120,10 @@ class FineGrid {
   void ForPixels(const Part& part, const Use& use) const {
     for (int y = part.top; y < part.bottom; ++y)
       for (int x = part.left; x < part.right; ++x) {
-        const float* p = &radiance_.values[3 * (static_cast<size_t>(y / cut_) * radiance_.width + x / cut_)];
-        const glm::dvec3 light = 2.0 * kPi / width_ * (edge_[y] - edge_[y + 1]) * glm::dvec3(p[0], p[1], p[2]);
+        const Spectrum radiance = ChannelsOf(radiance_, static_cast<size_t>(y / cut_) * radiance_.width + x / cut_);
+        const Spectrum light = 2.0 * kPi / width_ * (edge_[y] - edge_[y + 1]) * radiance;
         const glm::dvec3 direction(sine_[y] * towards_[x].x, 0.5 * (edge_[y] + edge_[y + 1]), sine_[y] * towards_[x].y);
-        use(x, y, light, Sum(light) * direction);
+        use(x, y, light, light.Sum() * direction);
       }
   }
 
@@ -132,8 +142,7 @@ EnvironmentMap::EnvironmentMap(Image radiance) : radiance_(std::move(radiance)) 
   for (size_t y = 0; y < height; ++y) {
     double sum = 0;
     for (size_t x = 0; x < width; ++x) {
-      const float* p = &radiance_.values[3 * (y * width + x)];
-      sum += (p[0] + p[1] + p[2]) / 3.0;
+      sum += MeanOf(radiance_, y * width + x);
       column_ends_[y * width + x] = sum;
     }
     for (size_t x = 0; x < width && sum > 0; ++x) column_ends_[y * width + x] /= sum;
@@ -182,9 +191,8 @@ size_t EnvironmentMap::PixelOf(const glm::dvec3& direction) const {
   return y * radiance_.width + x;
 }
 
-glm::dvec3 EnvironmentMap::Radiance(const glm::dvec3& direction) const {
-  const float* p = &radiance_.values[3 * PixelOf(direction)];
-  return {p[0], p[1], p[2]};
+Spectrum EnvironmentMap::Radiance(const glm::dvec3& direction) const {
+  return ChannelsOf(radiance_, PixelOf(direction));
 }
 
 glm::dvec3 EnvironmentMap::Sample(const glm::dvec2& uniform) const {
@@ -198,12 +206,12 @@ glm::dvec3 EnvironmentMap::Sample(const glm::dvec2& uniform) const {
 }
 
 double EnvironmentMap::Density(const glm::dvec3& direction) const {
-  const float* p = &radiance_.values[3 * PixelOf(direction)];
-  return (p[0] + p[1] + p[2]) / 3.0 / total_;
+  return MeanOf(radiance_, PixelOf(direction)) / total_;
 }
 
-std::shared_ptr<const EnvironmentMap> ReadEnvironmentMap(const std::filesystem::path& file) {
-  const ImageFile read = ReadImageFile(file);
+std::shared_ptr<const EnvironmentMap> ReadEnvironmentMap(const std::filesystem::path& file,
+                                                         const std::vector<std::string>& names) {
+  const ImageFile read = ReadImageFile(file, names);
   const Image& image = read.image;
   const Transfer transfer = Resolved(read.transfer, {}, file, "");
   if (image.width != 2 * image.height)
@@ -211,18 +219,25 @@ std::shared_ptr<const EnvironmentMap> ReadEnvironmentMap(const std::filesystem::
                      "an environment map must be twice as wide as high, but this one is " +
                          std::to_string(image.width) + " x " + std::to_string(image.height),
                      "Give a latitude-longitude panorama.");
-  Image radiance(image.width, image.height, 3);
+  const int found = image.channels - (read.alpha_channel >= 0 ? 1 : 0), wanted = static_cast<int>(names.size()),
+            channels = found < 3 && wanted != found ? 1 : found;
+  if (wanted > 0 && channels != 1 && channels != wanted)
+    throw InputError(file, "",
+                     "the environment map has " + std::to_string(channels) + " channels, but the capture has " +
+                         std::to_string(wanted),
+                     "Give one with the capture's channels, or a grey one.");
+  Image radiance(image.width, image.height, channels);
   double sum = 0;
-  for (size_t p = 0; p < radiance.values.size() / 3; ++p)
-    for (int c = 0; c < 3; ++c) {
-      const float v = image.values[p * image.channels + (image.channels >= 3 ? c : 0)];
+  for (size_t p = 0; p < radiance.values.size() / channels; ++p)
+    for (int c = 0; c < channels; ++c) {
+      const float v = image.values[p * image.channels + c];
       if (v < 0)
         throw InputError(file, "",
                          "the environment map has a negative value at column " + std::to_string(p % image.width) +
                              ", row " + std::to_string(p / image.width),
                          "Light can't be negative: clamp such values to 0.");
-      radiance.values[3 * p + c] = static_cast<float>(transfer.Light(v, c));
-      sum += radiance.values[3 * p + c];
+      radiance.values[channels * p + c] = static_cast<float>(transfer.Light(v, c));
+      sum += radiance.values[channels * p + c];
     }
   if (!(sum > 0)) throw InputError(file, "", "the environment map is black");
   return std::make_shared<EnvironmentMap>(std::move(radiance));

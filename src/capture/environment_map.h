@@ -5,6 +5,7 @@
 #include <glm/glm.hpp>
 #include <memory>
 #include <span>
+#include <string>
 #include <vector>
 
 #include "photo/image.h"
@@ -15,10 +16,10 @@ namespace crownfit {
 /// (the convention of OpenEXR).
 class EnvironmentMap {
  public:
-  /// Linear radiance, three channels, nowhere negative and not black.
+  /// Linear radiance, nowhere negative and not black. One channel stands for all channels.
   explicit EnvironmentMap(Image radiance);
 
-  glm::dvec3 Radiance(const glm::dvec3& direction) const;
+  Spectrum Radiance(const glm::dvec3& direction) const;
   /// Maps two uniform numbers to a direction, distributed as the mean of the channels.
   glm::dvec3 Sample(const glm::dvec2& uniform) const;
   double Density(const glm::dvec3& direction) const;  ///< of Sample, per steradian
@@ -26,7 +27,7 @@ class EnvironmentMap {
   /// A part of the map, as one distant lamp.
   struct FarLamp {
     glm::dvec3 direction{0, 0, 1};  ///< unit, mean direction of its light
-    glm::dvec3 irradiance{0.0};     ///< on a surface that faces it
+    Spectrum irradiance;            ///< on a surface that faces it
     double radius_rad = 0;          ///< of a disk whose light has the same spread
     glm::dvec2 low, high;           ///< its bounds in the map, as fractions of width and height from the upper left
 
@@ -52,7 +53,9 @@ class EnvironmentMap {
   std::vector<FarLamp> far_lamps_;   ///< for 1 part, 2 parts, 4, ...
 };
 
-/// Reads the picture; sRGB-encoded files are decoded. Throws InputError.
-std::shared_ptr<const EnvironmentMap> ReadEnvironmentMap(const std::filesystem::path& file);
+/// Reads the picture; sRGB-encoded files are decoded. It has the capture's `channels`, or one for all. Throws
+/// InputError.
+std::shared_ptr<const EnvironmentMap> ReadEnvironmentMap(const std::filesystem::path& file,
+                                                         const std::vector<std::string>& channels = {});
 
 }  // namespace crownfit

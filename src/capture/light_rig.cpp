@@ -6,6 +6,7 @@
 
 #include "base/error.h"
 #include "capture/covariance.h"
+#include "capture/parameters.h"
 
 namespace crownfit {
 namespace {
@@ -30,8 +31,10 @@ std::string TypeOf(const JsonNode& node) {
   return JsonObject(node, KeysOf("")).Require("type").String();
 }
 
-LightShape ReadShape(const JsonObject& o, const std::string& type, std::vector<std::filesystem::path>& files) {
-  const auto rgb = [&](const char* key) { return ReadNonNegative(o.Require(key), kBrightest); };
+LightShape ReadShape(const JsonObject& o, const std::string& type, const std::vector<std::string>& channels,
+                     std::vector<std::filesystem::path>& files) {
+  const int count = static_cast<int>(channels.size());
+  const auto rgb = [&](const char* key) { return ReadSpectrum(o.Require(key), kBrightest, count); };
   if (type == "directional") {
     const auto radius = o.Find("angular_radius_deg");
     const double degrees = radius ? radius->Number(0.0, 90.0) : 1.0;
@@ -67,8 +70,8 @@ LightShape ReadShape(const JsonObject& o, const std::string& type, std::vector<s
   if (type == "environment") {
     files.push_back(o.node().file().parent_path() / o.Require("file").String());
     const auto scale = o.Find("radiance_scale_rgb");
-    return EnvironmentLight{ReadEnvironmentMap(files.back()),
-                            scale ? ReadNonNegative(*scale, kBrightest) : glm::dvec3(1.0)};
+    return EnvironmentLight{ReadEnvironmentMap(files.back(), channels),
+                            scale ? ReadSpectrum(*scale, kBrightest, count) : Spectrum(1.0)};
   }
   return DomeLight{rgb("radiance_rgb")};
 }
@@ -85,7 +88,7 @@ Factor ReadFactor(const JsonNode& node) {
   return factor;
 }
 
-LightRig ReadLightRig(const std::filesystem::path& path) {
+LightRig ReadLightRig(const std::filesystem::path& path, const std::vector<std::string>& channels) {
   const JsonFile file(path);
   const JsonObject root = file.RootOfFormat("crownfit-light-rig/1", {"lights", "quality", "provenance"});
   LightRig rig;
@@ -107,7 +110,7 @@ LightRig ReadLightRig(const std::filesystem::path& path) {
     if (stddev) light.covariance_mm2 = glm::dmat3(std::pow(stddev->Positive(kFarthestPlace_mm), 2));
     if (covariance) light.covariance_mm2 = glm::make_mat3(ReadCovariance(*covariance, 3).data());
     if (const auto turn = object.Find("stddev_deg")) light.stddev_deg = turn->Positive();
-    light.shape = ReadShape(object, type, rig.files);
+    light.shape = ReadShape(object, type, channels, rig.files);
     rig.lights.push_back(light);
   }
   if (rig.lights.empty()) root.Require("lights").Fail("the rig has no lights");
@@ -120,13 +123,13 @@ JsonValue::Array LightsJson(const std::vector<Light>& lights) {
     void operator()(const DirectionalLight& l) const {
       o.emplace_back("type", "directional");
       o.emplace_back("direction", VectorJson(l.direction));
-      o.emplace_back("irradiance_rgb", VectorJson(l.irradiance));
+      o.emplace_back("irradiance_rgb", SpectrumJson(l.irradiance));
       o.emplace_back("angular_radius_deg", l.angular_radius * 180.0 / std::numbers::pi);
     }
     void operator()(const PointLight& l) const {
       o.emplace_back("type", "point");
       o.emplace_back("position_mm", VectorJson(l.position_mm));
-      o.emplace_back("radiant_intensity_rgb", VectorJson(l.radiant_intensity));
+      o.emplace_back("radiant_intensity_rgb", SpectrumJson(l.radiant_intensity));
       o.emplace_back("radius_mm", l.radius_mm);
     }
     void operator()(const DiskLight& l) const {
@@ -136,18 +139,18 @@ JsonValue::Array LightsJson(const std::vector<Light>& lights) {
       o.emplace_back(ring ? "axis" : "normal", VectorJson(l.normal));
       if (ring) o.emplace_back("inner_radius_mm", l.inner_radius_mm);
       o.emplace_back(ring ? "outer_radius_mm" : "radius_mm", l.outer_radius_mm);
-      o.emplace_back("radiance_rgb", VectorJson(l.radiance));
+      o.emplace_back("radiance_rgb", SpectrumJson(l.radiance));
     }
     void operator()(const RectangleLight& l) const {
       o.emplace_back("type", "rectangle");
       o.emplace_back("centre_mm", VectorJson(l.centre_mm));
       o.emplace_back("half_axis_u_mm", VectorJson(l.half_axis_u_mm));
       o.emplace_back("half_axis_v_mm", VectorJson(l.half_axis_v_mm));
-      o.emplace_back("radiance_rgb", VectorJson(l.radiance));
+      o.emplace_back("radiance_rgb", SpectrumJson(l.radiance));
     }
     void operator()(const DomeLight& l) const {
       o.emplace_back("type", "dome");
-      o.emplace_back("radiance_rgb", VectorJson(l.radiance));
+      o.emplace_back("radiance_rgb", SpectrumJson(l.radiance));
     }
     void operator()(const EnvironmentLight&) const {}
   };
@@ -174,9 +177,9 @@ JsonValue::Array LightsJson(const std::vector<Light>& lights) {
   return all;
 }
 
-LightShape Scaled(const LightShape& shape, const glm::dvec3& factor) {
-  struct Scale {
-    const glm::dvec3& factor;
+LightShape Scaled(const LightShape& shape, const Spectrum& factor) {
+  struct Multiply {
+    const Spectrum& factor;
     LightShape operator()(DirectionalLight l) const { return l.irradiance *= factor, l; }
     LightShape operator()(PointLight l) const { return l.radiant_intensity *= factor, l; }
     LightShape operator()(DiskLight l) const { return l.radiance *= factor, l; }
@@ -184,7 +187,7 @@ LightShape Scaled(const LightShape& shape, const glm::dvec3& factor) {
     LightShape operator()(DomeLight l) const { return l.radiance *= factor, l; }
     LightShape operator()(EnvironmentLight l) const { return l.scale *= factor, l; }
   };
-  return std::visit(Scale{factor}, shape);
+  return std::visit(Multiply{factor}, shape);
 }
 
 LightShape Transformed(const LightShape& shape, const RigidTransform& t) {

@@ -30,27 +30,31 @@ struct Factor {
 Factor ReadFactor(const JsonNode& node);
 
 struct DirectionalLight {
-  glm::dvec3 direction, irradiance;
+  glm::dvec3 direction;
+  Spectrum irradiance;
   double angular_radius;
 };  ///< towards the light; radians
 struct PointLight {
-  glm::dvec3 position_mm, radiant_intensity;
+  glm::dvec3 position_mm;
+  Spectrum radiant_intensity;
   double radius_mm;
 };  ///< irradiance = I cos / d^2
 struct DiskLight {
-  glm::dvec3 centre_mm, normal, radiance;
+  glm::dvec3 centre_mm, normal;
+  Spectrum radiance;
   double inner_radius_mm, outer_radius_mm;
 };  ///< also rings; the normal is a unit vector
 struct RectangleLight {
-  glm::dvec3 centre_mm, half_axis_u_mm, half_axis_v_mm, radiance;
+  glm::dvec3 centre_mm, half_axis_u_mm, half_axis_v_mm;
+  Spectrum radiance;
 };  ///< shines along u x v
 struct DomeLight {
-  glm::dvec3 radiance;
+  Spectrum radiance;
 };  ///< uniform sphere
 
 struct EnvironmentLight {
   std::shared_ptr<const EnvironmentMap> map;
-  glm::dvec3 scale;
+  Spectrum scale;
   glm::dmat3 map_from_frame{1.0};
 };  ///< from all around, as a picture
 
@@ -82,14 +86,15 @@ struct LightRig {
   std::vector<std::filesystem::path> files;  ///< further files that were read
 };
 
-/// Reads light_rig.json ("crownfit-light-rig/1") and the maps it names, whose paths are relative to it.
-LightRig ReadLightRig(const std::filesystem::path& file);
+/// Reads light_rig.json ("crownfit-light-rig/1") and the maps it names, whose paths are relative to it. `channels`:
+/// those of the capture; none: lists may have any length.
+LightRig ReadLightRig(const std::filesystem::path& file, const std::vector<std::string>& channels = {});
 
 /// The lights as a rig file holds them. Environment lights are not written, because their map stays where it is.
 JsonValue::Array LightsJson(const std::vector<Light>& lights);
 
 /// The light with every intensity multiplied, channel by channel.
-LightShape Scaled(const LightShape& shape, const glm::dvec3& factor);
+LightShape Scaled(const LightShape& shape, const Spectrum& factor);
 
 /// The light in another frame.
 LightShape Transformed(const LightShape& shape, const RigidTransform& target_from_source);

@@ -9,24 +9,18 @@
 namespace crownfit {
 namespace {
 
-/// One number for all, or one for each of three.
-std::array<double, kChannels> ReadThree(const JsonNode& node) {
-  std::array<double, kChannels> three{};
-  if (node.IsNumber()) {
-    three.fill(node.Number());
-  } else {
-    const auto list = node.Numbers(size_t{kChannels});
-    std::copy(list.begin(), list.end(), three.begin());
-  }
-  return three;
+/// One number for all, or one for each.
+Spectrum ReadValues(const JsonNode& node, int count) {
+  return node.IsNumber() ? Spectrum(count, node.Number()) : Spectrum(node.Numbers(static_cast<size_t>(count)));
 }
 
-std::optional<Reading> ReadReading(const JsonObject& o, const char* key, double low, double high) {
+/// `count`: channels, or 3 of L*, a* and b*.
+std::optional<Reading> ReadReading(const JsonObject& o, const char* key, int count, double low, double high) {
   const auto node = o.Find(key);
   if (!node) return std::nullopt;
   const JsonObject object(*node, {"value", "stddev"});
-  const Reading reading{ReadThree(object.Require("value")), ReadThree(object.Require("stddev"))};
-  for (int c = 0; c < kChannels; ++c) {
+  const Reading reading{ReadValues(object.Require("value"), count), ReadValues(object.Require("stddev"), count)};
+  for (int c = 0; c < count; ++c) {
     if (!(reading.value[c] >= low && reading.value[c] <= high))
       object.Require("value").Fail("the value is outside [" + std::to_string(low) + ", " + std::to_string(high) + "]",
                                    low < -1 ? "State L*, a*, b*." : "State shares of the light, not per cent.");
@@ -41,7 +35,7 @@ std::optional<Reading> ReadReading(const JsonObject& o, const char* key, double 
 void CheckEnergy(const FlatMeasurement& m, const JsonObject& o) {
   if (!m.reflectance || !m.transmittance || m.aperture_mm) return;
   constexpr double kSure = 3.0;
-  for (int c = 0; c < kChannels; ++c) {
+  for (int c = 0; c < m.reflectance->value.size(); ++c) {
     const double sum = m.reflectance->value[c] + m.transmittance->value[c],
                  stddev = std::hypot(m.reflectance->stddev[c], m.transmittance->stddev[c]);
     if (sum > 1.0 + kSure * stddev)
@@ -92,9 +86,9 @@ FlatMeasurement ReadFlatMeasurement(const JsonNode& node, const MeasurementConte
     if (m.aperture_mm)
       slide->Fail("slides together with an aperture are not modelled", "Remove \"slide\" or \"aperture_mm\".");
   }
-  m.reflectance = ReadReading(o, "reflectance", -0.05, 1.2);
-  m.transmittance = ReadReading(o, "transmittance", -0.05, 1.2);
-  m.lab = ReadReading(o, "lab", -150, 150);
+  m.reflectance = ReadReading(o, "reflectance", context.channels, -0.05, 1.2);
+  m.transmittance = ReadReading(o, "transmittance", context.channels, -0.05, 1.2);
+  m.lab = ReadReading(o, "lab", 3, -150, 150);
   if (!m.reflectance && !m.transmittance && !m.lab)
     node.Fail("'" + m.name + "' has no reading", "State \"reflectance\", \"transmittance\" or \"lab\".");
   if (m.lab && m.reflectance)
@@ -114,7 +108,7 @@ FlatMeasurement ReadFlatMeasurement(const JsonNode& node, const MeasurementConte
   CheckEnergy(m, o);
   if (const auto colour = o.Find("colour")) {
     if (!m.lab) colour->Fail("colour is only used with lab", "Remove the key.");
-    m.colour = ReadBandColour(context.file(*colour));
+    m.colour = ReadBandColour(context.file(*colour), context.channels);
   }
   if (const auto use = o.Find("use")) m.is_holdout = use->OneOf({"fit", "holdout"}) == "holdout";
   return m;

@@ -25,7 +25,7 @@ enum class MeasuredAt {
 
 /// One value per band, or L*, a*, b*.
 struct Reading {
-  std::array<double, kChannels> value{}, stddev{};
+  Spectrum value, stddev;
 };
 
 /// Glass in optical contact before and behind a sample.
@@ -51,6 +51,7 @@ struct FlatMeasurement {
 /// What a measurement may refer to.
 struct MeasurementContext {
   size_t layers;
+  int channels;
   std::function<size_t(const JsonNode&)> backing;              ///< index of a backing by name
   std::function<std::filesystem::path(const JsonNode&)> file;  ///< a path in the capture
 };

@@ -11,14 +11,12 @@ constexpr double kNarrowest = 1e-6;  // of a prior
 Range PhysicalRange(const ParameterRow& row) { return {row.least, row.most}; }
 
 /// One number, or one per channel, inside the range.
-std::array<double, kChannels> ReadValues(const JsonNode& node, const ParameterRow& row, const Range& range) {
-  const std::vector<double> numbers =
-      node.IsArray() ? node.Numbers(size_t{kChannels}) : std::vector<double>(kChannels, node.Number());
-  std::array<double, kChannels> values{};
-  for (int c = 0; c < kChannels; ++c) {
-    values[c] = numbers[c];
-    if (values[c] >= range[0] && values[c] <= range[1]) continue;
-    node.Fail(Printed("%g is outside [%g, %g]", values[c], range[0], range[1]) +
+Spectrum ReadValues(const JsonNode& node, const ParameterRow& row, const Range& range, int channels) {
+  const Spectrum values =
+      node.IsArray() ? Spectrum(node.Numbers(static_cast<size_t>(channels))) : Spectrum(channels, node.Number());
+  for (const double value : values) {
+    if (value >= range[0] && value <= range[1]) continue;
+    node.Fail(Printed("%g is outside [%g, %g]", value, range[0], range[1]) +
                   (std::string(row.unit) == "1" ? "" : std::string(" ") + row.unit),
               "Check the sign, the decimal point and the unit.");
   }
@@ -45,28 +43,44 @@ std::optional<Sharing> SharingOf(const std::string& word) {
   return std::nullopt;
 }
 
-std::array<double, kChannels> ReadPhysicalValues(const JsonNode& node, const ParameterRow& row) {
-  const std::array<double, kChannels> values = ReadValues(node, row, PhysicalRange(row));
-  if (!row.per_channel && (values[1] != values[0] || values[2] != values[0]))
-    node.Fail("this parameter has one value, not one per channel");
+Spectrum ReadPhysicalValues(const JsonNode& node, const ParameterRow& row, int channels) {
+  const Spectrum values = ReadValues(node, row, PhysicalRange(row), channels);
+  if (!row.per_channel && !values.IsGrey()) node.Fail("this parameter has one value, not one per channel");
   return values;
 }
 
-ParameterSpec DefaultSpec(const ParameterRow& row) {
+Spectrum ReadSpectrum(const JsonNode& node, double most, int channels) {
+  if (node.IsNumber())
+    return channels > 0 ? Spectrum(channels, node.Number(0.0, most)) : Spectrum(node.Number(0.0, most));
+  const auto items = node.Items();
+  if (items.empty() || items.size() > kMostChannels || (channels > 0 && static_cast<int>(items.size()) != channels))
+    node.Fail(channels > 0 ? Printed("expected %d numbers, found %zu", channels, items.size())
+                           : Printed("expected one number per channel, found %zu", items.size()));
+  std::vector<double> values;
+  for (const JsonNode& item : items) values.push_back(item.Number(0.0, most));
+  return Spectrum(values);
+}
+
+JsonValue SpectrumJson(const Spectrum& values) {
+  if (values.size() == 0) return values[0];
+  return values.list();
+}
+
+ParameterSpec DefaultSpec(const ParameterRow& row, int channels) {
   ParameterSpec spec;
-  spec.value.fill(row.initial);
+  spec.value = Spectrum(channels, row.initial);
   spec.low = row.low;
   spec.high = row.high;
   spec.sharing = row.per_channel ? Sharing::kNone : Sharing::kOneValue;
   return spec;
 }
 
-ParameterSpec ReadParameterSpec(const JsonNode& node, const ParameterRow& row) {
-  ParameterSpec spec = DefaultSpec(row);
+ParameterSpec ReadParameterSpec(const JsonNode& node, const ParameterRow& row, int channels) {
+  ParameterSpec spec = DefaultSpec(row, channels);
   spec.stated = true;
   const auto read = [&](const JsonNode& stated, const Range& range) {
     if (stated.IsArray() && !row.per_channel) stated.Fail("this parameter has one value, not one per channel");
-    spec.value = ReadValues(stated, row, range);
+    spec.value = ReadValues(stated, row, range, channels);
     if (stated.IsNumber()) spec.sharing = Sharing::kOneValue;
   };
   if (!node.IsObject()) {

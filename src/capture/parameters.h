@@ -8,10 +8,10 @@
 #include <vector>
 
 #include "base/json_file.h"
+#include "photo/spectrum.h"
 
 namespace crownfit {
 
-inline constexpr int kChannels = 3;
 inline constexpr size_t kMostLayers = 16;
 
 enum class Quantity {
@@ -86,21 +86,27 @@ std::optional<Sharing> SharingOf(const std::string& word);
 /// What a capture says about one parameter.
 struct ParameterSpec {
   bool fixed = true;
-  bool stated = false;                    ///< false: absent from the file, so the table's default holds
-  std::array<double, kChannels> value{};  ///< fixed or initial; equal entries when one value is shared
+  bool stated = false;  ///< false: absent from the file, so the table's default holds
+  Spectrum value;       ///< fixed or initial, per channel; equal entries when one value is shared
   double low = 0, high = 0;
   std::optional<double> prior_mean, prior_log_stddev;
   Sharing sharing = Sharing::kOneValue;
 };
 
-/// One number, or one per channel, inside [least, most]. Throws InputError.
-std::array<double, kChannels> ReadPhysicalValues(const JsonNode& node, const ParameterRow& row);
+/// One number, or one per channel, inside [least, most]; as many entries as channels. Throws InputError.
+Spectrum ReadPhysicalValues(const JsonNode& node, const ParameterRow& row, int channels);
+
+/// Numbers in [0, most], one per channel or one for all; `channels` 0: of an unknown number. Throws InputError.
+Spectrum ReadSpectrum(const JsonNode& node, double most, int channels);
+
+/// One value per channel, or one for all, as files hold it.
+JsonValue SpectrumJson(const Spectrum& values);
 
 /// The default of the table (fixed).
-ParameterSpec DefaultSpec(const ParameterRow& row);
+ParameterSpec DefaultSpec(const ParameterRow& row, int channels = 3);
 
 /// Reads {"fixed": v} or {"initial": v, "bounds", "prior", "shared"}, or a bare number (fixed).
-ParameterSpec ReadParameterSpec(const JsonNode& node, const ParameterRow& row);
+ParameterSpec ReadParameterSpec(const JsonNode& node, const ParameterRow& row, int channels);
 
 /// Keys of the parameters of a layer or of the surface.
 std::vector<std::string> ParameterKeys(Owner owner);

@@ -39,13 +39,6 @@ glm::dvec3 ReadUnitVector(const JsonNode& node) {
   return glm::normalize(v * std::exp2(-std::ilogb(largest)));  // exact, and no square overflows
 }
 
-glm::dvec3 ReadNonNegative(const JsonNode& node, double most) {
-  if (node.IsNumber()) return glm::dvec3(node.Number(0.0, most));
-  const auto items = node.Items();
-  if (items.size() != 3) node.Fail("expected 3 numbers, found " + std::to_string(items.size()));
-  return {items[0].Number(0.0, most), items[1].Number(0.0, most), items[2].Number(0.0, most)};
-}
-
 RigidTransform ReadRigidTransform(const JsonNode& node) {
   const JsonObject object(node, {"rotation", "translation_mm", "covariance", "stddev"});
   RigidTransform transform;

@@ -38,9 +38,8 @@ JsonValue VectorJson(const glm::dvec3& v);
 /// Limit for objects and lights: rays are single precision, a step is 0.008 mm there.
 inline constexpr double kFarthestPlace_mm = 1e5;
 
-glm::dvec3 ReadVector(const JsonNode& node);                    ///< three finite numbers
-glm::dvec3 ReadPlace(const JsonNode& node);                     ///< a vector in mm, not longer than kFarthestPlace_mm
-glm::dvec3 ReadUnitVector(const JsonNode& node);                ///< three numbers, not all 0, normalised
-glm::dvec3 ReadNonNegative(const JsonNode& node, double most);  ///< three numbers in [0, most], or one for all channels
+glm::dvec3 ReadVector(const JsonNode& node);      ///< three finite numbers
+glm::dvec3 ReadPlace(const JsonNode& node);       ///< a vector in mm, not longer than kFarthestPlace_mm
+glm::dvec3 ReadUnitVector(const JsonNode& node);  ///< three numbers, not all 0, normalised
 
 }  // namespace crownfit

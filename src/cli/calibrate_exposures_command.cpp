@@ -38,7 +38,8 @@ int RunExposures(const ExposuresTask& asked) {
     series.times.push_back(time);
   }
   if (asked.noise) {
-    series.noise = ReadSensorNoise(*asked.noise);
+    series.noise =
+        ReadSensorNoise(*asked.noise, std::max(3, photos[0].image.channels > 4 ? photos[0].image.channels : 0));
     RequireSharesOfFullScale(series.noise, photos[0], order[0].second);
   }
   // Of pictures for display, whose tone curve nobody knows, the response is estimated; others are decoded.
@@ -57,7 +58,9 @@ int RunExposures(const ExposuresTask& asked) {
   for (auto& photo : photos) series.photographs.push_back(std::move(photo.image));
   if (!asked.darks.empty()) {
     const auto darks = ReadLinear(asked.darks, "linear");
-    for (int c = 0; c < 3; ++c) {
+    const int channels = darks[0].image.channels > 4 ? darks[0].image.channels : 3;
+    series.noise.black = series.noise.black.Expanded(channels);
+    for (int c = 0; c < channels; ++c) {
       double sum = 0, count = 0;
       for (const auto& dark : darks)
         for (size_t i = std::min(c, dark.image.channels - 1); i < dark.image.values.size(); i += dark.image.channels)

@@ -164,9 +164,10 @@ glm::dvec3 RemoveBlack(ImageFile& photo, const std::filesystem::path& file,
   RequireSharesOfFullScale(noise, photo, file);
   Image& image = photo.image;
   for (size_t i = 0; i < image.values.size(); ++i)
-    image.values[i] -= static_cast<float>(noise.black[std::min<size_t>(i % image.channels, 2)]);
+    image.values[i] -= static_cast<float>(noise.black[std::min(static_cast<int>(i % image.channels), 2)]);
   glm::dvec3 saturation;
-  for (int c = 0; c < 3; ++c) saturation[c] = noise.saturation[c].value_or(kUnknown) - noise.black[c];
+  for (int c = 0; c < 3; ++c)
+    saturation[c] = (noise.saturation[c] > 0 ? noise.saturation[c] : kUnknown) - noise.black[c];
   return saturation;
 }
 

@@ -85,7 +85,7 @@ FitOptions FitOptionsOf(const FitText& text) {
       good = error == std::errc() && (stop == end || *stop == ',');
       next = stop;
     }
-    if (!good || (values.size() != 1 && values.size() != kChannels))
+    if (!good || values.empty())
       throw InputError("", "--fix " + fix, "expected NAME=VALUE, or NAME=R,G,B with a number for each channel");
     const std::string name = fix.substr(0, equals);
     const auto& fixed = fit.overrides.fix;
@@ -94,8 +94,7 @@ FitOptions FitOptionsOf(const FitText& text) {
         std::count(freed.begin(), freed.end(), name))
       throw InputError("", "--fix " + name, "this parameter is stated twice",
                        "State it once, with --fix or with --free.");
-    values.resize(kChannels, values.empty() ? 0.0 : values[0]);
-    fit.overrides.fix.push_back({name, {values[0], values[1], values[2]}});
+    fit.overrides.fix.emplace_back(name, values);
   }
   for (const auto& share : text.shares) {
     const size_t equals = std::min(share.find('='), share.size());

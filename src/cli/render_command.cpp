@@ -53,18 +53,20 @@ int RunRender(const RenderCommand& asked) {
   const auto messages = RenderPhotographs(capture, material, options, progress, [&](const RenderedPhotograph& r) {
     const PhotographSpec& photo = capture.photographs[r.photograph];
     Image picture = r.picture;
+    const size_t channels = capture.channel_names.size();
+    const std::vector<std::string> names = ChannelsInFile(capture);
     for (size_t k = 0; k < picture.values.size(); ++k) {
-      const uint64_t key = Key(asked.seed, 0x6e6f697365ull, r.photograph, k / 3);
-      picture.values[k] = static_cast<float>(picture.values[k] * (1.0 + asked.noise * Gaussian(key, k % 3)));
+      const uint64_t key = Key(asked.seed, 0x6e6f697365ull, r.photograph, k / channels);
+      picture.values[k] = static_cast<float>(picture.values[k] * (1.0 + asked.noise * Gaussian(key, k % channels)));
     }
     const auto file = asked.output / (photo.name + ".exr");
     if (r.variance) {
       Image variance = *r.variance;
       for (size_t k = 0; k < variance.values.size(); ++k)
         variance.values[k] += static_cast<float>(std::pow(asked.noise * r.picture.values[k], 2));
-      WriteImageLayers(file, {{"", picture}, {"variance", variance}});
+      WriteImageLayers(file, {{"", picture}, {"variance", variance}}, names);
     } else {
-      WriteImageFile(file, picture, asked.half_float);
+      WriteImageFile(file, picture, asked.half_float, names);
     }
     WriteImageFile(
         asked.output / (photo.name + ".png"),
@@ -73,7 +75,7 @@ int RunRender(const RenderCommand& asked) {
     std::printf("%s\n", file.c_str());
     if (r.derivatives.empty()) return;
     const auto beside = asked.output / (photo.name + "_derivatives.exr");
-    WriteImageLayers(beside, r.derivatives);
+    WriteImageLayers(beside, r.derivatives, names);
     std::printf("%s\n", beside.c_str());
   });
   progress.Clear();

@@ -24,7 +24,7 @@ struct ReportCommand {
 void WriteColour(const std::filesystem::path& folder, const Capture& capture) {
   for (const PhotographSpec& p : capture.photographs) {
     if (!p.has_colour_file) continue;
-    const glm::dvec3 white = BandColour{p.rgb_from_sensor}.Reflectance(glm::dvec3(1.0));
+    const Spectrum white = BandColour{p.rgb_from_sensor}.Reflectance(glm::dvec3(1.0), capture.channels());
     JsonValue::Object content{{"format", "crownfit-colour/1"}};
     for (auto& member : ColourContent({p.rgb_from_sensor, white})) content.push_back(std::move(member));
     return WriteTextFile(folder / "colour.json", ToJsonText(content));

@@ -91,7 +91,7 @@ ShadeSet Photographed(const PhotographedTabs& asked) {
   if (photo.was_jpeg)
     std::fprintf(stderr, "warning: %s is a JPEG: its tone curve and white balance are unknown. Photograph in RAW.\n",
                  asked.set.input.c_str());
-  glm::dvec3 white = colour.white_sensor;
+  glm::dvec3 white = VectorOf(colour.white_sensor);
   if (!asked.card.empty())
     white = MeanOf(photo, RectangleOf("--card", asked.card, photo.linear), "--card") /
             asked.card_reflectance.value_or(0.18);

@@ -179,7 +179,7 @@ class Reference {
   std::vector<Image> Read(const std::filesystem::path& folder) const {
     std::vector<Image> images;
     for (const PhotographSpec& photo : capture_.photographs) {
-      Image image = ReadImageFile(folder / (photo.name + ".exr")).image;
+      Image image = ReadImageFile(folder / (photo.name + ".exr"), ChannelsInFile(capture_)).image;
       if (image.width != photo.camera.width || image.height != photo.camera.height)
         image = Enlarged(image, photo.camera.width, photo.camera.height);
       images.push_back(std::move(image));
@@ -215,7 +215,7 @@ void CompareValues(const MaterialRecord& fitted, const Material& truth, TradeOff
       const ParameterRecord& record = records[i];
       if (record.interval95.empty() || record.status == "fixed") continue;
       for (size_t c = 0; c < record.interval95.size(); ++c) {  // one, or one per channel
-        const double value = mine.values[i][c], right = goal.values[i][c];
+        const double value = mine.values[i][static_cast<int>(c)], right = goal.values[i][static_cast<int>(c)];
         if (value > 0 && right > 0) errors.push_back(100 * std::abs(std::log(value / right)));
         const auto& interval = record.interval95[c];
         ++row.intervals;

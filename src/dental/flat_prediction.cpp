@@ -73,23 +73,29 @@ std::vector<double> Scaled(std::vector<double> mm, double total) {
 
 class Group {
  public:
-  Group(std::string name, std::vector<double> mm) : group_{std::move(name), std::move(mm), {}} {}
+  /// `channels`: their names.
+  Group(std::string name, std::vector<double> mm, const std::vector<std::string>& channels)
+      : group_{std::move(name), std::move(mm), {}}, channels_(channels) {}
   void Add(const std::string& name, double value, const std::string& unit = "1") {
     group_.figures.push_back({name, unit, value, {}, {}, {}});
   }
-  void AddBands(const std::string& name, const glm::dvec3& v, const std::string& unit = "1") {
-    for (int c = 0; c < kChannels; ++c) Add(name + "_" + "RGB"[c], v[c], unit);
+  void AddBands(const std::string& name, const Spectrum& v, const std::string& unit = "1") {
+    for (int c = 0; c < v.size(); ++c) Add(name + "_" + channels_[static_cast<size_t>(c)], v[c], unit);
+  }
+  void AddRgb(const std::string& name, const glm::dvec3& rgb) {
+    for (int c = 0; c < 3; ++c) Add(name + "_" + "RGB"[c], rgb[c]);
   }
   void AddColour(const std::string& over, const glm::dvec3& rgb) {
     const glm::dvec3 lab = LabFromLinearRgb(rgb);
     for (int c = 0; c < 3; ++c) Add(over + "." + "Lab"[c], lab[c]);
-    AddBands(over + ".linear", rgb);
-    AddBands(over + ".srgb", {SrgbFromLinear(rgb.x), SrgbFromLinear(rgb.y), SrgbFromLinear(rgb.z)});
+    AddRgb(over + ".linear", rgb);
+    AddRgb(over + ".srgb", {SrgbFromLinear(rgb.x), SrgbFromLinear(rgb.y), SrgbFromLinear(rgb.z)});
   }
   FlatGroup Take() { return std::move(group_); }
 
  private:
   FlatGroup group_;
+  const std::vector<std::string>& channels_;
 };
 
 /// The thickness from which a falling curve of ln CIEDE2000 stays below a threshold; infinite: not up to kThickest_mm.
@@ -117,10 +123,11 @@ std::vector<FlatGroup> Evaluate(const FlatQuestion& q, const Material& material,
   if (cement)
     for (auto& mm : of_cemented) mm.push_back(q.cement_mm);
 
-  std::vector<std::array<glm::dvec3, 2>> over_card(groups);         // black, white
-  std::vector<std::array<glm::dvec3, 2>> over(of_cemented.size());  // stump, target
-  std::vector<glm::dvec3> reflectance(groups), transmittance(groups);
-  for (int c = 0; c < kChannels; ++c) {
+  const Spectrum none(material.channels(), 0.0);
+  std::vector<std::array<Spectrum, 2>> over_card(groups, {none, none});         // black, white
+  std::vector<std::array<Spectrum, 2>> over(of_cemented.size(), {none, none});  // stump, target
+  std::vector<Spectrum> reflectance(groups, none), transmittance(groups, none);
+  for (int c = 0; c < none.size(); ++c) {
     Slab slab = SlabOf(material, c);
     const Views dry(q, slab, thicknesses, edge_loss_error, directions);
     for (size_t t = 0; t < groups; ++t) {
@@ -144,12 +151,12 @@ std::vector<FlatGroup> Evaluate(const FlatQuestion& q, const Material& material,
     }
   }
 
-  const auto lab = [&](const glm::dvec3& bands) { return LabFromLinearRgb(q.colour.LinearRgb(bands)); };
+  const auto lab = [&](const Spectrum& bands) { return LabFromLinearRgb(q.colour.LinearRgb(bands)); };
   std::vector<double> masking;
   for (size_t i = groups + 1; i < over.size(); ++i) masking.push_back(Ciede2000(lab(over[i][0]), lab(over[i][1])));
   std::vector<FlatGroup> answer;
   for (size_t t = 0; t < groups; ++t) {
-    Group g(t == 0 ? "design" : Printed("at_%.2f_mm", q.other_totals_mm[t - 1]), thicknesses[t]);
+    Group g(t == 0 ? "design" : Printed("at_%.2f_mm", q.other_totals_mm[t - 1]), thicknesses[t], q.channel_names);
     const glm::dvec3 black = q.colour.LinearRgb(over_card[t][0]), white = q.colour.LinearRgb(over_card[t][1]);
     g.AddColour("over_black", black);
     g.AddColour("over_white", white);
@@ -162,8 +169,8 @@ std::vector<FlatGroup> Evaluate(const FlatQuestion& q, const Material& material,
     g.AddBands("reflectance", reflectance[t]);
     g.AddBands("transmittance", transmittance[t]);
     const double total = std::accumulate(thicknesses[t].begin(), thicknesses[t].end(), 0.0);
-    glm::dvec3 k, s;
-    for (int c = 0; c < kChannels; ++c) {
+    Spectrum k = none, s = none;
+    for (int c = 0; c < none.size(); ++c) {
       const KubelkaMunk km =
           KubelkaMunkFromCards(over_card[t][0][c], over_card[t][1][c], q.black[c], q.white[c], total);
       k[c] = km.absorption_per_mm, s[c] = km.scattering_per_mm;
@@ -190,8 +197,8 @@ Material Drawn(const MaterialRecord& record, uint64_t key) {
       const ParameterRow& row = kParameters[i];
       const ParameterRecord& p = record.layers[l][i];
       if (row.quantity == Quantity::kThickness || row.quantity == Quantity::kThicknessScale) continue;
-      for (int c = 0; c < kChannels && !p.stddev.empty(); ++c) {
-        const size_t entry = p.stddev.size() == 1 ? 0 : c;
+      for (int c = 0; c < material.channels() && !p.stddev.empty(); ++c) {
+        const size_t entry = p.stddev.size() == 1 ? 0 : static_cast<size_t>(c);
         const double step = Gaussian(Key(key, l, i), entry), sd = p.stddev[entry].value_or(HUGE_VAL);
         double& value = material.layers[l].values[i][c];
         const double mean = value;

@@ -16,10 +16,11 @@ namespace crownfit {
 
 struct FlatQuestion {
   MaterialRecord material;
+  std::vector<std::string> channel_names{"R", "G", "B"};
   std::vector<double> design_mm;        ///< of its layers
   std::vector<double> other_totals_mm;  ///< total thicknesses, the layers in the design's proportions
   /// Reflectances in the camera's bands. Black and white cards lie behind a thin gap of air.
-  glm::dvec3 black{0.0}, white{1.0}, stump{0.0}, target{1.0};
+  Spectrum black = Spectrum(0.0), white = Spectrum(1.0), stump = black, target = white;
   bool is_cemented = true;  ///< stump and target are cemented; false: they lie behind a gap of air too
   double stump_ior = 1.54;  ///< of stump and target under cement; 1: their colour has no surface of its own
   std::optional<MaterialRecord> cement;  ///< absent: clear, of the stump's index (1.54 where that is 1)

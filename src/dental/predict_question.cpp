@@ -5,6 +5,7 @@
 #include <numeric>
 
 #include "base/error.h"
+#include "base/text.h"
 #include "capture/colour_file.h"
 #include "dental/shades_file.h"
 #include "photo/colour.h"
@@ -13,10 +14,11 @@ namespace crownfit {
 namespace {
 
 /// Reflectances, in the camera's bands, of what an option names.
-glm::dvec3 ReflectanceOf(const std::string& option, const std::string& text, const BandColour& colour,
-                         const std::optional<std::filesystem::path>& tabs) {
-  glm::dvec3 bands;
-  if (text == "black" || text == "white") return glm::dvec3(text == "white" ? 1.0 : 0.0);
+Spectrum ReflectanceOf(const std::string& option, const std::string& text, const FlatQuestion& q,
+                       const std::optional<std::filesystem::path>& tabs) {
+  const int channels = q.material.material.channels();
+  if (text == "black" || text == "white") return Spectrum(channels, text == "white" ? 1.0 : 0.0);
+  Spectrum bands;
   if (text.starts_with("tab:")) {
     if (!tabs) throw InputError("", option, text + " needs a set of tabs", "Give it with --tabs FILE.");
     const ShadeSet set = ReadShades(*tabs);
@@ -27,23 +29,26 @@ glm::dvec3 ReflectanceOf(const std::string& option, const std::string& text, con
       known += (known.empty() ? "" : ", ") + tab.name;
     }
     if (!found) throw InputError(*tabs, "tabs", "there is no tab called '" + text.substr(4) + "'", "Known: " + known);
-    bands = colour.Reflectance(LinearRgbFromLab(found->lab));
+    bands = q.colour.Reflectance(LinearRgbFromLab(found->lab), channels);
   } else if (const auto rgb = text.starts_with("rgb:") ? ThreeNumbers(text.substr(4)) : std::nullopt) {
+    if (channels != 3)
+      throw InputError("", option, Printed("rgb: names three bands, but the material has %d", channels),
+                       "Write L,a,b, tab:NAME, black or white.");
     bands = *rgb;
   } else if (const auto lab = ThreeNumbers(text)) {
-    bands = colour.Reflectance(LinearRgbFromLab(*lab));
+    bands = q.colour.Reflectance(LinearRgbFromLab(*lab), channels);
   } else {
     throw InputError("", option, "'" + text + "' is no colour",
                      "Write L,a,b (as 68,1,18), rgb:R,G,B, tab:NAME, black or white.");
   }
   constexpr double kRounding = 0.02;
-  for (int c = 0; c < 3; ++c)
+  for (int c = 0; c < channels; ++c)
     if (!(bands[c] >= -kRounding && bands[c] <= 1.0 + kRounding))
-      throw InputError(
-          "", option,
-          "'" + text + "' reflects " + std::to_string(bands[c]) + " in band " + "RGB"[c] + ", outside 0 to 1",
-          "No surface has this colour in these bands. Check that it is L*a*b* under D65.");
-  return glm::clamp(bands, 0.0, 1.0);
+      throw InputError("", option,
+                       "'" + text + "' reflects " + std::to_string(bands[c]) + " in band " +
+                           q.channel_names[static_cast<size_t>(c)] + ", outside 0 to 1",
+                       "No surface has this colour in these bands. Check that it is L*a*b* under D65.");
+  return Min(Max(bands, Spectrum(0.0)), Spectrum(1.0));
 }
 
 double Millimetres(const std::string& option, const std::string& text) {
@@ -115,12 +120,15 @@ FlatQuestion FlatQuestionOf(const LayUp& lay_up, const std::filesystem::path& ma
   q.material = ReadOpticalRecord(material);
   q.design_mm = DesignOf(lay_up.thickness, q.material, material);
   q.other_totals_mm = {0.5, 1.0, 1.5, 2.0};
-  if (lay_up.colour) q.colour = ReadBandColour(*lay_up.colour);
-  q.black = ReflectanceOf("--black", lay_up.black, q.colour, lay_up.tabs);
-  q.white = ReflectanceOf("--white", lay_up.white, q.colour, lay_up.tabs);
-  q.stump = ReflectanceOf("--stump", lay_up.stump.empty() ? "black" : lay_up.stump, q.colour, lay_up.tabs);
-  q.target = ReflectanceOf("--target", lay_up.target, q.colour, lay_up.tabs);
-  for (int c = 0; c < 3; ++c)
+  const int channels = q.material.material.channels();
+  if (q.material.channel_names) q.channel_names = *q.material.channel_names;
+  if (channels == 3) q.channel_names = {"R", "G", "B"};  // as the figures are named
+  if (lay_up.colour) q.colour = ReadBandColour(*lay_up.colour, channels);
+  q.black = ReflectanceOf("--black", lay_up.black, q, lay_up.tabs);
+  q.white = ReflectanceOf("--white", lay_up.white, q, lay_up.tabs);
+  q.stump = ReflectanceOf("--stump", lay_up.stump.empty() ? "black" : lay_up.stump, q, lay_up.tabs);
+  q.target = ReflectanceOf("--target", lay_up.target, q, lay_up.tabs);
+  for (int c = 0; c < channels; ++c)
     if (q.black[c] >= q.white[c]) throw InputError("", "--black", "is not darker than --white in every band");
   q.is_cemented = lay_up.cement != "air";
   q.stump_ior = lay_up.stump_ior;

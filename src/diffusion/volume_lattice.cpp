@@ -75,7 +75,7 @@ struct VolumeLattice::ElementSum {
   using Pairs = std::array<double, 64>;
   struct Part {
     Pairs gradients{};
-    std::array<Pairs, 3> products{};
+    std::vector<Pairs> products;  ///< per channel of the layer's texture; one without texture
   };
   std::vector<Part> parts;  ///< per layer
   Pairs outside{};
@@ -124,7 +124,8 @@ void VolumeLattice::Integrate(const std::vector<TriangleMesh>& surfaces,
   };
   const double h = element_mm_, share = h * h * h / (kPoints * kPoints * kPoints);
   std::vector<std::unique_ptr<ElementSum>> sums(count);
-  for (int l = 0; l < layers_; ++l) is_textured_.push_back(textures[l] != nullptr);
+  products_.resize(layers_);
+  for (int l = 0; l < layers_; ++l) products_[l].resize(textures[l] ? textures[l]->channels() : 1);
   ParallelFor(count, threads, [&](size_t e) {
     const glm::dvec3 corner = low_ + h * glm::dvec3(place_of(e)), middle = Back(corner + 0.5 * h);
     const bool is_cut = finder.IsNearSurface(middle, 0.5 * std::sqrt(3.0) * h);
@@ -132,13 +133,14 @@ void VolumeLattice::Integrate(const std::vector<TriangleMesh>& surfaces,
     if (!is_cut && whole < 0) return;
     auto sum = std::make_unique<ElementSum>();
     sum->parts.resize(layers_);
+    for (int l = 0; l < layers_; ++l) sum->parts[l].products.resize(products_[l].size());
     bool holds_any = false;
     for (const auto& [at, corners] : QuadraturePoints()) {
       const glm::dvec3 p = Back(corner + h * at);
       const int layer = is_cut ? finder.LayerAt(p) : whole;
       holds_any |= layer >= 0;
       ElementSum::Part* part = layer >= 0 ? &sum->parts[layer] : nullptr;
-      const glm::dvec3 factor = layer >= 0 && textures[layer] ? textures[layer]->At(p) : glm::dvec3(1.0);
+      const Spectrum factor = layer >= 0 && textures[layer] ? textures[layer]->At(p) : Spectrum(1.0);
       for (int a = 0; a < 8; ++a) {
         if (part) sum->volume[a] += share * corners.value[a];
         for (int b = 0; b < 8; ++b) {
@@ -148,8 +150,8 @@ void VolumeLattice::Integrate(const std::vector<TriangleMesh>& surfaces,
             continue;
           }
           part->gradients[8 * a + b] += gradients;
-          for (int c = 0; c < (is_textured_[layer] ? 3 : 1); ++c)
-            part->products[c][8 * a + b] += share * factor[c] * corners.value[a] * corners.value[b];
+          for (size_t c = 0; c < part->products.size(); ++c)
+            part->products[c][8 * a + b] += share * factor[static_cast<int>(c)] * corners.value[a] * corners.value[b];
         }
       }
     }
@@ -170,9 +172,8 @@ void VolumeLattice::Integrate(const std::vector<TriangleMesh>& surfaces,
   nodes_ = LatticeNodes(size, std::move(is_used));
   const size_t entries = static_cast<size_t>(nodes_.count()) * LatticeNodes::kBeside;
   gradients_.assign(layers_, LatticeMatrix(entries, 0.0));
-  products_.resize(layers_);
-  for (int l = 0; l < layers_; ++l)
-    for (int c = 0; c < (is_textured_[l] ? 3 : 1); ++c) products_[l][c].assign(entries, 0.0);
+  for (std::vector<LatticeMatrix>& of_layer : products_)
+    for (LatticeMatrix& products : of_layer) products.assign(entries, 0.0);
   outside_.assign(entries, 0.0);
   volume_mm3_.assign(nodes_.count(), 0.0);
   corners_.assign(count, {-1, -1, -1, -1, -1, -1, -1, -1});
@@ -187,7 +188,7 @@ void VolumeLattice::Integrate(const std::vector<TriangleMesh>& surfaces,
         outside_[at] += sums[e]->outside[8 * a + b];
         for (int l = 0; l < layers_; ++l) {
           gradients_[l][at] += sums[e]->parts[l].gradients[8 * a + b];
-          for (int c = 0; c < (is_textured_[l] ? 3 : 1); ++c)
+          for (size_t c = 0; c < products_[l].size(); ++c)
             products_[l][c][at] += sums[e]->parts[l].products[c][8 * a + b];
         }
       }
@@ -262,7 +263,7 @@ LatticeMatrix VolumeLattice::Matrix(std::span<const double> conduction, std::spa
                                     std::span<const double> leak, int channel) const {
   LatticeMatrix m(outside_.size(), 0.0);
   for (int l = 0; l < layers_; ++l) {
-    const LatticeMatrix& products = products_[l][is_textured_[l] ? channel : 0];
+    const LatticeMatrix& products = products_[l][products_[l].size() > 1 ? channel : 0];
     for (size_t i = 0; i < m.size(); ++i) m[i] += conduction[l] * gradients_[l][i] + sink[l] * products[i];
   }
   const double fictitious = kFictitious * element_mm_;
@@ -294,7 +295,7 @@ void VolumeLattice::AddConduction(int layer, double factor, std::span<const doub
 
 void VolumeLattice::AddSink(int layer, int channel, double factor, std::span<const double> x,
                             std::span<double> y) const {
-  AddProduct(nodes_, products_[layer][is_textured_[layer] ? channel : 0], factor, x, y);
+  AddProduct(nodes_, products_[layer][products_[layer].size() > 1 ? channel : 0], factor, x, y);
 }
 
 }  // namespace crownfit

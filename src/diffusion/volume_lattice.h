@@ -81,10 +81,9 @@ class VolumeLattice {
   glm::ivec3 elements_;
   int layers_;
   LatticeNodes nodes_;
-  std::vector<std::array<int, 8>> corners_;             ///< per element of the lattice; -1: not in use
-  std::vector<LatticeMatrix> gradients_;                ///< stiffness matrices, per layer
-  std::vector<std::array<LatticeMatrix, 3>> products_;  ///< mass matrices, likewise; one channel without texture
-  std::vector<uint8_t> is_textured_;
+  std::vector<std::array<int, 8>> corners_;           ///< per element of the lattice; -1: not in use
+  std::vector<LatticeMatrix> gradients_;              ///< stiffness matrices, per layer
+  std::vector<std::vector<LatticeMatrix>> products_;  ///< mass matrices, likewise; one without texture
   std::vector<double> volume_mm3_;
   LatticeMatrix outside_;  ///< stiffness matrix of the outside
   std::vector<BoundaryPiece> pieces_;

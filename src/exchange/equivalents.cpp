@@ -46,7 +46,8 @@ Slab SlabOf(const ExportScene& scene, int channel) {
 
 Translucency TranslucencyOf(const ExportScene& scene) {
   Translucency t;
-  for (int c = 0; c < kChannels; ++c) {
+  t.reflectance = t.transmittance = t.transmittance_without_absorption = Spectrum(scene.channels(), 0.0);
+  for (int c = 0; c < scene.channels(); ++c) {
     Slab slab = SlabOf(scene, c);
     const SlabAnswer answer = SolveByAddingDoubling(slab);
     t.specular = answer.specular;
@@ -75,7 +76,7 @@ ExportedLayer OneMediumFor(const ExportScene& scene) {
       const double d = *layer.thickness_mm;
       total += d;
       one.scattering_per_mm += d * layer.scattering_per_mm;
-      for (int c = 0; c < kChannels; ++c) {
+      for (int c = 0; c < scene.channels(); ++c) {
         scattering += d * layer.scattering_per_mm[c];
         reduced += d * layer.reduced_scattering_per_mm()[c];
       }
@@ -87,7 +88,8 @@ ExportedLayer OneMediumFor(const ExportScene& scene) {
   }
   one.name = "all_layers";
   one.ior = scene.layers[0].ior;
-  for (int c = 0; c < kChannels; ++c) {
+  one.absorption_per_mm = Spectrum(scene.channels(), 0.0);
+  for (int c = 0; c < scene.channels(); ++c) {
     Slab slab = SlabOf(scene, c);
     const double reflectance = ReflectanceOf(slab);
     slab.layers = {SlabLayerOf(one, c)};
@@ -96,18 +98,18 @@ ExportedLayer OneMediumFor(const ExportScene& scene) {
   return one;
 }
 
-glm::dvec3 MultipleScatteringAlbedo(const ExportedLayer& layer) {
-  glm::dvec3 albedo;
-  for (int c = 0; c < kChannels; ++c)
+Spectrum MultipleScatteringAlbedo(const ExportedLayer& layer) {
+  Spectrum albedo = layer.absorption_per_mm;
+  for (int c = 0; c < albedo.size(); ++c)
     albedo[c] = HalfSpaceReflectance(layer.reduced_scattering_per_mm()[c], layer.absorption_per_mm[c]);
   return albedo;
 }
 
-glm::dvec3 AlbedoBehindSurface(const ExportedLayer& layer, double outside_ior) {
+Spectrum AlbedoBehindSurface(const ExportedLayer& layer, double outside_ior) {
   ExportedLayer half_space = layer;
   half_space.thickness_mm = kHalfSpace_mm;
-  glm::dvec3 albedo;
-  for (int c = 0; c < kChannels; ++c) {
+  Spectrum albedo = layer.absorption_per_mm;
+  for (int c = 0; c < albedo.size(); ++c) {
     Slab slab;
     slab.ior_above = slab.ior_below = outside_ior;
     slab.layers = {SlabLayerOf(half_space, c)};
@@ -117,12 +119,12 @@ glm::dvec3 AlbedoBehindSurface(const ExportedLayer& layer, double outside_ior) {
   return albedo;
 }
 
-glm::dvec3 TransportMeanFreePath_mm(const ExportedLayer& layer) {
-  return 1.0 / glm::max(layer.reduced_scattering_per_mm() + layer.absorption_per_mm, kClear_per_mm);
+Spectrum TransportMeanFreePath_mm(const ExportedLayer& layer) {
+  return 1.0 / Max(layer.reduced_scattering_per_mm() + layer.absorption_per_mm, Spectrum(kClear_per_mm));
 }
 
-glm::dvec3 MeanFreePath_mm(const ExportedLayer& layer) {
-  return 1.0 / glm::max(layer.scattering_per_mm + layer.absorption_per_mm, kClear_per_mm);
+Spectrum MeanFreePath_mm(const ExportedLayer& layer) {
+  return 1.0 / Max(layer.scattering_per_mm + layer.absorption_per_mm, Spectrum(kClear_per_mm));
 }
 
 }  // namespace crownfit

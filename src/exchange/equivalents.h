@@ -13,7 +13,7 @@ Slab SlabOf(const ExportScene& scene, int channel);
 /// The layers' reflectance and transmittance at normal incidence (without the first surface's specular reflection), and
 /// their transmittance without absorption.
 struct Translucency {
-  glm::dvec3 reflectance{0.0}, transmittance{0.0}, transmittance_without_absorption{0.0};
+  Spectrum reflectance, transmittance, transmittance_without_absorption;
   double specular = 0;                 ///< reflected by the first surface at normal incidence
   std::optional<double> thickness_mm;  ///< of all layers; empty where one is not known
 };
@@ -25,17 +25,17 @@ Translucency TranslucencyOf(const ExportScene& scene);
 ExportedLayer OneMediumFor(const ExportScene& scene);
 
 /// Per channel: share of diffuse light that an index-matched half space returns (HalfSpaceReflectance).
-glm::dvec3 MultipleScatteringAlbedo(const ExportedLayer& layer);
+Spectrum MultipleScatteringAlbedo(const ExportedLayer& layer);
 
 /// The same share for light that has passed the surface, measured where it comes out again, internal reflection at the
 /// surface included. For programs whose random walk in the medium has no internal reflection. By adding-doubling.
-glm::dvec3 AlbedoBehindSurface(const ExportedLayer& layer, double outside_ior);
+Spectrum AlbedoBehindSurface(const ExportedLayer& layer, double outside_ior);
 
 /// Per channel: 1 / (scattering + absorption), mm; at most 1e6.
-glm::dvec3 MeanFreePath_mm(const ExportedLayer& layer);
+Spectrum MeanFreePath_mm(const ExportedLayer& layer);
 
 /// Per channel: 1 / (reduced scattering + absorption), mm; at most 1e6.
-glm::dvec3 TransportMeanFreePath_mm(const ExportedLayer& layer);
+Spectrum TransportMeanFreePath_mm(const ExportedLayer& layer);
 
 /// Mean cosine of a Henyey-Greenstein function with the same scattering and the same reduced scattering.
 inline double MeanCosine(const ExportedLayer& layer) { return (1.0 - layer.isotropic_fraction) * layer.asymmetry; }

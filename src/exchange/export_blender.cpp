@@ -12,6 +12,7 @@ std::string_view BlenderScript();
 
 namespace {
 
+JsonValue List(const Spectrum& v) { return v.Expanded(3).list(); }
 JsonValue List(const glm::dvec3& v) { return std::vector<double>{v.x, v.y, v.z}; }
 
 JsonValue LampJson(const ExportedLamp& lamp, const std::string& file) {

@@ -20,10 +20,10 @@ class Table {
  public:
   explicit Table(const ExportScene& scene) : scene_(scene) {}
 
-  void AddStated(const std::string& layer, const ParameterRow& row, const ChannelValues& values,
+  void AddStated(const std::string& layer, const ParameterRow& row, const Spectrum& values,
                  const ParameterRecord& record) {
     if (!record.is_stated) return;
-    const int channels = row.per_channel ? kChannels : 1;
+    const int channels = row.per_channel ? values.size() : 1;
     for (int c = 0; c < channels; ++c) {
       const auto of = [&](const auto& list) {
         using Item = std::decay_t<decltype(list[0])>;
@@ -38,8 +38,8 @@ class Table {
               (record.status_by_channel.empty() ? record.status : record.status_by_channel[c]));
     }
   }
-  void AddDerived(const std::string& layer, const std::string& key, const glm::dvec3& values, const char* unit) {
-    for (int c = 0; c < kChannels; ++c) Add(layer, key, c, values[c], unit, ",,,derived");
+  void AddDerived(const std::string& layer, const std::string& key, const Spectrum& values, const char* unit) {
+    for (int c = 0; c < values.size(); ++c) Add(layer, key, c, values[c], unit, ",,,derived");
   }
   const std::string& text() const { return text_; }
 
@@ -71,8 +71,8 @@ void WriteCsv(const ExportScene& scene, const std::filesystem::path& folder) {
     table.AddDerived(layer.name, "single_scattering_albedo",
                      layer.scattering_per_mm / (layer.scattering_per_mm + layer.absorption_per_mm), "1");
     table.AddDerived(layer.name, "multiple_scattering_albedo", MultipleScatteringAlbedo(layer), "1");
-    glm::dvec3 diffuse;
-    for (int c = 0; c < kChannels; ++c)
+    Spectrum diffuse = layer.absorption_per_mm;
+    for (int c = 0; c < diffuse.size(); ++c)
       diffuse[c] = DiffuseMeanFreePath_mm(layer.reduced_scattering_per_mm()[c], layer.absorption_per_mm[c]);
     table.AddDerived(layer.name, "diffuse_mean_free_path_mm", diffuse, "mm");
   }

@@ -14,39 +14,40 @@ namespace {
 
 constexpr double kMetres = 1e-3;
 
-JsonValue Rgb(const glm::dvec3& v) { return std::vector<double>{v.x, v.y, v.z}; }
+JsonValue Rgb(const Spectrum& v) { return v.list(); }
 
 /// Shares of light that enters at the front and is reflected or transmitted, for a flat sample of the layers. (1 - f)
 /// base = reflectance and f colour x attenuation = transmittance, both without the surface's specular reflection.
 JsonValue::Object MaterialJson(const ExportScene& scene) {
   const Translucency t = TranslucencyOf(scene);
-  const glm::dvec3 entered(1.0 / (1.0 - t.specular));
-  const glm::dvec3 back = entered * t.reflectance, through = entered * t.transmittance,
-                   clear = t.thickness_mm ? entered * t.transmittance_without_absorption : glm::dvec3(0.0);
-  const auto largest = [](const glm::dvec3& v) { return std::max({v.x, v.y, v.z}); };
+  const Spectrum entered(1.0 / (1.0 - t.specular)), one(1.0);
+  const Spectrum back = entered * t.reflectance, through = entered * t.transmittance,
+                 clear = t.thickness_mm ? entered * t.transmittance_without_absorption
+                                        : Spectrum(t.reflectance.size(), 0.0);
+  const auto largest = [](const Spectrum& v) { return v.Largest(); };
   // As large as transmission needs, as long as base stays at most 1 in every channel.
   const double sum = largest(back) + largest(clear),
                share = std::min(sum > 0 ? largest(clear) / sum : 0.0, std::max(0.0, 1.0 - largest(back)));
-  const glm::dvec3 base = share < 1 ? glm::min(back / (1.0 - share), 1.0) : glm::dvec3(0.0);
+  const Spectrum base = share < 1 ? Min(back / (1.0 - share), one) : Spectrum(t.reflectance.size(), 0.0);
   JsonValue::Object extensions{
       {"KHR_materials_ior", JsonValue::Object{{"ior", scene.layers[0].ior / scene.outside_ior}}}};
   if (t.thickness_mm) {
     extensions.emplace_back(
         "KHR_materials_diffuse_transmission",
         JsonValue::Object{{"diffuseTransmissionFactor", share},
-                          {"diffuseTransmissionColorFactor", Rgb(glm::min(clear / std::max(share, 1e-12), 1.0))}});
+                          {"diffuseTransmissionColorFactor", Rgb(Min(clear / std::max(share, 1e-12), one))}});
     const double thickness = *t.thickness_mm * kMetres;
     extensions.emplace_back("KHR_materials_volume",
                             JsonValue::Object{{"thicknessFactor", thickness},
                                               {"attenuationDistance", thickness},
-                                              {"attenuationColor", Rgb(glm::min(through / clear, 1.0))}});
+                                              {"attenuationColor", Rgb(Min(through / clear, one))}});
   }
-  return {
-      {"name", "crown"},
-      {"pbrMetallicRoughness", JsonValue::Object{{"baseColorFactor", std::vector<double>{base.x, base.y, base.z, 1.0}},
-                                                 {"metallicFactor", 0.0},
-                                                 {"roughnessFactor", std::sqrt(scene.roughness)}}},
-      {"extensions", extensions}};
+  return {{"name", "crown"},
+          {"pbrMetallicRoughness",
+           JsonValue::Object{{"baseColorFactor", std::vector<double>{base[0], base[1], base[2], 1.0}},
+                             {"metallicFactor", 0.0},
+                             {"roughnessFactor", std::sqrt(scene.roughness)}}},
+          {"extensions", extensions}};
 }
 
 /// Positions, then normals, of three corners per triangle.

@@ -59,9 +59,15 @@ void NoteRoots(const ExportScene& scene, std::vector<std::string>& left_out) {
 struct Reference {
   std::string file;
   int pixels_per_side = 1;
-  glm::dvec3 mean{0.0}, stderr_of_mean{0.0};  ///< over the pixels on the object
-  double median_stderr_share = 0;             ///< of a pixel on the object
+  Spectrum mean, stderr_of_mean;   ///< over the pixels on the object
+  double median_stderr_share = 0;  ///< of a pixel on the object
 };
+
+std::string Listed(const Spectrum& values) {
+  std::string text;
+  for (const double v : values) text += (text.empty() ? "" : ", ") + Printed("%.5f", v);
+  return text;
+}
 
 /// A camera with the same view and pixels k times as wide; partial pixels at the right and below are cut off.
 Camera Coarser(Camera camera, int k) {
@@ -85,30 +91,31 @@ Reference RenderReference(const CrownInput& input, const LayeredBody& body, cons
   path.threads = options.threads;
   const PathPhotograph photo = RenderByPaths(capture, body, input.scenery, material, photograph, path,
                                              [&](double share) { progress.Show("reference of " + spec.name, share); });
-  Image picture(photo.width, photo.height, kChannels), variance = picture;
+  const int channels = capture.channels();
+  Image picture(photo.width, photo.height, channels), variance = picture;
   std::vector<uint8_t> on_object;
   std::vector<double> shares;
   double count = 0;
   for (size_t p = 0; p < photo.pixels.size(); ++p) {
     const PixelEstimate& e = photo.pixels[p];
-    const glm::dvec3 mean = spec.exposure_scale * e.mean,
-                     square = spec.exposure_scale * spec.exposure_scale * e.variance();
-    for (int c = 0; c < kChannels; ++c) {
-      picture.values[kChannels * p + c] = static_cast<float>(mean[c]);
-      variance.values[kChannels * p + c] = static_cast<float>(square[c]);
+    const Spectrum mean = spec.exposure_scale * e.mean,
+                   square = spec.exposure_scale * spec.exposure_scale * e.variance();
+    for (int c = 0; c < channels; ++c) {
+      picture.values[channels * p + c] = static_cast<float>(mean[c]);
+      variance.values[channels * p + c] = static_cast<float>(square[c]);
     }
     on_object.push_back(e.on_object);
     if (!e.on_object) continue;
     reference.mean += mean, reference.stderr_of_mean += square, ++count;
-    if (mean.y > 0) shares.push_back(std::sqrt(square.y) / mean.y);
+    if (mean.Middle() > 0) shares.push_back(std::sqrt(square.Middle()) / mean.Middle());
   }
-  if (count > 0) reference.mean /= count, reference.stderr_of_mean = glm::sqrt(reference.stderr_of_mean) / count;
+  if (count > 0) reference.mean /= count, reference.stderr_of_mean = Sqrt(reference.stderr_of_mean) / count;
   if (!shares.empty()) {
     std::nth_element(shares.begin(), shares.begin() + static_cast<long>(shares.size() / 2), shares.end());
     reference.median_stderr_share = shares[shares.size() / 2];
   }
   reference.file = "reference/" + name + ".exr";
-  WriteImageLayers(folder / reference.file, {{"", picture}, {"variance", variance}});
+  WriteImageLayers(folder / reference.file, {{"", picture}, {"variance", variance}}, ChannelsInFile(capture));
   WriteImageFile(
       folder / "reference" / (name + ".png"),
       DisplayPicture(picture, ComparisonScale(picture, on_object, spec.rgb_from_sensor), spec.rgb_from_sensor));
@@ -121,7 +128,7 @@ std::string Notes(const Exporter& exporter, const std::filesystem::path& materia
                      material.filename().string() +
                      "`. Lengths are millimetres and coefficients 1/mm unless a line says " +
                      "otherwise. Channels are the camera's own bands:";
-  for (int c = 0; c < kChannels; ++c)
+  for (size_t c = 0; c < scene.channel_names.size(); ++c)
     text += (c ? ", " : " ") + scene.channel_names[c] + Printed(" %.0f nm", scene.wavelengths_nm[c]);
   text += ".\n\n";
   for (const std::string& warning : scene.warnings) text += "**" + warning + "**\n\n";
@@ -144,12 +151,11 @@ std::string Notes(const Exporter& exporter, const std::filesystem::path& materia
       "Tolerance: means of blocks of pixels agree within 4 standard errors of both programs, plus what this format "
       "loses. " +
       exporter.tolerance +
-      "\n\n| file | k | mean on the object R, G, B | its standard error | median noise of a pixel |\n"
+      "\n\n| file | k | mean on the object by channel | its standard error | median noise of a pixel |\n"
       "|---|---|---|---|---|\n";
   for (const Reference& r : references)
-    text += "| " + r.file +
-            Printed(" | %d | %.5f, %.5f, %.5f | %.5f, %.5f, %.5f | %.1f %% |\n", r.pixels_per_side, r.mean.x, r.mean.y,
-                    r.mean.z, r.stderr_of_mean.x, r.stderr_of_mean.y, r.stderr_of_mean.z, 100 * r.median_stderr_share);
+    text += "| " + r.file + Printed(" | %d | ", r.pixels_per_side) + Listed(r.mean) + " | " + Listed(r.stderr_of_mean) +
+            Printed(" | %.1f %% |\n", 100 * r.median_stderr_share);
   return text;
 }
 
@@ -183,13 +189,14 @@ std::vector<std::string> ExportMaterial(const std::filesystem::path& material_fi
     scene.neck_is_opaque = capture.neck != Neck::kAir;
     if (capture.neck == Neck::kRoot)
       scene.neck_reflectance =
-          glm::min(carried.surface[Quantity::kNeckReturn][0] * HalfSpaceReflectance(carried.layers.back()), 1.0);
+          Min(carried.surface[Quantity::kNeckReturn][0] * HalfSpaceReflectance(carried.layers.back()), Spectrum(1.0));
     MeasureThicknesses(scene);
     NoteRoots(scene, left_out);
     AddPhotographs(capture, input->scenery, scene);
     said = input->source.messages;
   }
   scene.left_out = left_out;
+  if (!exporter.holds_all_channels) scene = InThreeChannels(std::move(scene));
   progress.Show("writing", 0.0);
   exporter.write(scene, folder);
   std::vector<std::string> names;
@@ -199,7 +206,7 @@ std::vector<std::string> ExportMaterial(const std::filesystem::path& material_fi
   for (size_t p = 0; makes_pictures && p < names.size(); ++p)
     references.push_back(RenderReference(*input, bodies->Of(carried), carried, p, names[p], options, folder, progress));
   WriteTextFile(folder / "README.md", Notes(exporter, material_file, scene, references, options.paths_per_pixel));
-  for (const std::string& what : left_out) said.push_back("left out: " + what);
+  for (const std::string& what : scene.left_out) said.push_back("left out: " + what);
   said.insert(said.end(), scene.warnings.begin(), scene.warnings.end());
   return said;
 }

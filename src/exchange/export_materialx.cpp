@@ -18,8 +18,8 @@ void AddInput(pugi::xml_node node, const char* name, const char* type, const std
 /// OpenPBR 1.1: roughness squared is GGX's alpha; subsurface_radius x subsurface_radius_scale is the mean free path;
 /// subsurface_color is the multiple-scattering albedo, which programs convert to the single-scattering albedo.
 void AddMaterial(pugi::xml_node root, const ExportedLayer& medium, const std::string& name, const ExportScene& scene) {
-  const glm::dvec3 path = MeanFreePath_mm(medium);
-  const double longest = std::max({path.x, path.y, path.z});
+  const Spectrum path = MeanFreePath_mm(medium);
+  const double longest = path.Largest();
   pugi::xml_node shader = root.append_child("open_pbr_surface");
   shader.append_attribute("name") = ("shader_" + name).c_str();
   shader.append_attribute("type") = "surfaceshader";

@@ -77,6 +77,12 @@ std::string NumberText(double v) {
   return std::string(buffer, end);
 }
 
+std::string NumberText(const Spectrum& v, const char* between) {
+  std::string text;
+  for (const double value : v) text += (text.empty() ? "" : between) + NumberText(value);
+  return text;
+}
+
 std::string NumberText(const glm::dvec3& v, const char* between) {
   return NumberText(v.x) + between + NumberText(v.y) + between + NumberText(v.z);
 }

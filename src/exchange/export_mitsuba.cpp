@@ -37,8 +37,8 @@ void Set(Node parent, const char* tag, const char* name, const std::string& valu
   node.append_attribute("value") = value.c_str();
 }
 void SetFloat(Node parent, const char* name, double value) { Set(parent, "float", name, NumberText(value)); }
-void SetRgb(Node parent, const char* name, const glm::dvec3& value) {
-  Set(parent, "rgb", name, NumberText(value, ", "));
+void SetRgb(Node parent, const char* name, const Spectrum& value) {
+  Set(parent, "rgb", name, NumberText(value.Expanded(3), ", "));
 }
 
 void Refer(Node parent, const std::string& id, const char* name = "") {
@@ -58,11 +58,11 @@ void SetMatrix(Node parent, const glm::dmat3& columns, const glm::dvec3& origin)
 }
 
 void AddMedium(Node parent, const ExportedLayer& layer, const std::string& id) {
-  const glm::dvec3 extinction = layer.scattering_per_mm + layer.absorption_per_mm;
-  const double largest = std::max({extinction.x, extinction.y, extinction.z});
+  const Spectrum extinction = layer.scattering_per_mm + layer.absorption_per_mm;
+  const double largest = extinction.Largest();
   const double scale = largest > 0 ? largest : 1.0;
-  glm::dvec3 albedo(0.0);
-  for (int c = 0; c < kChannels; ++c)
+  Spectrum albedo(extinction.size(), 0.0);
+  for (int c = 0; c < albedo.size(); ++c)
     if (extinction[c] > 0) albedo[c] = layer.scattering_per_mm[c] / extinction[c];
   Node medium = Add(parent, "medium", "homogeneous");
   medium.append_attribute("id") = id.c_str();
@@ -99,7 +99,7 @@ Node AddMesh(Node parent, const std::string& file) {
   return shape;
 }
 
-void SetDiffuse(Node parent, const glm::dvec3& reflectance) {
+void SetDiffuse(Node parent, const Spectrum& reflectance) {
   SetRgb(Add(parent, "bsdf", "diffuse"), "reflectance", reflectance);
 }
 
@@ -177,7 +177,7 @@ void AddObject(Node root, const ExportScene& scene, const MeshNames& meshes) {
     if (meshes.cut[l].empty()) continue;
     Node cut = AddMesh(root, meshes.cut[l]);
     Node sides = Add(cut, "bsdf", "twosided");
-    SetDiffuse(sides, glm::dvec3(0.0));
+    SetDiffuse(sides, Spectrum(0.0));
     SetDiffuse(sides, scene.neck_reflectance);
     Refer(cut, names.medium[l], "interior");
     if (l > 0) Refer(cut, names.medium[l - 1], "exterior");

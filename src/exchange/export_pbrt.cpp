@@ -10,12 +10,12 @@
 namespace crownfit {
 namespace {
 
-std::string Rgb(const char* name, const glm::dvec3& v) {
-  return " \"rgb " + std::string(name) + "\" [" + NumberText(v, " ") + "]";
+std::string Rgb(const char* name, const Spectrum& v) {
+  return " \"rgb " + std::string(name) + "\" [" + NumberText(v.Expanded(3), " ") + "]";
 }
 std::string Float(const char* name, double v) { return " \"float " + std::string(name) + "\" " + NumberText(v); }
 std::string Mesh(const std::string& file) { return "Shape \"plymesh\" \"string filename\" \"" + file + "\"\n"; }
-std::string Diffuse(const glm::dvec3& reflectance) {
+std::string Diffuse(const Spectrum& reflectance) {
   return "Material \"diffuse\"" + Rgb("reflectance", reflectance) + "\n";
 }
 
@@ -80,7 +80,7 @@ std::string ObjectText(const ExportScene& scene, const MeshNames& meshes) {
 
 std::string LampText(const ExportedLamp& lamp, const std::string& mesh) {
   if (std::holds_alternative<DomeLamp>(lamp.shape)) return "LightSource \"infinite\"" + Rgb("L", lamp.radiance) + "\n";
-  const std::string area = "AreaLightSource \"diffuse\"" + Rgb("L", lamp.radiance) + "\n" + Diffuse(glm::dvec3(0.0));
+  const std::string area = "AreaLightSource \"diffuse\"" + Rgb("L", lamp.radiance) + "\n" + Diffuse(Spectrum(0.0));
   const auto* ball = std::get_if<BallLamp>(&lamp.shape);
   if (!ball) return InBlock(area + Mesh(mesh));
   return InBlock("Translate " + NumberText(ball->centre_mm, " ") + "\n" + area + "Shape \"sphere\"" +

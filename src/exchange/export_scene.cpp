@@ -60,15 +60,16 @@ struct ShapeOf {
   ExportedLamp operator()(const DomeLight& l) const { return {name, factor * l.radiance, DomeLamp{}}; }
   ExportedLamp operator()(const EnvironmentLight& l) const {
     constexpr int kWidth = 1024, kHeight = 512;
-    Image picture(kWidth, kHeight, kChannels);
+    const Spectrum first = l.scale * l.map->Radiance({0, 0, 1});
+    Image picture(kWidth, kHeight, std::max(1, first.size()));
     for (int y = 0; y < kHeight; ++y)
       for (int x = 0; x < kWidth; ++x) {  // the centre is along +z, a quarter to its left along +x; +y is up
         const double azimuth = 2 * kPi * (0.5 - (x + 0.5) / kWidth), polar = kPi * (y + 0.5) / kHeight;
         const glm::dvec3 way(std::sin(polar) * std::sin(azimuth), std::cos(polar), std::sin(polar) * std::cos(azimuth));
-        const glm::dvec3 radiance = LightAlong(l, glm::dvec3(0.0), way)->radiance;
-        for (int c = 0; c < kChannels; ++c) picture.at(x, y, c) = static_cast<float>(factor * radiance[c]);
+        const Spectrum radiance = LightAlong(l, glm::dvec3(0.0), way)->radiance;
+        for (int c = 0; c < picture.channels; ++c) picture.at(x, y, c) = static_cast<float>(factor * radiance[c]);
       }
-    return {name, glm::dvec3(factor), EnvironmentLamp{std::move(picture)}};
+    return {name, Spectrum(factor), EnvironmentLamp{std::move(picture)}};
   }
 };
 
@@ -140,11 +141,9 @@ ExportScene SceneOfMaterial(const Capture& capture, const MaterialRecord& record
                         {},
                         {},
                         {}};
-    for (int c = 0; c < kChannels; ++c) {
-      layer.scattering_per_mm[c] =
-          TrueScattering(from[Quantity::kReducedScattering][c], layer.asymmetry, layer.isotropic_fraction);
-      layer.absorption_per_mm[c] = from[Quantity::kAbsorption][c];
-    }
+    layer.scattering_per_mm = from[Quantity::kReducedScattering].Mapped(
+        [&](double reduced) { return TrueScattering(reduced, layer.asymmetry, layer.isotropic_fraction); });
+    layer.absorption_per_mm = from[Quantity::kAbsorption];
     if (record.layers[l][static_cast<size_t>(Quantity::kThickness)].is_stated)
       layer.thickness_mm = from[Quantity::kThickness][0];
     scene.layers.push_back(layer);
@@ -169,6 +168,49 @@ void AddPhotographs(const Capture& capture, const std::vector<TriangleMesh>& sce
     }
     scene.photographs.push_back(std::move(out));
   }
+}
+
+ExportScene InThreeChannels(ExportScene scene) {
+  if (scene.channels() == 3) return scene;
+  std::vector<int> chosen;
+  std::string names;
+  for (const double wanted_nm : {600.0, 540.0, 450.0}) {
+    const auto nearest =
+        std::ranges::min_element(scene.wavelengths_nm, {}, [&](double nm) { return std::abs(nm - wanted_nm); });
+    chosen.push_back(static_cast<int>(nearest - scene.wavelengths_nm.begin()));
+    names += (names.empty() ? "" : ", ") + scene.channel_names[static_cast<size_t>(chosen.back())];
+  }
+  const auto reduce = [&](Spectrum& values) {
+    if (values.size() > 0) values = {values[chosen[0]], values[chosen[1]], values[chosen[2]]};
+  };
+  for (ExportedLayer& layer : scene.layers) reduce(layer.scattering_per_mm), reduce(layer.absorption_per_mm);
+  reduce(scene.neck_reflectance);
+  for (ExportedPhotograph& photo : scene.photographs) {
+    for (ExportedThing& thing : photo.things) reduce(thing.reflectance);
+    for (ExportedLamp& lamp : photo.lamps) {
+      reduce(lamp.radiance);
+      auto* map = std::get_if<EnvironmentLamp>(&lamp.shape);
+      if (!map) continue;
+      Image rgb(map->radiance.width, map->radiance.height, 3);
+      for (size_t p = 0; p < rgb.values.size() / 3; ++p) {
+        const Spectrum all = PixelOf(map->radiance, p);
+        for (size_t c = 0; c < 3; ++c)
+          rgb.values[3 * p + c] = static_cast<float>(all.size() == 1 ? all[0] : all[chosen[c]]);
+      }
+      map->radiance = std::move(rgb);
+    }
+  }
+  scene.left_out.push_back("channels: the format holds three, and of " + std::to_string(scene.channels()) + " it has " +
+                           names + " as red, green and blue");
+  std::vector<std::string> channel_names;
+  std::vector<double> wavelengths_nm;
+  for (const int c : chosen) {
+    channel_names.push_back(scene.channel_names[static_cast<size_t>(c)]);
+    wavelengths_nm.push_back(scene.wavelengths_nm[static_cast<size_t>(c)]);
+  }
+  scene.channel_names = channel_names;
+  scene.wavelengths_nm = wavelengths_nm;
+  return scene;
 }
 
 std::vector<std::string> FileNames(const std::vector<std::string>& names, const std::string& taken) {

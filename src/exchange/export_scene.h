@@ -21,9 +21,9 @@ struct Capture;
 struct ExportedLayer {
   std::string name;
   double ior = 1, asymmetry = 0, isotropic_fraction = 0;
-  glm::dvec3 scattering_per_mm{0.0}, absorption_per_mm{0.0};
+  Spectrum scattering_per_mm{}, absorption_per_mm{};
   std::optional<double> thickness_mm;  ///< mean; empty: not known, treated as a half space
-  glm::dvec3 reduced_scattering_per_mm() const {
+  Spectrum reduced_scattering_per_mm() const {
     return scattering_per_mm * (1.0 - (1.0 - isotropic_fraction) * asymmetry);
   }
 };
@@ -40,7 +40,7 @@ struct EnvironmentLamp {
 /// One-sided (towards the mesh's outside), of constant radiance.
 struct ExportedLamp {
   std::string name;
-  glm::dvec3 radiance{0.0};  ///< times pi and the exposure: so a radiance picture equals the photograph
+  Spectrum radiance{};  ///< times pi and the exposure: so a radiance picture equals the photograph
   std::variant<TriangleMesh, BallLamp, DomeLamp, EnvironmentLamp> shape;
 };
 
@@ -48,7 +48,7 @@ struct ExportedLamp {
 struct ExportedThing {
   std::string name;
   TriangleMesh mesh;
-  glm::dvec3 reflectance{0.0};
+  Spectrum reflectance{};
 };
 
 struct ExportedPhotograph {
@@ -60,8 +60,9 @@ struct ExportedPhotograph {
 };
 
 struct ExportScene {
-  std::array<std::string, kChannels> channel_names;
-  std::array<double, kChannels> wavelengths_nm{};
+  std::vector<std::string> channel_names;
+  std::vector<double> wavelengths_nm;
+  int channels() const { return static_cast<int>(channel_names.size()); }
   std::vector<ExportedLayer> layers;  ///< outermost first
   double roughness = 0, outside_ior = 1;
   MaterialRecord record;              ///< the file's data on every value
@@ -69,7 +70,7 @@ struct ExportScene {
   /// The rest is empty without a capture.
   std::vector<TriangleMesh> surfaces;  ///< of every layer, closed
   bool neck_is_opaque = false;         ///< where is_cut: black from outside, Lambertian from inside
-  glm::dvec3 neck_reflectance{0.0};
+  Spectrum neck_reflectance{};
   std::vector<ExportedPhotograph> photographs;
   std::vector<std::string> left_out;  ///< parts of the capture that no format here can hold
 };
@@ -86,6 +87,10 @@ ExportScene SceneOfMaterial(const Capture& capture, const MaterialRecord& record
 
 /// Adds the photographs' cameras, lamps and objects. `scenery`: all meshes of the capture's scenery, in its order.
 void AddPhotographs(const Capture& capture, const std::vector<TriangleMesh>& scenery, ExportScene& scene);
+
+/// The scene in three channels, for formats that hold red, green and blue: those nearest to 600, 540 and 450 nm; says
+/// in `left_out` which. A scene of three channels stays as it is.
+ExportScene InThreeChannels(ExportScene scene);
 
 /// Unique names of letters, digits, - and _ only, none equal to `taken`: for files and identifiers.
 std::vector<std::string> FileNames(const std::vector<std::string>& names, const std::string& taken = "");

@@ -20,6 +20,7 @@ struct Exporter {
   /// Measured difference between its pictures and crownfit's path-traced ones (docs/exchange.md); empty: it renders
   /// none.
   const char* tolerance = "";
+  bool holds_all_channels = false;  ///< false: red, green and blue
 };
 
 /// Exporters by the value of --to.
@@ -49,5 +50,6 @@ MeshNames MeshNamesOf(const ExportScene& scene);
 /// The shortest text of a number that reads back the same.
 std::string NumberText(double v);
 std::string NumberText(const glm::dvec3& v, const char* between);
+std::string NumberText(const Spectrum& v, const char* between);
 
 }  // namespace crownfit

@@ -14,9 +14,9 @@
 namespace crownfit {
 namespace {
 
-/// One sample's readings in the three bands.
+/// One sample's readings in each band.
 struct Sample {
-  std::array<RxtRow, kChannels> bands;
+  std::vector<RxtRow> bands;
 };
 
 /// Linear interpolation between the neighbours of a wavelength.
@@ -41,7 +41,7 @@ RxtRow RowAt(const MeasuredParts& parts, const std::map<double, RxtRow>& rows, d
 }
 
 std::vector<Sample> SamplesByWavelength(const MeasuredParts& parts, const RxtFile& file,
-                                        const std::array<double, kChannels>& wavelengths_nm) {
+                                        const std::vector<double>& wavelengths_nm) {
   std::map<double, std::map<double, RxtRow>> by_thickness;
   for (const RxtRow& row : file.rows)
     if (!by_thickness[row.thickness_mm].emplace(*row.wavelength_nm, row).second)
@@ -52,7 +52,7 @@ std::vector<Sample> SamplesByWavelength(const MeasuredParts& parts, const RxtFil
   std::vector<Sample> samples;
   for (const auto& [mm, rows] : by_thickness) {
     Sample sample;
-    for (int c = 0; c < kChannels; ++c) sample.bands[c] = RowAt(parts, rows, wavelengths_nm[c]);
+    for (const double nm : wavelengths_nm) sample.bands.push_back(RowAt(parts, rows, nm));
     samples.push_back(sample);
   }
   return samples;
@@ -62,14 +62,14 @@ Sample SampleOfRows(const MeasuredParts& parts, const RxtFile& file) {
   const std::string has = "the file has " + std::to_string(file.rows.size()) + " rows without wavelengths";
   std::vector<int> rows = parts.rows;
   if (rows.empty() && file.rows.size() == 1) rows = {1};
-  if (rows.size() != 1 && rows.size() != kChannels)
+  if (rows.empty() || rows.size() > kMostChannels)
     throw InputError(parts.file, "--rows", has, "Give --rows N for all bands, or --rows N,N,N for one row each.");
-  rows.resize(kChannels, rows[0]);
+  if (rows.size() == 1) rows.resize(3, rows[0]);
   Sample sample;
-  for (int c = 0; c < kChannels; ++c) {
+  for (size_t c = 0; c < rows.size(); ++c) {
     if (rows[c] < 1 || rows[c] > static_cast<int>(file.rows.size()))
       throw InputError(parts.file, "--rows", has + ", but " + std::to_string(rows[c]) + " is not one of them");
-    sample.bands[c] = file.rows[static_cast<size_t>(rows[c]) - 1];
+    sample.bands.push_back(file.rows[static_cast<size_t>(rows[c]) - 1]);
   }
   return sample;
 }
@@ -92,14 +92,14 @@ void InitMeasuredCapture(const MeasuredParts& parts, const std::filesystem::path
   const bool has_wavelengths =
       std::all_of(file.rows.begin(), file.rows.end(), [](const RxtRow& r) { return r.wavelength_nm.has_value(); });
   Capture defaults;
-  std::array<double, kChannels> wavelengths_nm = defaults.wavelengths_nm;
+  std::vector<double> wavelengths_nm = defaults.wavelengths_nm;
   if (!parts.wavelengths_nm.empty()) {
     if (!has_wavelengths)
       throw InputError(parts.file, "--wavelengths", "the file has no wavelengths", "Give --rows instead.");
-    if (parts.wavelengths_nm.size() != 1 && parts.wavelengths_nm.size() != kChannels)
-      throw InputError("", "--wavelengths", "expected one wavelength, or one for each of the three bands");
-    for (size_t c = 0; c < kChannels; ++c)
-      wavelengths_nm[c] = parts.wavelengths_nm[parts.wavelengths_nm.size() == 1 ? 0 : c];
+    if (parts.wavelengths_nm.size() > kMostChannels)
+      throw InputError("", "--wavelengths", Printed("expected at most %d wavelengths", kMostChannels));
+    wavelengths_nm = parts.wavelengths_nm;
+    if (wavelengths_nm.size() == 1) wavelengths_nm.resize(3, wavelengths_nm[0]);
   }
   if (has_wavelengths && !parts.rows.empty())
     throw InputError(parts.file, "--rows", "the file has wavelengths", "Give --wavelengths instead.");
@@ -110,8 +110,12 @@ void InitMeasuredCapture(const MeasuredParts& parts, const std::filesystem::path
       TheOne(parts, samples, "g", [&](const RxtRow& r) { return r.asymmetry.value_or(parts.asymmetry); });
 
   JsonValue::Array channels, measurements;
-  for (int c = 0; c < kChannels; ++c)
-    channels.push_back(Object{{"name", defaults.channel_names[c]}, {"wavelength_nm", wavelengths_nm[c]}});
+  const size_t bands = samples[0].bands.size();
+  for (size_t c = 0; c < bands; ++c) {
+    const double nm = c < wavelengths_nm.size() ? wavelengths_nm[c] : 540.0;
+    channels.push_back(Object{{"name", bands == 3 ? defaults.channel_names[c] : "band " + std::to_string(c + 1)},
+                              {"wavelength_nm", nm}});
+  }
   for (const Sample& s : samples) {
     const double mm = TheOne(parts, {s}, "the thickness", [](const RxtRow& r) { return r.thickness_mm; });
     Object measurement{
@@ -122,8 +126,7 @@ void InitMeasuredCapture(const MeasuredParts& parts, const std::filesystem::path
       std::vector<double> values;
       for (const RxtRow& row : s.bands)
         if (row.*reading) values.push_back(*(row.*reading));
-      if (values.size() == kChannels)
-        measurement.emplace_back(key, Object{{"value", values}, {"stddev", parts.stddev}});
+      if (values.size() == bands) measurement.emplace_back(key, Object{{"value", values}, {"stddev", parts.stddev}});
     };
     add("reflectance", &RxtRow::reflectance);
     add("transmittance", &RxtRow::transmittance);

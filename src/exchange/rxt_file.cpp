@@ -176,13 +176,14 @@ void WriteRxt(const ExportScene& scene, const Path& folder) {
     for (const double v : {200.0, 25.0, 10.0, 1.0, 0.98}) add(v, (std::string(sphere) + " sphere, not used").c_str());
   text += "L d r t g\n";
   for (const double total_mm : totals_mm)
-    for (int c = 0; c < kChannels; ++c) {
+    for (int c = 0; c < scene.channels(); ++c) {
       Slab slab;
       for (const ExportedLayer& l : scene.layers)
         slab.layers.push_back({l.ior, l.asymmetry, l.isotropic_fraction, l.scattering_per_mm[c], l.absorption_per_mm[c],
                                all_known ? *l.thickness_mm * total_mm / known : total_mm});
       const SlabAnswer answer = SolveByAddingDoubling(slab);
-      for (const double v : {scene.wavelengths_nm[c], total_mm, answer.specular + answer.value.reflectance_collimated,
+      for (const double v : {scene.wavelengths_nm[static_cast<size_t>(c)], total_mm,
+                             answer.specular + answer.value.reflectance_collimated,
                              answer.value.transmittance_collimated, (1 - outer.isotropic_fraction) * outer.asymmetry})
         text += NumberText(v) + " ";
       text.back() = '\n';

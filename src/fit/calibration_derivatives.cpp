@@ -18,7 +18,7 @@ void Keep(const std::vector<uint8_t>& kept, FitPixels& p, CalibrationDerivatives
   for (size_t i = 0; i < p.pixels.size(); ++i) {
     if (!kept[i]) continue;
     which.push_back(static_cast<int>(i));
-    for (int c = 0; c < kChannels; ++c) rows.push_back(kChannels * static_cast<int>(i) + c);
+    for (int c = 0; c < p.channels(); ++c) rows.push_back(p.channels() * static_cast<int>(i) + c);
   }
   derivatives.by_error = Eigen::MatrixXd(derivatives.by_error(rows, Eigen::all));
   p = Subset(p, which);
@@ -46,11 +46,11 @@ std::vector<CalibrationDerivatives> CalibrationDerivativesOf(
     for (size_t e = 0; e < errors.size(); ++e)
       if (std::count(errors[e].photographs.begin(), errors[e].photographs.end(), p.photograph))
         of.errors.push_back(static_cast<int>(e));
-    of.by_error.setZero(kChannels * static_cast<Eigen::Index>(p.pixels.size()),
+    of.by_error.setZero(p.channels() * static_cast<Eigen::Index>(p.pixels.size()),
                         static_cast<Eigen::Index>(of.errors.size()));
     std::vector<uint8_t> kept(p.pixels.size(), 1);
     const auto add = [&](Eigen::Index column, double side, const PhotographCast& there,
-                         const std::vector<glm::dvec3>& values) {
+                         const std::vector<Spectrum>& values) {
       std::vector<int> at(wanted.size(), -1);
       for (size_t k = 0; k < there.pixels.size(); ++k)
         if (!there.pixels[k].at_silhouette) at[place(there.pixels[k])] = static_cast<int>(k);
@@ -58,8 +58,8 @@ std::vector<CalibrationDerivatives> CalibrationDerivativesOf(
         for (const auto& [source, weight] : p.TermsOf(i)) {
           const int k = at[place(here.pixels[p.sources[source]])];
           if (k < 0) kept[i] = 0;
-          for (int c = 0; c < kChannels && k >= 0; ++c)
-            of.by_error(kChannels * static_cast<Eigen::Index>(i) + c, column) +=
+          for (int c = 0; c < p.channels() && k >= 0; ++c)
+            of.by_error(p.channels() * static_cast<Eigen::Index>(i) + c, column) +=
                 side * weight * values[k][c] / (2 * kStep);
         }
     };

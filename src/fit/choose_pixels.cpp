@@ -45,24 +45,25 @@ void AddBlur(const PhotographSpec& spec, const PhotographCast& cast, const Photo
   const int width = photo.linear.width, height = photo.linear.height;
   constexpr int kUnknown = -1, kScenery = -2;
   std::vector<int> at(static_cast<size_t>(width) * height, kUnknown);  // index into the cast's pixels
-  Image scenery(width, height, 3);
+  const int channels = photo.linear.channels;
+  Image scenery(width, height, channels);
   for (size_t k = 0; k < cast.pixels.size(); ++k)
     if (!cast.pixels[k].at_silhouette)
       at[static_cast<size_t>(cast.pixels[k].y) * width + cast.pixels[k].x] = static_cast<int>(k);
   for (const BackgroundPixel& b : cast.background) {
     at[static_cast<size_t>(b.y) * width + b.x] = kScenery;
-    for (int c = 0; c < kChannels; ++c) scenery.at(b.x, b.y, c) = static_cast<float>(b.value[c]);
+    for (int c = 0; c < channels; ++c) scenery.at(b.x, b.y, c) = static_cast<float>(b.value[c]);
   }
-  glm::dvec3 mean(0.0);  // veiling glare is a share of this mean
+  Spectrum mean(channels, 0.0);  // veiling glare is a share of this mean
   for (size_t i = 0; i < photo.linear.values.size(); ++i)
-    mean[static_cast<int>(i % 3)] += photo.linear.values[i] / (static_cast<double>(width) * height);
+    mean[static_cast<int>(i % channels)] += photo.linear.values[i] / (static_cast<double>(width) * height);
 
   std::vector<int> source_of(cast.pixels.size(), -1);
   p.first_term.push_back(0);
   for (size_t i = 0; i < p.pixels.size(); ++i) {
     const PixelCast& pixel = cast.pixels[p.pixels[i]];
     double unknown = 0;
-    glm::dvec3 of_scenery(0.0);
+    Spectrum of_scenery(channels, 0.0);
     std::vector<std::pair<int, float>> of_object;
     for (int dy = -kernel.radius; dy <= kernel.radius; ++dy)
       for (int dx = -kernel.radius; dx <= kernel.radius; ++dx) {
@@ -71,7 +72,7 @@ void AddBlur(const PhotographSpec& spec, const PhotographCast& cast, const Photo
         const int k = at[static_cast<size_t>(y) * width + x];
         if (k == kUnknown) unknown += weight;
         if (k == kScenery)
-          for (int c = 0; c < kChannels; ++c) of_scenery[c] += weight * scenery.at(x, y, c);
+          for (int c = 0; c < channels; ++c) of_scenery[c] += weight * scenery.at(x, y, c);
         if (k >= 0) of_object.emplace_back(k, weight);
       }
     for (const auto& [k, weight] : of_object) {
@@ -94,9 +95,9 @@ bool IsUsable(const Photograph& photo, const PixelCast& pixel) {
   return photo.usable[static_cast<size_t>(pixel.y) * photo.linear.width + pixel.x] != 0;
 }
 
-glm::dvec3 VarianceAt(const Photograph& photo, const PixelCast& pixel) {
-  glm::dvec3 variance;
-  for (int c = 0; c < kChannels; ++c)
+Spectrum VarianceAt(const Photograph& photo, const PixelCast& pixel) {
+  Spectrum variance(photo.linear.channels, 0.0);
+  for (int c = 0; c < variance.size(); ++c)
     variance[c] = photo.variance.at(pixel.x, pixel.y, c) + NeckVariance(pixel, photo.linear.at(pixel.x, pixel.y, c));
   return variance;
 }
@@ -138,12 +139,10 @@ std::vector<FitPixels> ChoosePixels(const CrownInput& input, const CastState& st
     for (int k : usable) {
       const PixelCast& pixel = cast.pixels[k];
       if (pixel.x % columns || pixel.y % rows) continue;
-      const glm::dvec3 variance = VarianceAt(photo, pixel);
-      glm::dvec3 value;
-      for (int c = 0; c < kChannels; ++c) value[c] = photo.linear.at(pixel.x, pixel.y, c);
+      const Spectrum variance = VarianceAt(photo, pixel);
       p.pixels.push_back(k);
-      p.values.push_back(value);
-      p.stddev.push_back(glm::sqrt(variance));
+      p.values.push_back(PixelOf(photo.linear, static_cast<size_t>(pixel.y) * photo.linear.width + pixel.x));
+      p.stddev.push_back(Sqrt(variance));
     }
     AddBlur(spec, cast, photo, p);
     if (p.pixels.empty())

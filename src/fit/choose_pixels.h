@@ -16,7 +16,7 @@ namespace crownfit {
 bool IsUsable(const Photograph& photo, const PixelCast& pixel);
 
 /// Variance of a photograph's pixel, with that of the unknown surroundings beyond an open scan's neck.
-glm::dvec3 VarianceAt(const Photograph& photo, const PixelCast& pixel);
+Spectrum VarianceAt(const Photograph& photo, const PixelCast& pixel);
 
 /// Photographs that share one fitted exposure have the same group.
 std::string ExposureGroup(const PhotographSpec& spec);

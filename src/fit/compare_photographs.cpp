@@ -18,29 +18,29 @@ Image SeenOverPhotograph(const Image& prediction, const PhotographCast& cast, co
                          double exposure, int threads) {
   Image whole = photo.linear;
   for (const BackgroundPixel& b : cast.background)
-    for (int c = 0; c < kChannels; ++c) whole.at(b.x, b.y, c) = static_cast<float>(exposure * b.value[c]);
+    for (int c = 0; c < whole.channels; ++c) whole.at(b.x, b.y, c) = static_cast<float>(exposure * b.value[c]);
   for (const PixelCast& pixel : cast.pixels)
     if (!pixel.at_silhouette)
-      for (int c = 0; c < kChannels; ++c) whole.at(pixel.x, pixel.y, c) = prediction.at(pixel.x, pixel.y, c);
+      for (int c = 0; c < whole.channels; ++c) whole.at(pixel.x, pixel.y, c) = prediction.at(pixel.x, pixel.y, c);
   const Image seen = Seen(whole, blur, threads);
   Image result = prediction;
   for (const PixelCast& pixel : cast.pixels)
-    for (int c = 0; c < kChannels; ++c) result.at(pixel.x, pixel.y, c) = seen.at(pixel.x, pixel.y, c);
+    for (int c = 0; c < result.channels; ++c) result.at(pixel.x, pixel.y, c) = seen.at(pixel.x, pixel.y, c);
   return result;
 }
 
-glm::dvec3 ValueAt(const Image& image, const PixelCast& pixel) {
-  return {image.at(pixel.x, pixel.y, 0), image.at(pixel.x, pixel.y, 1), image.at(pixel.x, pixel.y, 2)};
+Spectrum ValueAt(const Image& image, const PixelCast& pixel) {
+  return PixelOf(image, static_cast<size_t>(pixel.y) * image.width + pixel.x);
 }
 
 /// Sum of the measured values over the sum of the predicted ones. Least squares would be too dark, because path-traced
 /// predictions have noise. The standard deviation comes from the scatter of blocks of 8 x 8 pixels.
 class BrightnessRatio {
  public:
-  void Add(const PixelCast& pixel, const glm::dvec3& seen, const glm::dvec3& predicted) {
+  void Add(const PixelCast& pixel, const Spectrum& seen, const Spectrum& predicted) {
     constexpr int kBlock = 8;
     glm::dvec2& sums = of_blocks_[{pixel.x / kBlock, pixel.y / kBlock}];
-    sums += glm::dvec2(seen.x + seen.y + seen.z, predicted.x + predicted.y + predicted.z);
+    sums += glm::dvec2(seen.Sum(), predicted.Sum());
   }
   /// 1 where nothing is predicted.
   double value() const {
@@ -120,7 +120,7 @@ std::vector<PhotographResult> ComparePhotographs(const CrownInput& input, const 
       if (own.value() > 0) r.exposure = own.value();
     }
     for (size_t k = 0; k < values.size(); ++k)
-      for (int c = 0; c < kChannels; ++c)
+      for (int c = 0; c < r.prediction.channels; ++c)
         r.prediction.at(cast_pixels[k].x, cast_pixels[k].y, c) = static_cast<float>(r.exposure * values[k][c]);
     if (spec.blur)
       r.prediction = SeenOverPhotograph(r.prediction, state.photographs[i], photo, *spec.blur, r.exposure, threads);
@@ -133,15 +133,18 @@ std::vector<PhotographResult> ComparePhotographs(const CrownInput& input, const 
       const size_t place = static_cast<size_t>(pixel.y) * photo.linear.width + pixel.x;
       r.compared[place] = 1;
       if (axis) r.thirds[place] = static_cast<uint8_t>(1 + ThirdOf(axis->At(PositionOf(*state.crown, pixel.at))));
-      glm::dvec3 variance = VarianceAt(photo, pixel);
+      Spectrum variance = VarianceAt(photo, pixel);
       if (!variances.empty()) variance += r.exposure * r.exposure * variances[k];
-      const glm::dvec3 seen = ValueAt(photo.linear, pixel), predicted = ValueAt(r.prediction, pixel);
-      for (int c = 0; c < kChannels; ++c) chi2 += std::pow(predicted[c] - seen[c], 2) / variance[c];
+      const Spectrum seen = ValueAt(photo.linear, pixel), predicted = ValueAt(r.prediction, pixel);
+      const Spectrum off = predicted - seen;
+      chi2 += (off * off / variance).Sum();
       level.Add(pixel, seen, predicted);
     }
     r.level = level.value();
     r.level_stddev = level.stddev();
-    r.reduced_chi2 = compared.empty() ? 0.0 : chi2 / static_cast<double>(kChannels * compared.size());
+    r.reduced_chi2 = compared.empty()
+                         ? 0.0
+                         : chi2 / static_cast<double>(compared.size() * static_cast<size_t>(photo.linear.channels));
     r.difference = ComparePictures(r.photograph, r.prediction, r.compared, r.rgb_from_sensor);
   }
   return results;

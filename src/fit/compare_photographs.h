@@ -13,8 +13,8 @@ namespace crownfit {
 
 /// A photograph's pixels at exposure 1, in the order of its cast.
 struct PredictedPixels {
-  std::vector<glm::dvec3> values;
-  std::vector<glm::dvec3> variances = {};  ///< of the model's random walks; empty: it uses none
+  std::vector<Spectrum> values;
+  std::vector<Spectrum> variances = {};  ///< of the model's random walks; empty: it uses none
 };
 using Predictor = std::function<PredictedPixels(size_t photograph)>;
 /// All arguments must outlive the predictor.

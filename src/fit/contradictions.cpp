@@ -25,15 +25,15 @@ int IsOff(const SceneryLevel& level, int channel) {
 /// factor.)
 bool DenyTheirLight(const std::vector<const SceneryLevel*>& levels) {
   std::set<std::vector<std::string>> kinds;
-  std::array<double, kChannels> mean{};
+  Spectrum mean;
   for (const SceneryLevel* level : levels) {
     kinds.insert(level->shows);
-    for (int c = 0; c < kChannels; ++c) mean[c] += level->ratio[c] / static_cast<double>(levels.size());
+    mean += level->ratio / static_cast<double>(levels.size());
   }
   if (kinds.size() < 2) return false;
-  for (int c = 0; c < kChannels; ++c)
+  for (int c = 0; c < mean.size(); ++c)
     if (std::all_of(levels.begin(), levels.end(), [&](const SceneryLevel* l) {
-          return IsOff(*l, c) != 0 && std::abs(l->ratio[c] / mean[c] - 1) < kSceneryOff;
+          return IsOff(*l, c) != 0 && std::abs(l->ratio[c] / std::as_const(mean)[c] - 1) < kSceneryOff;
         }))
       return true;
   return false;
@@ -59,7 +59,7 @@ Finding SceneryThatIsOff(const std::vector<SceneryLevel>& levels) {
   Finding off{FindingKind::kSceneryOff};
   for (const SceneryLevel& level : levels) {
     bool is_off = false;
-    for (int c = 0; c < kChannels; ++c) is_off |= IsOff(level, c) != 0;
+    for (int c = 0; c < level.ratio.size(); ++c) is_off |= IsOff(level, c) != 0;
     if (!is_off) continue;
     off.names.push_back(level.photograph);
     off.numbers.insert(off.numbers.end(), level.ratio.begin(), level.ratio.end());
@@ -92,16 +92,15 @@ Finding PhotographsNotExplained(const std::vector<PhotographResult>& photographs
 
 std::vector<Finding> LawsDenied(const CrownFit& fit, const char* source) {
   std::vector<Finding> denied;
-  const auto& wavelengths = fit.capture.wavelengths_nm;
-  const bool have_slope = std::ranges::count(wavelengths, wavelengths[0]) < static_cast<long>(kChannels);
+  const bool have_slope = !HaveOneWavelength(fit.capture.wavelengths_nm);
   for (const LawDeparture& d : fit.departures) {
     const auto p = std::ranges::find(fit.uncertainty.parameters, d.parameter, &FittedParameter::name);
     if (p == fit.uncertainty.parameters.end() || d.chi2 < UnlikelyChi2(d.freedom)) continue;
     const bool is_one = d.law == Sharing::kOneValue;
     Finding finding{FindingKind::kSharingRejected, {is_one ? 1.0 : 0.0}};
     bool beyond = false;
-    for (size_t c = 0; c < kChannels; ++c) {
-      const size_t of = std::min(c, p->value.size() - 1);
+    for (int c = 0; c < d.moved.size(); ++c) {
+      const size_t of = std::min(static_cast<size_t>(c), p->value.size() - 1);
       const double there = p->value[of] * std::exp(d.moved[c]);
       beyond |= there < p->low95[of] || there > p->high95[of];
       finding.numbers.push_back(100 * std::expm1(d.moved[c]));

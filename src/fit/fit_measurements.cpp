@@ -131,15 +131,15 @@ DataEstimate ForeseeMeasurements(const Capture& capture, const FreeParameters& f
 std::vector<ReadingResult> CompareMeasurements(const Capture& capture, const Material& material) {
   std::vector<ReadingResult> results;
   for (const FlatMeasurement& m : capture.measurements) {
-    std::array<BandReading, kChannels> bands;
-    for (int c = 0; c < kChannels; ++c) bands[c] = ReadBand(capture, {m}, material, c)[0];
+    std::vector<BandReading> bands;
+    for (int c = 0; c < capture.channels(); ++c) bands.push_back(ReadBand(capture, {m}, material, c)[0]);
     const std::vector<double> predicted = PredictedValues(m, bands);
     size_t k = 0;
     for (const auto& [quantity, reading] :
          {std::pair{"reflectance", &m.reflectance}, {"transmittance", &m.transmittance}, {"lab", &m.lab}}) {
       if (!*reading) continue;
-      ReadingResult r{m.name, quantity, m.is_holdout, **reading, {}};
-      for (int c = 0; c < kChannels; ++c) r.predicted[c] = predicted[k++];
+      ReadingResult r{m.name, quantity, m.is_holdout, **reading, (*reading)->value};
+      for (int c = 0; c < r.predicted.size(); ++c) r.predicted[c] = predicted[k++];
       results.push_back(r);
     }
   }

@@ -51,7 +51,7 @@ struct ReadingResult {
   std::string measurement, quantity;  ///< reflectance, transmittance, lab
   bool is_holdout = false;
   Reading read;
-  std::array<double, kChannels> predicted{};
+  Spectrum predicted{};
 };
 
 /// One iteration of a shader fit.
@@ -84,7 +84,7 @@ struct MovedCalibration {
 struct SceneryLevel {
   std::string photograph;
   std::vector<std::string> shows, lights;  ///< names of tile and scenery; of what lights them
-  std::array<double, kChannels> ratio{}, stddev{};
+  Spectrum ratio{}, stddev{};
   double stated = 0;  ///< standard deviation from the stated errors of exposure and lamps
 };
 

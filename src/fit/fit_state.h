@@ -27,9 +27,9 @@ struct FitState {
   DataEstimate knowledge;
   std::vector<ShaderIteration> iterations_by_shader;
   std::vector<WalkedFitStep> steps;
-  std::vector<std::vector<glm::dvec3>> walked;  ///< path-traced values of `pixels`' sharp pixels, at the solution
-  ResidualChi2 residual_chi2;                   ///< path-traced, at the solution
-  std::vector<ResidualChi2> residual_chi2_of;   ///< of `pixels`' photographs
+  std::vector<std::vector<Spectrum>> walked;   ///< path-traced values of `pixels`' sharp pixels, at the solution
+  ResidualChi2 residual_chi2;                  ///< path-traced, at the solution
+  std::vector<ResidualChi2> residual_chi2_of;  ///< of `pixels`' photographs
   int iterations = 0, casts = 0;
   double walked_paths = 0;
   InflatedErrors inflation{1, 1, 1, 1};  ///< factors on stated errors in path-traced steps

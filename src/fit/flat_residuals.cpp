@@ -17,15 +17,17 @@ namespace {
 constexpr double kStep = 1e-4;  // in ln, or in the unit: rounding and curvature both stay below 1e-7
 
 /// Readings of several measurements in each band.
-using Bands = std::array<std::vector<BandReading>, kChannels>;
+using Bands = std::vector<std::vector<BandReading>>;
 
-Eigen::VectorXd Values(const FlatMeasurement& m, const std::array<BandReading, kChannels>& bands) {
+Eigen::VectorXd Values(const FlatMeasurement& m, std::span<const BandReading> bands) {
   const std::vector<double> values = PredictedValues(m, bands);
   return Eigen::Map<const Eigen::VectorXd>(values.data(), static_cast<Eigen::Index>(values.size()));
 }
 
 Eigen::VectorXd Values(const FlatMeasurement& m, const Bands& bands, size_t number) {
-  return Values(m, {bands[0][number], bands[1][number], bands[2][number]});
+  std::vector<BandReading> of_sample;
+  for (const std::vector<BandReading>& band : bands) of_sample.push_back(band[number]);
+  return Values(m, of_sample);
 }
 
 /// One over the standard deviation of every value.
@@ -55,7 +57,7 @@ FlatResiduals::FlatResiduals(const Capture& capture, const FreeParameters& free,
     if (group == groups_.end()) group = groups_.emplace(groups_.end());
     group->first_row.push_back(rows_);
     group->members.push_back(m);
-    rows_ += kChannels * static_cast<int>(ReadingsOf(m).size());
+    rows_ += static_cast<int>(ValuesRead(m).size());
     for (size_t l = 0; m.thickness_stddev_mm > 0 && l < m.thickness_mm.size(); ++l) {
       FlatMeasurement thicker = m;
       thicker.thickness_mm[l] *= 1.0 + kStep;
@@ -74,7 +76,7 @@ void FlatResiduals::Evaluate(const Group& group, const Eigen::VectorXd& x, Evalu
   std::vector<FlatMeasurement> all = group.members;
   all.insert(all.end(), group.thicker.begin(), group.thicker.end());
   Bands bands;
-  for (int c = 0; c < kChannels; ++c) bands[c] = ReadBand(capture_, all, here, c);
+  for (int c = 0; c < capture_.channels(); ++c) bands.push_back(ReadBand(capture_, all, here, c));
   const auto rows = [&](auto&& column, size_t i, const Eigen::VectorXd& change) {
     column.segment(group.first_row[i], change.size()) = change.cwiseProduct(Sharpness(group.members[i]));
   };
@@ -102,13 +104,14 @@ void FlatResiduals::Evaluate(const Group& group, const Eigen::VectorXd& x, Evalu
     width[p] = up[p] - down[p];
     steps.push_back({MaterialAt(free_, down), MaterialAt(free_, up)});
   }
-  std::array<std::vector<std::vector<BandReading>>, kChannels> changes;
-  for (int c = 0; c < kChannels; ++c) changes[c] = ReadBandChanges(capture_, group.members, here, c, steps);
+  std::vector<std::vector<std::vector<BandReading>>> changes;
+  for (int c = 0; c < capture_.channels(); ++c)
+    changes.push_back(ReadBandChanges(capture_, group.members, here, c, steps));
   for (int p = 0; p < free_.count(); ++p)
     for (size_t i = 0; i < group.members.size(); ++i) {
       const auto moved = [&](double share) {
-        std::array<BandReading, kChannels> there;
-        for (int c = 0; c < kChannels; ++c) {
+        std::vector<BandReading> there(bands.size());
+        for (size_t c = 0; c < there.size(); ++c) {
           there[c] = bands[c][i];
           there[c].reflectance += share * changes[c][i][p].reflectance;
           there[c].transmittance += share * changes[c][i][p].transmittance;

@@ -58,25 +58,21 @@ void AddEntries(const Capture& capture, const ParameterSpec& spec, const Paramet
     return;
   }
   if (spec.sharing == Sharing::kNone) {
-    for (int c = 0; c < kChannels; ++c) {
+    for (int c = 0; c < capture.channels(); ++c) {
       entry.role = FreeEntry::Role::kOneChannel;
       entry.channel = c;
-      entry.name = owner + "." + row.key + "[" + capture.channel_names[c] + "]";
+      entry.name = owner + "." + row.key + "[" + capture.channel_names[static_cast<size_t>(c)] + "]";
       entry.start = start(spec.value[c]);
       free.entries.push_back(entry);
     }
     return;
   }
-  if (std::ranges::count(capture.wavelengths_nm, capture.wavelengths_nm[0]) == kChannels)
+  if (HaveOneWavelength(capture.wavelengths_nm))
     throw InputError(capture.file, "channels",
                      "all channels have the same wavelength, but " + entry.name + " follows a power law of wavelength",
                      "State the wavelengths of the bands, or write \"shared\": \"channels\" or \"none\".");
   const PowerLawWeights line = WeightsOfPowerLaw(capture.wavelengths_nm);
-  double level = 0, exponent_start = 0;
-  for (int c = 0; c < kChannels; ++c) {
-    level += line.level[c] * std::log(spec.value[c]);
-    exponent_start += line.exponent[c] * std::log(spec.value[c]);
-  }
+  const double level = line.level.Dot(Log(spec.value)), exponent_start = line.exponent.Dot(Log(spec.value));
   entry.role = FreeEntry::Role::kPowerLevel;
   entry.start = std::clamp(level, entry.low, entry.high);
   free.entries.push_back(entry);
@@ -96,31 +92,30 @@ void AddEntries(const Capture& capture, const ParameterSpec& spec, const Paramet
 
 /// ln(wavelength / 540 nm), the factor of the power law's exponent.
 double Lever(const FreeParameters& free, int channel) {
-  return std::log(free.wavelengths_nm[channel] / kReferenceWavelength_nm);
+  return std::log(free.wavelengths_nm[static_cast<size_t>(channel)] / kReferenceWavelength_nm);
 }
 
 }  // namespace
 
-PowerLawWeights WeightsOfPowerLaw(const std::array<double, kChannels>& wavelengths_nm) {
-  std::array<double, kChannels> x{};
-  double mean = 0, spread = 0;
-  for (int c = 0; c < kChannels; ++c) {
-    x[c] = std::log(wavelengths_nm[c] / kReferenceWavelength_nm);
-    mean += x[c] / kChannels;
-  }
-  for (const double at : x) spread += (at - mean) * (at - mean);
-  PowerLawWeights weights{};
-  for (int c = 0; c < kChannels; ++c) {
-    weights.exponent[c] = -(x[c] - mean) / spread;
-    weights.level[c] = 1.0 / kChannels + mean * weights.exponent[c];
-  }
-  return weights;
+bool HaveOneWavelength(std::span<const double> wavelengths_nm) {
+  return std::ranges::all_of(wavelengths_nm, [&](double nm) { return nm == wavelengths_nm[0]; });
+}
+
+PowerLawWeights WeightsOfPowerLaw(std::span<const double> wavelengths_nm) {
+  const Spectrum x = Log(Spectrum(wavelengths_nm) / kReferenceWavelength_nm);
+  const double mean = x.Mean(), spread = (x - mean).Dot(x - mean);
+  const Spectrum exponent = -(x - mean) / spread;
+  return {1.0 / static_cast<double>(wavelengths_nm.size()) + mean * exponent, exponent};
 }
 
 void ApplyOverrides(Capture& capture, const FitOverrides& overrides) {
   for (const auto& [name, values] : overrides.fix) {
     ParameterSpec& spec = SpecNamed(capture, name, "--fix").spec;
     const double low = spec.low, high = spec.high;
+    if (values.size() != 1 && static_cast<int>(values.size()) != capture.channels())
+      throw InputError(
+          "", "--fix",
+          name + ": expected one number, or one for each of " + std::to_string(capture.channels()) + " channels");
     for (double value : values)
       if (!(value >= low && value <= high))
         throw InputError("", "--fix",
@@ -128,13 +123,13 @@ void ApplyOverrides(Capture& capture, const FitOverrides& overrides) {
                              std::to_string(high) + "]");
     spec.fixed = true;
     spec.stated = true;
-    spec.value = values;
+    spec.value = values.size() == 1 ? Spectrum(capture.channels(), values[0]) : Spectrum(values);
   }
   for (const auto& name : overrides.free) {
     ParameterSpec& spec = SpecNamed(capture, name, "--free").spec;
     spec.fixed = false;
     spec.stated = true;
-    for (double& v : spec.value) v = std::clamp(v, spec.low, spec.high);
+    spec.value = Min(Max(spec.value, Spectrum(spec.low)), Spectrum(spec.high));
   }
   for (const auto& [name, sharing] : overrides.share) {
     const auto [spec, row] = SpecNamed(capture, name, "--share");
@@ -144,7 +139,7 @@ void ApplyOverrides(Capture& capture, const FitOverrides& overrides) {
       throw InputError("", "--share", name + " is not fitted, because the capture fixes it",
                        "Add --free " + name + ".");
     spec.sharing = sharing;
-    if (sharing == Sharing::kOneValue) spec.value.fill(std::cbrt(spec.value[0] * spec.value[1] * spec.value[2]));
+    if (sharing == Sharing::kOneValue) spec.value.fill(std::exp(Log(spec.value).Mean()));
   }
 }
 
@@ -177,7 +172,7 @@ Material MaterialAt(const FreeParameters& free, const Eigen::VectorXd& x) {
   Material material = free.start;
   for (int k = 0; k < free.count(); ++k) {
     const FreeEntry& e = free.entries[k];
-    ChannelValues& v = (e.layer == kSurfaceOwner ? material.surface : material.layers[e.layer])[e.quantity];
+    Spectrum& v = (e.layer == kSurfaceOwner ? material.surface : material.layers[e.layer])[e.quantity];
     const double value = e.scale == Scale::kLog ? std::exp(x[k]) : x[k];
     if (e.role == FreeEntry::Role::kOneChannel) {
       v[e.channel] = value;
@@ -185,7 +180,7 @@ Material MaterialAt(const FreeParameters& free, const Eigen::VectorXd& x) {
       v.fill(value);
     } else {
       // Its level precedes it in the list.
-      for (int c = 0; c < kChannels; ++c) v[c] *= std::exp(-x[k] * Lever(free, c));
+      for (int c = 0; c < v.size(); ++c) v[c] *= std::exp(-x[k] * Lever(free, c));
     }
   }
   return material;

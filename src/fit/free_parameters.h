@@ -35,12 +35,14 @@ std::vector<int> HeldByWalks(const Capture& capture, const std::vector<FreeEntry
 struct FreeParameters {
   std::vector<FreeEntry> entries;
   Material start;
-  std::array<double, kChannels> wavelengths_nm{};
+  std::vector<double> wavelengths_nm;
+  int channels() const { return start.channels(); }
   int count() const { return static_cast<int>(entries.size()); }
 };
 
 struct FitOverrides {
-  std::vector<std::pair<std::string, std::array<double, kChannels>>> fix;  ///< "layer.key" or "surface.key", values
+  std::vector<std::pair<std::string, std::vector<double>>> fix;  ///< "layer.key" or "surface.key"; one value, or one
+                                                                 ///< per channel
   std::vector<std::string> free;
   std::vector<std::pair<std::string, Sharing>> share;
 };
@@ -54,9 +56,12 @@ FreeParameters FreeParametersOf(const Capture& capture);
 /// ln value = level - exponent ln(wavelength / 540 nm): the weights of the channels' logarithms in the level and the
 /// exponent of the least-squares line. Infinite where all wavelengths are the same.
 struct PowerLawWeights {
-  std::array<double, kChannels> level, exponent;
+  Spectrum level, exponent;
 };
-PowerLawWeights WeightsOfPowerLaw(const std::array<double, kChannels>& wavelengths_nm);
+PowerLawWeights WeightsOfPowerLaw(std::span<const double> wavelengths_nm);
+
+/// Whether all channels have the same wavelength, so that no law of wavelength can be known.
+bool HaveOneWavelength(std::span<const double> wavelengths_nm);
 
 Eigen::VectorXd StartVector(const FreeParameters& free);
 

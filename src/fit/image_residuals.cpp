@@ -39,10 +39,10 @@ ImageResiduals::ImageResiduals(const Capture& capture, const CastState& state, c
       flat_(capture, free, options.threads) {
   for (const FitPixels& p : pixels_) {
     first_row_.push_back(rows_);
-    rows_ += kChannels * static_cast<int>(p.pixels.size());
+    rows_ += p.channels() * static_cast<int>(p.pixels.size());
     vertices_.push_back(VerticesAround(*state.crown, state.photographs[p.photograph], p.sources));
   }
-  gathered_.resize((1 + nuisances_.lights().size()) * pixels_.size() * kChannels);
+  gathered_.resize((1 + nuisances_.lights().size()) * pixels_.size() * capture.channel_names.size());
 }
 
 void ImageResiduals::Predict(const Material& material, const std::vector<double>& light_scale, int group,
@@ -50,7 +50,7 @@ void ImageResiduals::Predict(const Material& material, const std::vector<double>
   prediction.setZero();
   if (pixels_.empty()) return;  // measurements alone, without a crown
   std::vector<double> sharp;
-  for (int c = 0; c < kChannels; ++c) {
+  for (int c = 0; c < capture_.channels(); ++c) {
     const auto optics = OpticsFromSlots(capture_, SlotValues(capture_, material, state_, c));
     const DiffuserTable<double> table(optics.stack(), state_.crown->kernel.outer_radius_mm);
     for (size_t g = 0; g < pixels_.size(); ++g) {
@@ -58,7 +58,7 @@ void ImageResiduals::Predict(const Material& material, const std::vector<double>
       const PhotographCast& cast = state_.photographs[p.photograph];
       const PhotographSpec& photo = capture_.photographs[p.photograph];
       const auto at = [&](size_t i) -> double& {
-        return prediction[first_row_[g] + kChannels * static_cast<Eigen::Index>(i) + c];
+        return prediction[first_row_[g] + p.channels() * static_cast<Eigen::Index>(i) + c];
       };
       if (group == 0 && !p.scenery.empty())
         for (size_t i = 0; i < p.pixels.size(); ++i) at(i) = p.scenery[i][c];
@@ -119,7 +119,7 @@ void ImageResiduals::PredictWithDerivativesBy(const std::vector<int>& moved, con
   const auto slots = SlotsOf(capture_);
   const auto derivatives = SlotDerivatives(capture_, state_);
   const Eigen::VectorXd addition = nuisances_.Addition(scales);
-  for (int c = 0; c < kChannels; ++c) {
+  for (int c = 0; c < capture_.channels(); ++c) {
     const auto values = SlotValues(capture_, material, state_, c);
     std::array<Jet, kShaderSlots> jets;
     std::transform(values.begin(), values.end(), jets.begin(), [](double v) { return Jet(v); });
@@ -145,7 +145,7 @@ void ImageResiduals::PredictWithDerivativesBy(const std::vector<int>& moved, con
       ParallelFor(sharp.size(), options_.threads,
                   [&](size_t i) { sharp[i] = model.Pixel(cast.pixels[p.sources[i]], polarisers); });
       ParallelFor(p.pixels.size(), options_.threads, [&](size_t i) {
-        const int k = first_row_[g] + kChannels * static_cast<int>(i) + c;
+        const int k = first_row_[g] + p.channels() * static_cast<int>(i) + c;
         Jet value(p.SceneryAt(i)[c]);
         for (const auto& [source, weight] : p.TermsOf(i)) value += static_cast<double>(weight) * sharp[source];
         const double factor = exposure / p.stddev[i][c];

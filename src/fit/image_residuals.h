@@ -46,7 +46,7 @@ class ImageResiduals {
                                 const LinearScales& scales, Evaluation& out) const;
   Eigen::MatrixXd PredictPerScale(const Material& material) const;
   GatheredLight& GatheredOf(int group, size_t photograph, int channel) const {
-    return gathered_[(group * pixels_.size() + photograph) * kChannels + channel];
+    return gathered_[(group * pixels_.size() + photograph) * capture_.channel_names.size() + channel];
   }
 
   const Capture& capture_;

@@ -10,9 +10,9 @@ namespace {
 
 /// Exponent of the variance as a power of the light: 0 read noise, 1 shot noise, 2 a share of the light (and most
 /// renderers'). Slope of their logarithms over all pixels; 1 where all are equally bright.
-glm::dvec3 PowerOfLight(const std::vector<glm::dvec3>& stddev, const std::vector<glm::dvec3>& brightness) {
-  glm::dvec3 power(1.0);
-  for (int c = 0; c < kChannels; ++c) {
+Spectrum PowerOfLight(const std::vector<Spectrum>& stddev, const std::vector<Spectrum>& brightness) {
+  Spectrum power(stddev.empty() ? 1 : stddev[0].size(), 1.0);
+  for (int c = 0; c < power.size(); ++c) {
     double count = 0, x = 0, y = 0, xx = 0, xy = 0;
     for (size_t i = 0; i < stddev.size(); ++i) {
       if (!(stddev[i][c] > 0.0)) continue;
@@ -57,27 +57,28 @@ class FittedAt {
 
 }  // namespace
 
-std::vector<glm::dvec3> NoiseOfNeighbours(const FitPixels& p, const PhotographCast& cast,
-                                          const std::vector<glm::dvec3>& stated, const std::vector<glm::dvec3>& light) {
+std::vector<Spectrum> NoiseOfNeighbours(const FitPixels& p, const PhotographCast& cast,
+                                        const std::vector<Spectrum>& stated, const std::vector<Spectrum>& light) {
   constexpr int kSmoothed = 5, kFurthest = 80;  // pixels; further away where a fit uses only every n-th
   constexpr size_t kFewest = 8;
   constexpr double kDark = 1e-3;  // of the mean
-  std::vector<glm::dvec3> brightness = light;
-  glm::dvec3 floor(1e-12);
-  for (const glm::dvec3& v : light) floor += kDark / static_cast<double>(light.size()) * glm::abs(v);
-  for (glm::dvec3& v : brightness) v = glm::max(v, floor);
-  const glm::dvec3 power = PowerOfLight(stated, brightness);
-  for (glm::dvec3& v : brightness) v = glm::pow(v, power);  // proportional to the variance
+  std::vector<Spectrum> brightness = light;
+  Spectrum floor(1e-12);
+  for (const Spectrum& v : light) floor += kDark / static_cast<double>(light.size()) * Abs(v);
+  for (Spectrum& v : brightness) v = Max(v, floor);
+  const Spectrum power = PowerOfLight(stated, brightness);
+  for (Spectrum& v : brightness)
+    for (int c = 0; c < v.size(); ++c) v[c] = std::pow(v[c], power[c]);  // proportional to the variance
 
   const FittedAt fitted(p, cast);
-  std::vector<glm::dvec3> stddev = stated;
+  std::vector<Spectrum> stddev = stated;
   for (size_t i = 0; i < p.pixels.size(); ++i) {
     // From the ring outside the smoothing width; on smaller objects from all pixels but this one.
     const auto of_ring = [&](int gap, int reach) {
-      glm::dvec3 variance(0.0), around(0.0);
+      Spectrum variance(0.0), around(0.0);
       const size_t count = fitted.Around(cast.pixels[p.pixels[i]], gap, reach,
                                          [&](size_t j) { variance += stated[j] * stated[j], around += brightness[j]; });
-      if (count >= kFewest) stddev[i] = glm::sqrt(variance / around * brightness[i]);
+      if (count >= kFewest) stddev[i] = Sqrt(variance / around * brightness[i]);
       return count >= kFewest;
     };
     bool is_found = false;
@@ -87,16 +88,15 @@ std::vector<glm::dvec3> NoiseOfNeighbours(const FitPixels& p, const PhotographCa
   return stddev;
 }
 
-std::vector<glm::dvec3> OverNearest(const FitPixels& p, const PhotographCast& cast,
-                                    const std::vector<glm::dvec3>& values) {
+std::vector<Spectrum> OverNearest(const FitPixels& p, const PhotographCast& cast, const std::vector<Spectrum>& values) {
   constexpr size_t kFew = 5;
   constexpr int kFurthest = 4;
   const FittedAt fitted(p, cast);
-  std::vector<glm::dvec3> means = values;
+  std::vector<Spectrum> means = values;
   for (size_t i = 0; i < means.size(); ++i) {
     size_t count = 0;
     for (int reach = 1; count < kFew && reach <= kFurthest; ++reach) {
-      glm::dvec3 sum(0.0);
+      Spectrum sum(0.0);
       count = fitted.Around(cast.pixels[p.pixels[i]], -1, reach, [&](size_t j) { sum += values[j]; });
       means[i] = sum / static_cast<double>(count);
     }

@@ -17,11 +17,10 @@ namespace crownfit {
 /// 1999 for counted photons). The bias is the square of the relative noise for shot noise, and twice that and more
 /// where a renderer's own samples state the variance. Variance pictures may be smoothed over 5 pixels (`crownfit
 /// synthesize` does): neighbours closer than that include the pixel's own variance and are left out.
-std::vector<glm::dvec3> NoiseOfNeighbours(const FitPixels& p, const PhotographCast& cast,
-                                          const std::vector<glm::dvec3>& stated, const std::vector<glm::dvec3>& light);
+std::vector<Spectrum> NoiseOfNeighbours(const FitPixels& p, const PhotographCast& cast,
+                                        const std::vector<Spectrum>& stated, const std::vector<Spectrum>& light);
 
 /// Means over every pixel and its nearest neighbours, for a picture that has noise of its own.
-std::vector<glm::dvec3> OverNearest(const FitPixels& p, const PhotographCast& cast,
-                                    const std::vector<glm::dvec3>& values);
+std::vector<Spectrum> OverNearest(const FitPixels& p, const PhotographCast& cast, const std::vector<Spectrum>& values);
 
 }  // namespace crownfit

@@ -9,7 +9,7 @@
 namespace crownfit {
 namespace {
 
-int RowsOf(const FitPixels& p) { return kChannels * static_cast<int>(p.pixels.size()); }
+int RowsOf(const FitPixels& p) { return p.channels() * static_cast<int>(p.pixels.size()); }
 
 }  // namespace
 
@@ -76,7 +76,7 @@ Eigen::VectorXd Nuisances::Residuals(const Eigen::VectorXd& prediction, const Li
   for (const FitPixels& p : pixels_) {
     const double exposure = ExposureOf(p, scales);
     for (size_t i = 0; i < p.pixels.size(); ++i)
-      for (int c = 0; c < kChannels; ++c, ++row)
+      for (int c = 0; c < p.channels(); ++c, ++row)
         residuals[row] = (exposure * prediction[row] - p.values[i][c]) / p.stddev[i][c];
   }
   return residuals;
@@ -114,8 +114,8 @@ std::vector<Nuisances::Block> Nuisances::Blocks(const Eigen::MatrixXd& parts, co
       block.by_column.rightCols(calibration_.derivatives[g].by_error.cols()) =
           exposure * calibration_.derivatives[g].by_error;
     for (size_t i = 0; i < p.pixels.size(); ++i)
-      for (int c = 0; c < kChannels; ++c)
-        block.by_column.row(kChannels * static_cast<Eigen::Index>(i) + c) /= p.stddev[i][c];
+      for (int c = 0; c < p.channels(); ++c)
+        block.by_column.row(p.channels() * static_cast<Eigen::Index>(i) + c) /= p.stddev[i][c];
     blocks.push_back(std::move(block));
   }
   return blocks;
@@ -128,7 +128,7 @@ void Nuisances::SetExposuresAlone(const Eigen::MatrixXd& parts, LinearScales& sc
   int row = 0;
   for (const FitPixels& p : pixels_)
     for (size_t i = 0; i < p.pixels.size(); ++i)
-      for (int c = 0; c < kChannels; ++c, ++row) {
+      for (int c = 0; c < p.channels(); ++c, ++row) {
         if (p.exposure < 0) continue;
         const double w = 1.0 / (p.stddev[i][c] * p.stddev[i][c]);
         top[p.exposure] += w * p.values[i][c] * prediction[row];

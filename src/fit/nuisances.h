@@ -6,9 +6,10 @@
 // measurements: they add rows of residuals.
 
 #include <Eigen/Core>
-#include <glm/glm.hpp>
 #include <span>
 #include <vector>
+
+#include "photo/spectrum.h"
 
 namespace crownfit {
 
@@ -20,7 +21,7 @@ struct FitPixels {
   size_t photograph;
   int exposure;             ///< index of the fitted exposure, -1: exact
   std::vector<int> pixels;  ///< indices into PhotographCast::pixels
-  std::vector<glm::dvec3> values, stddev;
+  std::vector<Spectrum> values, stddev;
   struct Term {
     int source;  ///< index into `sources`
     float weight;
@@ -28,13 +29,14 @@ struct FitPixels {
   std::vector<int> sources;     ///< the sharp pixels that are predicted: indices into PhotographCast::pixels
   std::vector<int> first_term;  ///< per pixel + 1
   std::vector<Term> terms;
-  std::vector<glm::dvec3> scenery;  ///< per pixel: the scenery's contribution, at exposure 1; empty: none
+  std::vector<Spectrum> scenery;  ///< per pixel: the scenery's contribution, at exposure 1; empty: none
 
   /// The terms of a pixel's sum, without its scenery.
   std::span<const Term> TermsOf(size_t pixel) const {
     return {terms.data() + first_term[pixel], terms.data() + first_term[pixel + 1]};
   }
-  glm::dvec3 SceneryAt(size_t pixel) const { return scenery.empty() ? glm::dvec3(0.0) : scenery[pixel]; }
+  int channels() const { return values.empty() ? 0 : values[0].size(); }
+  Spectrum SceneryAt(size_t pixel) const { return scenery.empty() ? Spectrum(0.0) : scenery[pixel]; }
 };
 
 /// Derivatives of one photograph's pixels by stated errors, at exposure 1.

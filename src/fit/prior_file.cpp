@@ -27,11 +27,11 @@ std::optional<Gaussian1> Stated(const ParameterRecord& record, double value, Sca
 
 /// Prior of a linear combination of the channels' values. Its error assumes independent or fully correlated channels,
 /// whichever gives more.
-std::optional<Gaussian1> Combined(const ParameterRecord& record, const ChannelValues& values, Scale scale,
-                                  const std::array<double, kChannels>& weights) {
+std::optional<Gaussian1> Combined(const ParameterRecord& record, const Spectrum& values, Scale scale,
+                                  const Spectrum& weights) {
   double mean = 0, apart = 0, together = 0;
-  for (size_t c = 0; c < kChannels; ++c) {
-    const std::optional<Gaussian1> stated = Stated(record, values[c], scale, c);
+  for (int c = 0; c < values.size(); ++c) {
+    const std::optional<Gaussian1> stated = Stated(record, values[c], scale, static_cast<size_t>(c));
     if (!stated) return {};
     mean += weights[c] * stated->mean;
     apart += std::pow(weights[c] * stated->stddev, 2);
@@ -41,7 +41,7 @@ std::optional<Gaussian1> Combined(const ParameterRecord& record, const ChannelVa
 }
 
 std::optional<Gaussian1> StatedOf(const FreeEntry& e, const FreeParameters& free, const ParameterRecord& record,
-                                  const ChannelValues& values) {
+                                  const Spectrum& values) {
   switch (e.role) {
     case FreeEntry::Role::kPowerLevel:
       return Combined(record, values, Scale::kLog, WeightsOfPowerLaw(free.wavelengths_nm).level);
@@ -50,7 +50,7 @@ std::optional<Gaussian1> StatedOf(const FreeEntry& e, const FreeParameters& free
     case FreeEntry::Role::kOneChannel:
       return Stated(record, values[e.channel], e.scale, static_cast<size_t>(e.channel));
     default:
-      return Stated(record, values[1], e.scale, 1);
+      return Stated(record, values[0], e.scale, record.stddev.size() / 2);
   }
 }
 
@@ -63,7 +63,7 @@ void TakePriors(const std::filesystem::path& file, const Capture& capture, FreeP
     const auto row = static_cast<size_t>(e.quantity);
     const bool is_surface = e.layer == kSurfaceOwner;
     const ParameterRecord& said = is_surface ? record.surface[row] : record.layers[e.layer][row];
-    const ChannelValues& values = (is_surface ? record.material.surface : record.material.layers[e.layer])[e.quantity];
+    const Spectrum& values = (is_surface ? record.material.surface : record.material.layers[e.layer])[e.quantity];
     const std::optional<Gaussian1> prior = StatedOf(e, free, said, values);
     if (!prior) continue;
     e.prior_mean = prior->mean;

@@ -1,5 +1,6 @@
 #include "fit/scattering_laws.h"
 
+#include <Eigen/QR>
 #include <algorithm>
 #include <cmath>
 
@@ -15,25 +16,25 @@ constexpr Quantity kScattering = Quantity::kReducedScattering;
 /// bands, the value in the middle band departs from a power law through all by this share.
 constexpr double kOffPowerLaw = 0.02;
 
-/// Unit directions (columns) in the logarithms of three channels that a law cannot follow.
-Eigen::MatrixXd DirectionsBeyond(Sharing law, const std::array<double, kChannels>& wavelengths_nm) {
-  Eigen::Matrix3d directions;  // a level, a power law's slope, and the remainder
-  directions.col(0).setOnes();
-  for (int c = 0; c < kChannels; ++c) directions(c, 1) = std::log(wavelengths_nm[c] / wavelengths_nm[0]);
-  directions.col(1).array() -= directions.col(1).mean();
-  if (directions.col(1).isZero()) directions.col(1) << 1.0, -1.0, 0.0;  // channels of one wavelength have no slope
-  directions.col(2) << directions(1, 1) - directions(2, 1), directions(2, 1) - directions(0, 1),
-      directions(0, 1) - directions(1, 1);
-  directions.colwise().normalize();
-  return directions.rightCols(law == Sharing::kPowerLaw ? 1 : 2);
+/// Orthonormal directions (columns) in the logarithms of the channels that a law cannot follow; none where the law has
+/// as many parameters as there are channels.
+Eigen::MatrixXd DirectionsBeyond(Sharing law, const std::vector<double>& wavelengths_nm) {
+  const auto channels = static_cast<Eigen::Index>(wavelengths_nm.size());
+  const Eigen::Index followed = std::min<Eigen::Index>(channels, law == Sharing::kPowerLaw ? 2 : 1);
+  Eigen::MatrixXd line(channels, 2);  // a level, and a power law's slope
+  line.col(0).setOnes();
+  for (Eigen::Index c = 0; c < channels; ++c)
+    line(c, 1) = std::log(wavelengths_nm[static_cast<size_t>(c)] / wavelengths_nm[0]);
+  const Eigen::MatrixXd all = Eigen::HouseholderQR<Eigen::MatrixXd>(line).householderQ();
+  return all.rightCols(channels - followed);
 }
 
 /// d(logarithms of the channels) / d(entries).
 Eigen::MatrixXd LogarithmGradients(size_t layer, const FreeParameters& free) {
   const Eigen::VectorXd x = StartVector(free);
   const Material material = MaterialAt(free, x);
-  Eigen::MatrixXd gradients(kChannels, free.count());
-  for (int c = 0; c < kChannels; ++c)
+  Eigen::MatrixXd gradients(free.channels(), free.count());
+  for (int c = 0; c < free.channels(); ++c)
     gradients.row(c) = ValueGradient(free, x, layer, kScattering, c) / material.layers[layer][kScattering][c];
   return gradients;
 }
@@ -80,11 +81,12 @@ std::string NameIn(const Capture& capture, size_t layer) {
 std::vector<SharedScattering> ScatteringThatMayBeShared(
     const Capture& capture, const std::function<DataEstimate(const Capture&, const FreeParameters&)>& foresee) {
   std::vector<SharedScattering> questions;
-  if (std::ranges::count(capture.wavelengths_nm, capture.wavelengths_nm[0]) == kChannels) return questions;
+  if (HaveOneWavelength(capture.wavelengths_nm)) return questions;
   for (size_t l = 0; l < capture.layers.size(); ++l) {
     const ParameterSpec& spec = capture.layers[l][kScattering];
     for (const auto& [law, freer] :
          {std::pair{Sharing::kPowerLaw, Sharing::kNone}, std::pair{Sharing::kOneValue, Sharing::kPowerLaw}}) {
+      if (law == Sharing::kPowerLaw && capture.channels() < 3) continue;  // it follows two channels exactly
       if (spec.fixed || (spec.sharing != law && spec.sharing != freer)) continue;
       Capture freed = capture;
       freed.layers[l][kScattering].sharing = freer;
@@ -112,8 +114,8 @@ Capture WithoutLaws(Capture capture, const Material& material) {
       spec.value = material.layers[l].values[i];
       if (!kParameters[i].per_channel) continue;
       spec.sharing = Sharing::kNone;
-      spec.low = std::min(spec.low, *std::ranges::min_element(spec.value));  // values under a law may lie outside
-      spec.high = std::max(spec.high, *std::ranges::max_element(spec.value));
+      spec.low = std::min(spec.low, spec.value.Smallest());  // values under a law may lie outside
+      spec.high = std::max(spec.high, spec.value.Largest());
     }
     if (!capture.surface[i].fixed) capture.surface[i].value = material.surface.values[i];
   }
@@ -127,6 +129,7 @@ std::vector<LawDeparture> DeparturesFromLaws(const Capture& fitted, const FreePa
     const ParameterSpec& spec = fitted.layers[l][kScattering];
     if (spec.fixed || spec.sharing == Sharing::kNone) continue;
     const Eigen::MatrixXd beyond = DirectionsBeyond(spec.sharing, freed.wavelengths_nm);
+    if (beyond.cols() == 0) continue;
     const Eigen::MatrixXd gradients = LogarithmGradients(l, freed);
     const Eigen::VectorXd moved = gradients * step, departure = beyond.transpose() * moved;
     const Eigen::MatrixXd of_all = gradients * covariance * gradients.transpose(),
@@ -134,7 +137,8 @@ std::vector<LawDeparture> DeparturesFromLaws(const Capture& fitted, const FreePa
     LawDeparture d{NameIn(fitted, l), spec.sharing};
     d.freedom = static_cast<int>(departure.size());
     d.chi2 = departure.dot(SolveSymmetric(its_covariance, departure).col(0));
-    for (int c = 0; c < kChannels; ++c) {
+    d.moved = d.off = d.stddev = Spectrum(freed.channels(), 0.0);
+    for (int c = 0; c < freed.channels(); ++c) {
       d.moved[c] = moved[c];
       d.off[c] = beyond.row(c).dot(departure);
       d.stddev[c] = std::sqrt((beyond.row(c) * its_covariance).dot(beyond.row(c)));

@@ -37,9 +37,9 @@ std::vector<SharedScattering> ScatteringThatMayBeShared(
 struct LawDeparture {
   std::string parameter;
   Sharing law;
-  std::array<double, kChannels> moved{};          ///< total change
-  std::array<double, kChannels> off{}, stddev{};  ///< the part that the law cannot follow
-  double chi2 = 0;                                ///< of `off`, over its covariance
+  Spectrum moved{};          ///< total change
+  Spectrum off{}, stddev{};  ///< the part that the law cannot follow
+  double chi2 = 0;           ///< of `off`, over its covariance
   int freedom = 0;
 };
 

@@ -32,7 +32,7 @@ void ForEachPatch(const CastState& state, const std::vector<FitPixels>& pixels, 
     std::map<std::tuple<int, int, int>, std::vector<std::pair<int, double>>> patches;
     for (size_t i = 0; i < p.pixels.size(); ++i) {
       const PixelCast& pixel = state.photographs[p.photograph].pixels[p.pixels[i]];
-      for (int c = 0; c < kChannels; ++c, ++row)
+      for (int c = 0; c < p.channels(); ++c, ++row)
         patches[{pixel.x / kPatch, pixel.y / kPatch, c}].emplace_back(row, p.values[i][c] / p.stddev[i][c]);
     }
     for (const auto& [place, rows] : patches) visit(rows);
@@ -131,12 +131,12 @@ Eigen::MatrixXd ModelScatter(const CastState& state, const Evaluation& e, const 
   });
   int row = 0;
   for (const FitPixels& p : pixels) {
-    std::array<Eigen::VectorXd, kChannels> pull;
-    pull.fill(Eigen::VectorXd::Zero(e.jacobian.cols()));
+    std::vector<Eigen::VectorXd> pull(static_cast<size_t>(p.channels()), Eigen::VectorXd::Zero(e.jacobian.cols()));
     for (size_t i = 0; i < p.pixels.size(); ++i)
-      for (int c = 0; c < kChannels; ++c, ++row)
-        pull[c] += p.values[i][c] / p.stddev[i][c] * e.jacobian.row(row).transpose();
-    const Eigen::VectorXd all = kPhotographError * (pull[0] + pull[1] + pull[2]);
+      for (int c = 0; c < p.channels(); ++c, ++row)
+        pull[static_cast<size_t>(c)] += p.values[i][c] / p.stddev[i][c] * e.jacobian.row(row).transpose();
+    Eigen::VectorXd all = Eigen::VectorXd::Zero(e.jacobian.cols());
+    for (const auto& of_channel : pull) all += kPhotographError * of_channel;
     scatter += all * all.transpose();
     for (const auto& of_channel : pull) scatter += kChannelError * kChannelError * of_channel * of_channel.transpose();
   }
@@ -217,9 +217,9 @@ Uncertainty Quantify(const Capture& capture, const FreeParameters& free, const E
     p.name = owner + "." + row.key;
     p.layer = layer;
     p.quantity = row.quantity;
-    const ChannelValues& values = (layer == kSurfaceOwner ? material.surface : material.layers[layer])[row.quantity];
+    const Spectrum& values = (layer == kSurfaceOwner ? material.surface : material.layers[layer])[row.quantity];
     const bool one = spec.sharing == Sharing::kOneValue;
-    p.value.assign(values.begin(), values.begin() + (one ? 1 : kChannels));
+    p.value.assign(values.begin(), one ? values.begin() + 1 : values.end());
     if (spec.fixed) {
       result.parameters.push_back(p);
       return;

@@ -13,30 +13,32 @@ namespace {
 
 constexpr double kShrink = 0.98;  // of correlations: with grey paths the channels are almost fully correlated
 
-Eigen::Matrix3d Shrunk(const Eigen::Matrix3d& correlation) {
-  Eigen::Matrix3d shrunk = kShrink * correlation;
+Eigen::VectorXd AsVector(const Spectrum& s) { return Eigen::Map<const Eigen::VectorXd>(s.begin(), s.size()); }
+
+Eigen::MatrixXd Shrunk(const Eigen::MatrixXd& correlation) {
+  Eigen::MatrixXd shrunk = kShrink * correlation;
   shrunk.diagonal().setOnes();
   return shrunk;
 }
 
 /// Correlation of the channels' noise, from differences of neighbouring residuals: path-traced photographs use one path
 /// for all channels, and cameras interpolate.
-Eigen::Matrix3d NoiseCorrelation(const FitPixels& p, const PhotographCast& cast,
-                                 const std::vector<Eigen::Vector3d>& residual,
-                                 const std::vector<Eigen::Vector3d>& stddev) {
+Eigen::MatrixXd NoiseCorrelation(const FitPixels& p, const PhotographCast& cast,
+                                 const std::vector<Eigen::VectorXd>& residual,
+                                 const std::vector<Eigen::VectorXd>& stddev) {
   constexpr double kClip = 4.0, kFew = 1e-3;
   constexpr int kNear = 4;  // pixels: where only every n-th is used
-  Eigen::Matrix3d sum = kFew * Eigen::Matrix3d::Identity();
+  Eigen::MatrixXd sum = kFew * Eigen::MatrixXd::Identity(p.channels(), p.channels());
   for (size_t i = 1; i < residual.size(); ++i) {
     const PixelCast &a = cast.pixels[p.pixels[i - 1]], &b = cast.pixels[p.pixels[i]];
     if (a.y != b.y || std::abs(a.x - b.x) > kNear) continue;
-    const Eigen::Vector3d off =
+    const Eigen::VectorXd off =
         ((residual[i] - residual[i - 1]).array() / (stddev[i].cwiseAbs2() + stddev[i - 1].cwiseAbs2()).array().sqrt())
             .cwiseMax(-kClip)
             .cwiseMin(kClip);
     sum += off * off.transpose();
   }
-  const Eigen::Vector3d root = sum.diagonal().cwiseSqrt().cwiseInverse();
+  const Eigen::VectorXd root = sum.diagonal().cwiseSqrt().cwiseInverse();
   return root.asDiagonal() * sum * root.asDiagonal();
 }
 
@@ -64,14 +66,15 @@ int WidthOfRegions(const FitPixels& p, const PhotographCast& cast) {
 
 /// How residuals and their noise are whitened.
 struct Whitening {
-  const std::vector<Eigen::Vector3d>& stddev;
-  Eigen::LLT<Eigen::Matrix3d> root;  ///< of the channels' correlation
+  const std::vector<Eigen::VectorXd>& stddev;
+  Eigen::LLT<Eigen::MatrixXd> root;  ///< of the channels' correlation
   double of_noise;                   ///< mean square of noise after whitening
+  Eigen::Index channels() const { return root.rows(); }
 };
 
 /// Sum of a patch's residuals, whitened.
-Eigen::Vector3d SumOf(const std::vector<size_t>& members, const Whitening& w, const WalkComparison& c) {
-  Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+Eigen::VectorXd SumOf(const std::vector<size_t>& members, const Whitening& w, const WalkComparison& c) {
+  Eigen::VectorXd sum = Eigen::VectorXd::Zero(w.channels());
   for (const size_t i : members) sum += c.residual[i].cwiseQuotient(w.stddev[i]);
   sum /= std::sqrt(static_cast<double>(members.size()));
   w.root.matrixL().solveInPlace(sum);
@@ -79,11 +82,9 @@ Eigen::Vector3d SumOf(const std::vector<size_t>& members, const Whitening& w, co
 }
 
 /// Change of that sum when each group of paths is left out (a column each).
-Eigen::Matrix<double, kChannels, Eigen::Dynamic> OffWithoutGroups(const std::vector<size_t>& members,
-                                                                  const Whitening& w, const WalkComparison& c) {
+Eigen::MatrixXd OffWithoutGroups(const std::vector<size_t>& members, const Whitening& w, const WalkComparison& c) {
   const Eigen::Index groups = c.off_by_group[members[0]].cols();
-  Eigen::Matrix<double, kChannels, Eigen::Dynamic> off(kChannels, groups);
-  off.setZero();
+  Eigen::MatrixXd off = Eigen::MatrixXd::Zero(w.channels(), groups);
   if (groups < 2) return off;
   for (const size_t i : members) off += w.stddev[i].cwiseInverse().asDiagonal() * c.off_by_group[i];
   off /= std::sqrt(static_cast<double>(members.size())) * static_cast<double>(groups - 1);
@@ -94,7 +95,7 @@ Eigen::Matrix<double, kChannels, Eigen::Dynamic> OffWithoutGroups(const std::vec
 SumsOfPatches SumsOf(const Patches& patches, const Whitening& w, const WalkComparison& c) {
   SumsOfPatches sums;
   for (const auto& [place, members] : patches) {
-    const Eigen::Vector3d sum = SumOf(members, w, c);
+    const Eigen::VectorXd sum = SumOf(members, w, c);
     sums.chi2 += sum.squaredNorm() / w.of_noise;
     const auto off = OffWithoutGroups(members, w, c);
     if (off.cols() < 2) continue;
@@ -102,7 +103,7 @@ SumsOfPatches SumsOf(const Patches& patches, const Whitening& w, const WalkCompa
     for (Eigen::Index g = 0; g < off.cols(); ++g)
       sums.chi2_without[static_cast<size_t>(g)] += (sum + off.col(g)).squaredNorm() / w.of_noise;
   }
-  sums.values = kChannels * patches.size();
+  sums.values = static_cast<size_t>(w.channels()) * patches.size();
   return sums;
 }
 
@@ -126,7 +127,7 @@ double PixelChi2(const Whitening& w, const WalkComparison& c) {
   constexpr double kClip = 4.0;
   double chi2 = 0;
   for (size_t i = 0; i < c.residual.size(); ++i) {
-    Eigen::Vector3d r = c.residual[i].cwiseQuotient(w.stddev[i]);
+    Eigen::VectorXd r = c.residual[i].cwiseQuotient(w.stddev[i]);
     w.root.matrixL().solveInPlace(r);
     chi2 += r.cwiseAbs2().cwiseMin(kClip * kClip).sum() / w.of_noise;
   }
@@ -212,45 +213,44 @@ WalkComparison CompareWithWalks(const FitPixels& p, const PhotographCast& cast, 
                                 double exposure, double model_error) {
   const std::vector<size_t> ranks = RanksOf(p, cast, walked);
   const auto smooth = SmoothedCovariance(walked);
-  const auto root = [](const glm::dvec3& v) { return Eigen::Vector3d(std::sqrt(v.x), std::sqrt(v.y), std::sqrt(v.z)); };
   WalkComparison c;
-  std::vector<Eigen::Vector3d> stddev, of_walks;
+  std::vector<Eigen::VectorXd> stddev, of_walks;
   const Patches patches = PatchesOf(p, cast, kPatch);
   std::vector<double> together(p.pixels.size());  // number of pixels in the patch
   for (const auto& [place, members] : patches)
     for (const size_t i : members) together[i] = static_cast<double>(members.size());
   for (size_t i = 0; i < p.pixels.size(); ++i) {
-    glm::dvec3 predicted = p.SceneryAt(i), variance(0.0);
-    auto& off_by_group = c.off_by_group.emplace_back(kChannels, static_cast<Eigen::Index>(walked.groups));
-    off_by_group.setZero();
+    Spectrum predicted = p.SceneryAt(i), variance(p.channels(), 0.0);
+    Eigen::MatrixXd& off_by_group =
+        c.off_by_group.emplace_back(Eigen::MatrixXd::Zero(p.channels(), static_cast<Eigen::Index>(walked.groups)));
     for (const auto& [source, share] : p.TermsOf(i)) {
       const size_t rank = ranks[source];
       const double weight = share;
       predicted += weight * walked.pixels[rank].mean;
       for (size_t g = 0; g < walked.groups; ++g) {
-        const glm::dvec3 apart = glm::dvec3(walked.group_values[rank * walked.groups + g]) - walked.pixels[rank].mean;
-        off_by_group.col(static_cast<Eigen::Index>(g)) +=
-            exposure * weight * Eigen::Vector3d(apart.x, apart.y, apart.z);
+        const Spectrum apart = walked.group_values[rank * walked.groups + g] - walked.pixels[rank].mean;
+        off_by_group.col(static_cast<Eigen::Index>(g)) += exposure * weight * AsVector(apart);
       }
       // Blur shares noise between neighbours: over a patch it adds up as if each pixel had all of it.
-      variance += exposure * exposure * weight * glm::dvec3(smooth[rank][0], smooth[rank][3], smooth[rank][5]);
+      for (int k = 0; k < p.channels(); ++k)
+        variance[k] += exposure * exposure * weight * smooth[rank][PairOf(k, k, p.channels())];
     }
-    const glm::dvec3 off = p.values[i] - exposure * predicted;
-    c.residual.emplace_back(off.x, off.y, off.z);
-    of_walks.push_back(root(variance));
-    const glm::dvec3 of_model = model_error * exposure * predicted;
-    stddev.push_back(root(variance + p.stddev[i] * p.stddev[i] + together[i] * of_model * of_model));
+    const Spectrum off = p.values[i] - exposure * predicted;
+    c.residual.push_back(AsVector(off));
+    of_walks.push_back(AsVector(Sqrt(variance)));
+    const Spectrum of_model = model_error * exposure * predicted;
+    stddev.push_back(AsVector(Sqrt(variance + p.stddev[i] * p.stddev[i] + together[i] * of_model * of_model)));
   }
-  const Eigen::Matrix3d noise = NoiseCorrelation(p, cast, c.residual, stddev), correlation = Shrunk(noise);
+  const Eigen::MatrixXd noise = NoiseCorrelation(p, cast, c.residual, stddev), correlation = Shrunk(noise);
   for (size_t i = 0; i < stddev.size(); ++i) {
     c.covariance.push_back(stddev[i].asDiagonal() * correlation * stddev[i].asDiagonal());
     c.of_walks.push_back(of_walks[i].asDiagonal() * correlation * of_walks[i].asDiagonal());
     c.share_of_walks += of_walks[i].cwiseQuotient(stddev[i]).squaredNorm();
   }
-  const Eigen::LLT<Eigen::Matrix3d> whitening(correlation);
-  const Whitening w{stddev, whitening, whitening.solve(noise).trace() / kChannels};
+  const Eigen::LLT<Eigen::MatrixXd> whitening(correlation);
+  const Whitening w{stddev, whitening, whitening.solve(noise).trace() / p.channels()};
   c.chi2 = PixelChi2(w, c);
-  c.values = kChannels * stddev.size();
+  c.values = static_cast<size_t>(p.channels()) * stddev.size();
   c.patches = SumsOf(patches, w, c);
   c.regions = SumsOf(PatchesOf(p, cast, WidthOfRegions(p, cast)), w, c);
   WeighPatches(patches, w, c);

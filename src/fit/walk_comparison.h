@@ -46,11 +46,11 @@ struct SumsOfPatches {
 };
 
 struct WalkComparison {
-  std::vector<Eigen::Vector3d> residual;  ///< measured minus predicted, per fitted pixel
+  std::vector<Eigen::VectorXd> residual;  ///< measured minus predicted, per fitted pixel
   /// Covariance of the residual, and the part of it that comes from the prediction's walks.
-  std::vector<Eigen::Matrix3d> covariance, of_walks;
+  std::vector<Eigen::MatrixXd> covariance, of_walks;
   /// Means of groups of the prediction's paths minus the mean of all, where it keeps groups (a column each).
-  std::vector<Eigen::Matrix<double, kChannels, Eigen::Dynamic>> off_by_group;
+  std::vector<Eigen::MatrixXd> off_by_group;
   /// Huber's weight of the pixel's whole patch (kPatch): lower where neighbours are off together by more than noise. A
   /// single path-traced pixel has rare large values by nature, and is right only in the mean.
   std::vector<double> weight;

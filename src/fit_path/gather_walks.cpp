@@ -50,11 +50,9 @@ ModelError DiffusionError(const Material& material, const FitOptions& options) {
 }
 
 int FewestPaths(const Material& material) {
-  const bool is_grey = std::all_of(material.layers.begin(), material.layers.end(), [](const Material::Layer& l) {
-    const ChannelValues& s = l[Quantity::kReducedScattering];
-    return s[0] == s[1] && s[1] == s[2];
-  });
-  return static_cast<int>(PathPhotograph::kMaxGroups) * (is_grey ? 1 : kChannels);
+  const bool is_grey = std::all_of(material.layers.begin(), material.layers.end(),
+                                   [](const Material::Layer& l) { return l[Quantity::kReducedScattering].IsGrey(); });
+  return static_cast<int>(PathPhotograph::kMaxGroups) * (is_grey ? 1 : material.channels());
 }
 
 void MoveInput(const FitProblem& problem, const FitState& at, CrownInput& input) {
@@ -99,9 +97,9 @@ void WalkGatherer::TakeNoiseFromNeighbours() {
   const Material material = MaterialAt(problem_.free, at_.x);
   stated_noise_.clear();
   for (FitPixels& p : at_.pixels) {
-    const std::vector<glm::dvec3> shaded =
+    const std::vector<Spectrum> shaded =
         PredictPixels(input_.capture, at_.cast, p.photograph, material, at_.scales.light, problem_.options.threads);
-    std::vector<glm::dvec3> light;
+    std::vector<Spectrum> light;
     for (size_t i = 0; i < p.pixels.size(); ++i) {
       light.push_back(p.SceneryAt(i));
       for (const auto& [source, weight] : p.TermsOf(i))
@@ -221,10 +219,10 @@ std::vector<RowsOfSlopes::Run> WalkGatherer::RunsOf(const std::list<SlopesFound>
 }
 
 /// J' C^-1 of a picture that is brighter by its own size, channel by channel.
-static Eigen::MatrixXd ByLevel(const WalkedRows& row, const WalkComparison& c, const glm::dvec3& value, size_t pixel) {
-  WalkedRows::Rows whole(kChannels, row.all.cols() + row.exact.cols());
+static Eigen::MatrixXd ByLevel(const WalkedRows& row, const WalkComparison& c, const Spectrum& value, size_t pixel) {
+  WalkedRows::Rows whole(row.all.rows(), row.all.cols() + row.exact.cols());
   whole << row.all, row.exact;
-  const Eigen::Matrix3d level = Eigen::Vector3d(value.x, value.y, value.z).asDiagonal();
+  const Eigen::MatrixXd level = Eigen::Map<const Eigen::VectorXd>(value.begin(), value.size()).asDiagonal();
   return c.weight[pixel] * whole.transpose() * SolveSymmetric(c.covariance[pixel], level);
 }
 
@@ -240,7 +238,7 @@ GatheredWalks WalkGatherer::Gather(double paths, double slope_paths, const std::
   const Material material = MaterialAt(problem_.free, at_.x);
   std::optional<WalkedStep> step;
   WalkComparison total;
-  std::vector<std::vector<glm::dvec3>> values(at_.pixels.size());
+  std::vector<std::vector<Spectrum>> values(at_.pixels.size());
   std::vector<ResidualChi2> left_of(at_.pixels.size());
   const ModelError error = walks_ == Walks::kHandedOver ? DiffusionError(material, problem_.options) : ModelError{};
   Eigen::MatrixXd model_scatter = Eigen::MatrixXd::Zero(unknowns_.count(), unknowns_.count());
@@ -257,8 +255,8 @@ GatheredWalks WalkGatherer::Gather(double paths, double slope_paths, const std::
       const FitPixels& p = at_.pixels[g];
       const RowsOfSlopes rows(RunsOf(derivatives_[g]), unknowns_.Chain(), unknowns_.material());
       const std::vector<size_t> places = PlacesOf(p, CastOf(p), walked[k].width);
-      const std::vector<glm::dvec3> smooth = SmoothedMeans(walked[k]);
-      std::vector<glm::dvec3> sharp;  // without the noise that what is left of a pixel shares
+      const std::vector<Spectrum> smooth = SmoothedMeans(walked[k]);
+      std::vector<Spectrum> sharp;  // without the noise that what is left of a pixel shares
       const std::vector<size_t> ranks = RanksOf(p, CastOf(p), walked[k]);
       LearnFromPicture(g, ranks);
       for (const size_t rank : ranks) {
@@ -272,7 +270,7 @@ GatheredWalks WalkGatherer::Gather(double paths, double slope_paths, const std::
       if (!step) step.emplace(none);
       constexpr size_t kParts = 64;  // fixed, so that sums do not depend on the number of threads
       std::vector<WalkedStep> parts(kParts, none);
-      std::vector<Eigen::MatrixXd> by_level(kParts, Eigen::MatrixXd::Zero(unknowns_.count(), kChannels));
+      std::vector<Eigen::MatrixXd> by_level(kParts, Eigen::MatrixXd::Zero(unknowns_.count(), p.channels()));
       ParallelFor(kParts, problem_.options.threads, [&](size_t part) {
         for (size_t i = part * p.pixels.size() / kParts; i < (part + 1) * p.pixels.size() / kParts; ++i) {
           WalkedRows row = rows.Zero(unknowns_.nuisances());

@@ -40,8 +40,8 @@ struct GatheredWalks {
   WalkedStep step;
   double chi2;  ///< of pixels, over their number
   ResidualChi2 left;
-  std::vector<ResidualChi2> left_of;            ///< per photograph of the fit
-  std::vector<std::vector<glm::dvec3>> values;  ///< per photograph of the fit and sharp pixel
+  std::vector<ResidualChi2> left_of;          ///< per photograph of the fit
+  std::vector<std::vector<Spectrum>> values;  ///< per photograph of the fit and sharp pixel
   /// J' C J of what the model is off by in common over photographs, whitened; of the material's entries and nuisances.
   Eigen::MatrixXd model_scatter;
 };
@@ -109,9 +109,9 @@ class WalkGatherer {
   const WalkUnknowns& unknowns_;
   Progress& progress_;
   Bodies bodies_;
-  std::vector<DerivativeParameter> differenced_;       ///< all but roughness
-  std::vector<std::vector<glm::dvec3>> stated_noise_;  ///< standard deviations, per photograph of the fit and pixel
-  std::vector<std::list<SlopesFound>> derivatives_;    ///< per photograph of the fit, latest first
+  std::vector<DerivativeParameter> differenced_;     ///< all but roughness
+  std::vector<std::vector<Spectrum>> stated_noise_;  ///< standard deviations, per photograph of the fit and pixel
+  std::vector<std::list<SlopesFound>> derivatives_;  ///< per photograph of the fit, latest first
   Walks walks_ = Walks::kToTheirEnd;
   uint64_t run_ = 0;
 };

@@ -32,7 +32,7 @@ bool LongRuns::Conclude() {
   DataEstimate k;
   k.by_photographs = Eigen::VectorXd::Zero(m);
   at_.walked.clear();
-  for (const auto& values : runs_[0].values) at_.walked.emplace_back(values.size(), glm::dvec3(0.0));
+  for (const auto& values : runs_[0].values) at_.walked.emplace_back(values.size());
   for (const RunEstimate& e : runs_) {
     mean += e.unknowns / n;
     k.by_photographs += e.by_photographs / n;

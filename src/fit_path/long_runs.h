@@ -19,7 +19,7 @@ struct RunEstimate {
   double chi2 = 0;
   ResidualChi2 misfit;
   std::vector<ResidualChi2> misfit_of;  ///< per photograph of the fit
-  std::vector<std::vector<glm::dvec3>> values;
+  std::vector<std::vector<Spectrum>> values;
   bool is_on_its_way;  ///< the step was cut short, and led somewhere
   bool tells_all;      ///< its derivatives do, of every direction
 };

@@ -87,16 +87,16 @@ glm::dvec2 WayOf(const Crown& crown, const PixelCast& pixel, const Camera& camer
 
 /// Per channel, and the variance of either part.
 struct PictureGradient {
-  std::array<glm::dvec2, kChannels> slope{};
-  std::array<double, kChannels> variance{};
+  std::array<glm::dvec2, kMostChannels> slope{};
+  std::array<double, kMostChannels> variance{};
 };
 
 /// `value` and `variance`: of a pixel of the cast and a channel.
 template <class Value, class Variance>
-PictureGradient GradientOf(const Gradient& parts, const Value& value, const Variance& variance) {
+PictureGradient GradientOf(const Gradient& parts, int channels, const Value& value, const Variance& variance) {
   PictureGradient g;
   for (const auto& [k, weight] : parts)
-    for (int c = 0; c < kChannels; ++c) {
+    for (int c = 0; c < channels; ++c) {
       g.slope[c] += weight * value(k, c);
       g.variance[c] += glm::dot(weight, weight) * variance(k, c);
     }
@@ -106,7 +106,7 @@ PictureGradient GradientOf(const Gradient& parts, const Value& value, const Vari
 /// Of two that are known independently.
 PictureGradient Mean(const PictureGradient& a, const PictureGradient& b) {
   PictureGradient mean;
-  for (int c = 0; c < kChannels; ++c) {
+  for (int c = 0; c < kMostChannels; ++c) {
     const double share = a.variance[c] / std::max(a.variance[c] + b.variance[c], 1e-300);  // of b
     mean.slope[c] = (1.0 - share) * a.slope[c] + share * b.slope[c];
     mean.variance[c] = (1.0 - share) * a.variance[c];
@@ -122,7 +122,7 @@ KnownPicture MeanPicture(const FitPixels& p, double exposure, const std::vector<
   for (const WalkedPicture& w : walked) paths += w.paths;
   KnownPicture known;
   for (size_t i = 0; i < p.pixels.size(); ++i) {
-    glm::dvec3 value = p.SceneryAt(i), variance(0.0);
+    Spectrum value = p.SceneryAt(i), variance(p.channels(), 0.0);
     for (const auto& [source, share] : p.TermsOf(i))
       for (const WalkedPicture& w : walked) {
         const PixelEstimate& pixel = (*w.pixels)[ranks[source]];
@@ -160,7 +160,7 @@ void TakeOwnGradients(const FitProblem& problem, const CrownInput& input, size_t
   for (size_t i = 0; i < p.pixels.size(); ++i) which[p.pixels[i]] = static_cast<int>(i);
   const PixelsByPlace photographed(cast, on_object, camera.width, camera.height),
       fitted(cast, p.pixels, camera.width, camera.height);
-  const std::vector<glm::dvec3> shaded = PredictPixels(
+  const std::vector<Spectrum> shaded = PredictPixels(
       input.capture, at.cast, p.photograph, MaterialAt(problem.free, at.x), at.scales.light, problem.options.threads);
   of.of_photograph.setZero(of.by_error.rows(), of.by_error.cols());
   of.of_shader = of.of_photograph;
@@ -169,22 +169,22 @@ void TakeOwnGradients(const FitProblem& problem, const CrownInput& input, size_t
     const Gradient parts = photographed.Around(p.pixels[i]);
     if (parts.empty() || !here.at.exists()) return;
     PictureGradient seen = GradientOf(
-        parts,
+        parts, p.channels(),
         [&](int k, int c) { return static_cast<double>(photo.linear.at(cast.pixels[k].x, cast.pixels[k].y, c)); },
         [&](int k, int c) { return photo.variance.at(cast.pixels[k].x, cast.pixels[k].y, c); });
     if (const Gradient near = fitted.Around(p.pixels[i]); !walked.values.empty() && !near.empty())
       seen = Mean(seen, GradientOf(
-                            near, [&](int k, int c) { return walked.values[which[k]][c]; },
+                            near, p.channels(), [&](int k, int c) { return walked.values[which[k]][c]; },
                             [&](int k, int c) { return walked.variances[which[k]][c]; }));
     const PictureGradient by_shader = GradientOf(
-        parts, [&](int k, int c) { return shaded[k][c]; }, [](int, int) { return 0.0; });
+        parts, p.channels(), [&](int k, int c) { return shaded[k][c]; }, [](int, int) { return 0.0; });
     for (size_t e = 0; e < of.errors.size(); ++e) {
       if (errors[of.errors[e]].light) continue;
       const glm::dvec2 way = WayOf(*at.cast.crown, here, camera, poses[e].first, poses[e].second);
-      for (int c = 0; c < kChannels; ++c) {
+      for (int c = 0; c < p.channels(); ++c) {
         const double square = glm::dot(seen.slope[c], seen.slope[c]);
         const double sure = square > 0 ? std::max(0.0, 1.0 - seen.variance[c] / square) : 0.0;
-        const auto row = kChannels * static_cast<Eigen::Index>(i) + c;
+        const auto row = p.channels() * static_cast<Eigen::Index>(i) + c;
         const auto column = static_cast<Eigen::Index>(e);
         of.of_photograph(row, column) = -sure * glm::dot(seen.slope[c], way);
         of.of_shader(row, column) = -sure * glm::dot(by_shader.slope[c], way);

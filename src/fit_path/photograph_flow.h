@@ -9,7 +9,7 @@ namespace crownfit {
 
 /// A photograph's pixels as something else knows them, by FitPixels::pixels and as the photograph was exposed.
 struct KnownPicture {
-  std::vector<glm::dvec3> values, variances;  ///< empty: it is not known
+  std::vector<Spectrum> values, variances;  ///< empty: it is not known
 };
 
 /// By walks, by rank; so many paths a pixel.

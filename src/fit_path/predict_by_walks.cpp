@@ -17,7 +17,7 @@ namespace crownfit {
 namespace {
 
 /// Where walks tell a photograph's values; index y * width + x.
-using WalkedValues = std::vector<std::optional<glm::dvec3>>;
+using WalkedValues = std::vector<std::optional<Spectrum>>;
 
 /// The values that walks gave, of every photograph with a cast: those of the fit have them already.
 std::map<size_t, WalkedValues> WalkedPictures(const FitProblem& problem, const CrownInput& input, const FitState& at,
@@ -85,7 +85,7 @@ class WalkedPhotograph {
     for (size_t k = 0; k < cast.pixels.size(); ++k) pixel_at_[PlaceOf(cast.pixels[k].x, cast.pixels[k].y)] = k;
   }
 
-  const std::optional<glm::dvec3>& At(size_t k) const { return walked_[PlaceOf(cast_.pixels[k].x, cast_.pixels[k].y)]; }
+  const std::optional<Spectrum>& At(size_t k) const { return walked_[PlaceOf(cast_.pixels[k].x, cast_.pixels[k].y)]; }
 
   /// Calls visit(pixel of the cast, walked value, squared distance in pixels) for walked pixels around pixel k.
   template <typename Visit>
@@ -116,19 +116,19 @@ struct ShareOfVariance {
 };
 
 /// What `shader` shows, as bright as walks are around every pixel (their ratio over neighbours).
-std::vector<ShareOfVariance> ScaleToWalks(const WalkedPhotograph& photograph, const std::vector<glm::dvec3>& shader,
-                                          int threads, std::vector<glm::dvec3>& seen) {
+std::vector<ShareOfVariance> ScaleToWalks(const WalkedPhotograph& photograph, const std::vector<Spectrum>& shader,
+                                          int threads, std::vector<Spectrum>& seen) {
   std::vector<ShareOfVariance> shares(seen.size());
   ParallelFor(seen.size(), threads, [&](size_t k) {
-    glm::dvec3 of_walks(0.0), of_shader(0.0);
+    Spectrum of_walks(seen[k].size(), 0.0), of_shader = of_walks;
     double weights = 0, squares = 0;
-    photograph.Around(k, kReach, [&](size_t near, const glm::dvec3& walked, int distance2) {
+    photograph.Around(k, kReach, [&](size_t near, const Spectrum& walked, int distance2) {
       const double weight = std::exp(-0.5 * distance2 / kReach);
       of_walks += weight * walked;
       of_shader += weight * shader[near];
       weights += weight, squares += weight * weight;
     });
-    for (int c = 0; c < kChannels; ++c)
+    for (int c = 0; c < of_shader.size(); ++c)
       if (of_shader[c] > 0) seen[k][c] *= of_walks[c] / of_shader[c];
     if (weights <= 0) return;
     shares[k].mean = squares / (weights * weights);
@@ -138,12 +138,12 @@ std::vector<ShareOfVariance> ScaleToWalks(const WalkedPhotograph& photograph, co
 }
 
 /// Variances of `seen`, from what walks around a pixel differ from it by.
-std::vector<glm::dvec3> VariancesOfMeans(const WalkedPhotograph& photograph, const std::vector<glm::dvec3>& seen,
-                                         const std::vector<ShareOfVariance>& shares, int threads) {
-  std::vector<glm::dvec3> variances(seen.size(), glm::dvec3(0.0));
+std::vector<Spectrum> VariancesOfMeans(const WalkedPhotograph& photograph, const std::vector<Spectrum>& seen,
+                                       const std::vector<ShareOfVariance>& shares, int threads) {
+  std::vector<Spectrum> variances(seen.size());
   ParallelFor(seen.size(), threads, [&](size_t k) {
     double apart = 0;
-    photograph.Around(k, kReach, [&](size_t near, const glm::dvec3& walked, int) {
+    photograph.Around(k, kReach, [&](size_t near, const Spectrum& walked, int) {
       variances[k] += (walked - seen[near]) * (walked - seen[near]);
       apart += shares[near].apart;
     });
@@ -158,12 +158,12 @@ void LetWalksStand(const WalkedPhotograph& photograph, const std::vector<ShareOf
                    PredictedPixels& predicted) {
   constexpr int kPatchReach = 1;
   constexpr double kWrong = 4.0;  // times the usual square
-  std::vector<glm::dvec3>& seen = predicted.values;
+  std::vector<Spectrum>& seen = predicted.values;
   std::vector<double> off(seen.size(), 0.0);
   for (size_t k = 0; k < seen.size(); ++k) {
     int count = 0;
-    photograph.Around(k, kPatchReach, [&](size_t near, const glm::dvec3& walked, int) {
-      off[k] += seen[near].y > 0 ? std::pow(walked.y / seen[near].y - 1.0, 2) : 0.0;
+    photograph.Around(k, kPatchReach, [&](size_t near, const Spectrum& walked, int) {
+      off[k] += seen[near].Middle() > 0 ? std::pow(walked.Middle() / seen[near].Middle() - 1.0, 2) : 0.0;
       ++count;
     });
     if (count > 0) off[k] /= count;
@@ -185,7 +185,7 @@ Predictor PredictorByWalks(const FitProblem& problem, const CrownInput& input, c
   return [&problem, &input, &at, pictures](size_t photograph) {
     const PhotographCast& cast = at.cast.photographs[photograph];
     const int threads = problem.options.threads;
-    const std::vector<glm::dvec3> shader =
+    const std::vector<Spectrum> shader =
         PredictPixels(input.capture, at.cast, photograph, MaterialAt(problem.free, at.x), at.scales.light, threads);
     PredictedPixels predicted{shader};
     if (cast.pixels.empty()) return predicted;

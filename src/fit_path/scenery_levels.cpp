@@ -48,7 +48,7 @@ std::optional<SceneryLevel> LevelOf(const std::string& name, const Photograph& p
   constexpr double kOfGaussian = 1.4826, kOfMedian = 1.2533;  // stddev by the median deviation; the median's by that
   const int block = std::max(1, photo.linear.width / 24);
   struct Sums {
-    glm::dvec3 seen{0.0}, predicted{0.0};
+    Spectrum seen, predicted;
     double pixels = 0;
   };
   std::map<std::pair<int, int>, Sums> blocks;
@@ -59,16 +59,18 @@ std::optional<SceneryLevel> LevelOf(const std::string& name, const Photograph& p
     Sums& s = blocks[{x / block, y / block}];
     s.pixels += 1;
     s.predicted += exposure * walked.pixels[k].mean;
-    for (int c = 0; c < kChannels; ++c) s.seen[c] += photo.linear.at(x, y, c);
+    s.seen += PixelOf(photo.linear, static_cast<size_t>(y) * photo.linear.width + x);
   }
   double brightest = 0;
-  for (const auto& [at, s] : blocks) brightest = std::max(brightest, s.predicted.y / s.pixels);
+  for (const auto& [at, s] : blocks) brightest = std::max(brightest, s.predicted.Middle() / s.pixels);
   SceneryLevel level;
   level.photograph = name;
-  for (int c = 0; c < kChannels; ++c) {
+  level.ratio = level.stddev = Spectrum(photo.linear.channels, 0.0);
+  for (int c = 0; c < photo.linear.channels; ++c) {
     std::vector<double> ratios;
     for (const auto& [at, s] : blocks)
-      if (s.predicted.y > kLit * brightest * s.pixels && s.predicted[c] > 0 && s.seen.y > kCutOut * s.predicted.y)
+      if (s.predicted.Middle() > kLit * brightest * s.pixels && s.predicted[c] > 0 &&
+          s.seen.Middle() > kCutOut * s.predicted.Middle())
         ratios.push_back(s.seen[c] / s.predicted[c]);
     if (ratios.size() < kFewBlocks) return std::nullopt;
     level.ratio[c] = Median(ratios);

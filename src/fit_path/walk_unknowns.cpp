@@ -274,10 +274,10 @@ WalkUnknowns::Slopes::Slopes(const WalkUnknowns& unknowns, size_t number, const 
 }
 
 void WalkUnknowns::Slopes::AddTo(WalkedRows::Rows& by_nuisances, size_t pixel,
-                                 const std::vector<glm::dvec3>& sharp) const {
+                                 const std::vector<Spectrum>& sharp) const {
   constexpr double kMostScale = 4.0, kDark = 1e-12;
-  glm::dvec3 sum = p_.SceneryAt(pixel), of_shader(0.0);
-  std::vector<glm::dvec3> of_light(u_.lights_.size(), glm::dvec3(0.0));
+  Spectrum sum = p_.SceneryAt(pixel), of_shader;
+  std::vector<Spectrum> of_light(u_.lights_.size());
   for (const auto& [source, share] : p_.TermsOf(pixel)) {
     const double weight = share;
     const int k = p_.sources[source];
@@ -286,13 +286,14 @@ void WalkUnknowns::Slopes::AddTo(WalkedRows::Rows& by_nuisances, size_t pixel,
     of_shader += weight * shader_[0][k];
     for (size_t l = 0; l < of_light.size(); ++l) of_light[l] += weight * shader_[l + 1][k];
   }
-  for (int c = 0; c < kChannels; ++c) {
+  for (int c = 0; c < p_.channels(); ++c) {
     const auto by = [&](int unknown) -> double& { return by_nuisances(c, unknown - u_.material_); };
-    if (p_.exposure >= 0) by(u_.exposure(p_.exposure)) += sum[c];
-    const double scale = exposure_ * std::clamp(sum[c] / std::max(of_shader[c], kDark), 1.0 / kMostScale, kMostScale);
-    for (size_t l = 0; l < of_light.size(); ++l) by(u_.light(l)) += scale * of_light[l][c];
+    if (p_.exposure >= 0) by(u_.exposure(p_.exposure)) += std::as_const(sum)[c];
+    const double scale = exposure_ * std::clamp(std::as_const(sum)[c] / std::max(std::as_const(of_shader)[c], kDark),
+                                                1.0 / kMostScale, kMostScale);
+    for (size_t l = 0; l < of_light.size(); ++l) by(u_.light(l)) += scale * std::as_const(of_light)[l][c];
     if (!calibration_) continue;
-    const auto row = kChannels * static_cast<Eigen::Index>(pixel) + c;
+    const auto row = p_.channels() * static_cast<Eigen::Index>(pixel) + c;
     for (size_t e = 0; e < calibration_->errors.size(); ++e) {
       const auto column = static_cast<Eigen::Index>(e);
       double& slope = by(u_.error(calibration_->errors[e]));

@@ -72,7 +72,7 @@ class WalkUnknowns {
     /// `number`: of the photograph in FitState::pixels; `moved`: the capture where the fit has moved it.
     Slopes(const WalkUnknowns& unknowns, size_t number, const Capture& moved, const Material& material);
     /// `sharp`: values of FitPixels::sources by walks, whose noise must not be that of the pixel's residual.
-    void AddTo(WalkedRows::Rows& by_nuisances, size_t pixel, const std::vector<glm::dvec3>& sharp) const;
+    void AddTo(WalkedRows::Rows& by_nuisances, size_t pixel, const std::vector<Spectrum>& sharp) const;
 
    private:
     const WalkUnknowns& u_;
@@ -80,7 +80,7 @@ class WalkUnknowns {
     const CalibrationDerivatives* calibration_ = nullptr;
     double exposure_;
     /// Per pixel of the cast, by shader: with all lamps, and with each whose intensity is fitted alone at 1.
-    std::vector<std::vector<glm::dvec3>> shader_;
+    std::vector<std::vector<Spectrum>> shader_;
   };
 
  private:

@@ -10,9 +10,11 @@
 
 namespace crownfit {
 
-Eigen::Matrix3d CovarianceOf(const std::array<double, 6>& v) {
-  Eigen::Matrix3d m;
-  m << v[0], v[1], v[2], v[1], v[3], v[4], v[2], v[4], v[5];
+Eigen::MatrixXd CovarianceOf(const PixelEstimate& pixel) {
+  const int channels = pixel.mean.size();
+  Eigen::MatrixXd m(channels, channels);
+  for (int a = 0; a < channels; ++a)
+    for (int b = 0; b < channels; ++b) m(a, b) = pixel.covariance[PairOf(a, b, channels)];
   return m;
 }
 
@@ -20,6 +22,7 @@ RowsOfSlopes::RowsOfSlopes(const std::vector<Run>& runs, const SlopeChain& chain
     : unknowns_(unknowns), groups_(0) {
   Check(!runs.empty(), "slopes");
   groups_ = runs[0].derivatives->groups();
+  channels_ = runs[0].derivatives->channels();
   std::map<std::pair<size_t, Quantity>, double> sum;
   for (const Run& r : runs) {
     Check(r.derivatives->groups() == groups_, "runs of as many groups");
@@ -29,15 +32,15 @@ RowsOfSlopes::RowsOfSlopes(const std::vector<Run>& runs, const SlopeChain& chain
   for (const Run& r : runs)
     for (size_t j = 0; j < r.derivatives->parameters().size(); ++j) {
       const DerivativeParameter& p = r.derivatives->parameters()[j];
-      for (int c = 0; c < kChannels && r.tells(p); ++c)
+      for (int c = 0; c < channels_ && r.tells(p); ++c)
         if (const Eigen::RowVectorXd row = chain(p, c); row.size() > 0 && !row.isZero())
           entries_.push_back({r.derivatives, j, c, r.weight / sum[{p.layer, p.quantity}] * row});
     }
 }
 
 WalkedRows RowsOfSlopes::Zero(int exact) const {
-  const WalkedRows::Rows zero = WalkedRows::Rows::Zero(kChannels, unknowns_);
-  return {zero, std::vector<WalkedRows::Rows>(groups_, zero), WalkedRows::Rows::Zero(kChannels, exact)};
+  const WalkedRows::Rows zero = WalkedRows::Rows::Zero(channels_, unknowns_);
+  return {zero, std::vector<WalkedRows::Rows>(groups_, zero), WalkedRows::Rows::Zero(channels_, exact)};
 }
 
 void RowsOfSlopes::AddTo(WalkedRows& rows, size_t pixel, double weight) const {
@@ -63,16 +66,16 @@ WalkedStep::WalkedStep(int of_slopes, int groups, int exact)
 void WalkedStep::Add(const Pixel& pixel, WalkedRows rows) {
   const size_t groups = normal_without_.size();
   Check(rows.without.size() == groups, "photographs of as many groups of paths");
-  const Eigen::LLT<Eigen::Matrix3d> root(pixel.covariance);
+  const Eigen::LLT<Eigen::MatrixXd> root(pixel.covariance);
   Check(root.info() == Eigen::Success, "a covariance with an inverse");
   const auto whiten = [&](auto& m) { root.matrixL().solveInPlace(m); };
-  Eigen::Vector3d residual = pixel.residual;
-  Eigen::Matrix3d of_walks = pixel.of_walks;
+  Eigen::VectorXd residual = pixel.residual;
+  Eigen::MatrixXd of_walks = pixel.of_walks;
   whiten(residual);
   whiten(of_walks);
   of_walks.transposeInPlace();
   whiten(of_walks);
-  WalkedRows::Rows whole(kChannels, unknowns_);
+  WalkedRows::Rows whole(pixel.residual.size(), unknowns_);
   whole << rows.all, rows.exact;
   whiten(whole);
   const auto all = whole.leftCols(of_slopes_), exact = whole.rightCols(unknowns_ - of_slopes_);

@@ -11,14 +11,14 @@
 namespace crownfit {
 
 /// From the six numbers that a PixelEstimate holds: RR RG RB GG GB BB.
-Eigen::Matrix3d CovarianceOf(const std::array<double, 6>& pairs);
+Eigen::MatrixXd CovarianceOf(const PixelEstimate& pixel);
 
 /// Derivatives of one pixel's channels by the unknowns.
 struct WalkedRows {
-  using Rows = Eigen::Matrix<double, kChannels, Eigen::Dynamic>;
-  Rows all;                   ///< by the first unknowns, from all paths ...
-  std::vector<Rows> without;  ///< ... and from all but each group's
-  Rows exact;                 ///< by the other unknowns
+  using Rows = Eigen::MatrixXd;  ///< one row per channel
+  Rows all;                      ///< by the first unknowns, from all paths ...
+  std::vector<Rows> without;     ///< ... and from all but each group's
+  Rows exact;                    ///< by the other unknowns
 };
 
 /// How unknowns move what derivatives are by: d(parameter) / d(unknowns) of one channel, with the parameter as
@@ -48,7 +48,7 @@ class RowsOfSlopes {
     Eigen::RowVectorXd chain;  ///< times the run's share
   };
   std::vector<Entry> entries_;
-  int unknowns_, groups_;
+  int unknowns_, groups_, channels_ = 0;
 };
 
 class WalkedStep {
@@ -59,11 +59,11 @@ class WalkedStep {
   /// Observed less predicted values, the covariance of that difference, and the share of it that the prediction's own
   /// walks make. The derivatives must come from other walks than the prediction.
   struct Pixel {
-    Eigen::Vector3d residual;
-    Eigen::Matrix3d covariance, of_walks = Eigen::Matrix3d::Zero();
+    Eigen::VectorXd residual;
+    Eigen::MatrixXd covariance, of_walks;
     /// How far the means of groups of the prediction's paths are off the mean of all, where pixels share walks: group
     /// g of every pixel with these. Empty: no other pixel has walks in common with this one.
-    Eigen::Matrix<double, kChannels, Eigen::Dynamic> off_by_group = {};
+    Eigen::MatrixXd off_by_group = {};
   };
   void Add(const Pixel& pixel, WalkedRows rows);
   void Add(const WalkedStep& other);

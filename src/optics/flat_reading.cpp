@@ -137,15 +137,16 @@ std::vector<const Reading*> ReadingsOf(const FlatMeasurement& m) {
   return readings;
 }
 
-std::vector<double> PredictedValues(const FlatMeasurement& m, const std::array<BandReading, kChannels>& bands) {
+std::vector<double> PredictedValues(const FlatMeasurement& m, std::span<const BandReading> bands) {
   std::vector<double> values;
   if (m.reflectance)
     for (const BandReading& b : bands) values.push_back(b.reflectance);
   if (m.transmittance)
     for (const BandReading& b : bands) values.push_back(b.transmittance);
   if (m.lab) {
-    const glm::dvec3 lab =
-        LabFromLinearRgb(m.colour.LinearRgb({bands[0].reflectance, bands[1].reflectance, bands[2].reflectance}));
+    Spectrum reflectance(static_cast<int>(bands.size()), 0.0);
+    for (int c = 0; c < reflectance.size(); ++c) reflectance[c] = bands[static_cast<size_t>(c)].reflectance;
+    const glm::dvec3 lab = LabFromLinearRgb(m.colour.LinearRgb(reflectance));
     for (int c = 0; c < 3; ++c) values.push_back(lab[c]);
   }
   return values;

@@ -1,6 +1,7 @@
 #pragma once
 // Predicted instrument readings of flat samples, by the `layered` model.
 
+#include <span>
 #include <vector>
 
 #include "capture/measurement.h"
@@ -35,7 +36,7 @@ std::vector<std::vector<BandReading>> ReadBandChanges(const Capture& capture, co
 /// What the measurement states, in the order of its fields: reflectance, transmittance, lab.
 std::vector<const Reading*> ReadingsOf(const FlatMeasurement& m);
 
-/// Their predictions: three values of each, from the readings in the three bands.
-std::vector<double> PredictedValues(const FlatMeasurement& m, const std::array<BandReading, kChannels>& bands);
+/// Their predictions: one value per channel or three of lab, from the readings in each channel.
+std::vector<double> PredictedValues(const FlatMeasurement& m, std::span<const BandReading> bands);
 
 }  // namespace crownfit

@@ -11,7 +11,7 @@ namespace {
 
 /// "enamel.absorption_per_mm[R]", "surface.roughness". Absent where the material has no such layer.
 std::optional<JointValues::Entry> EntryNamed(const JsonNode& node, const Material& material,
-                                             const std::array<std::string, kChannels>& channel_names) {
+                                             const std::vector<std::string>& channel_names) {
   std::string name = node.String();
   std::optional<int> channel;
   if (const size_t open = name.rfind('['); name.ends_with(']') && open != name.npos) {
@@ -75,7 +75,7 @@ std::optional<std::vector<std::vector<double>>> FactorOf(const std::vector<std::
 }  // namespace
 
 JointValues ReadJointValues(const JsonNode& node, const Material& material,
-                            const std::array<std::string, kChannels>& channel_names) {
+                            const std::vector<std::string>& channel_names) {
   const JsonObject object(node, {"names", "stddev", "correlation"});
   const auto names = object.Require("names").Items();
   const std::vector<double> stddev = object.Require("stddev").Numbers(names.size());
@@ -113,8 +113,8 @@ Material Drawn(const JointValues& joint, Material material, uint64_t key) {
     double off = 0;
     for (size_t j = 0; j <= i; ++j) off += joint.factor[i][j] * normal[j];
     const ParameterRow& row = RowOf(quantity);
-    ChannelValues& values = (row.owner == Owner::kSurface ? material.surface : material.layers[layer])[quantity];
-    for (int c = 0; c < kChannels; ++c)
+    Spectrum& values = (row.owner == Owner::kSurface ? material.surface : material.layers[layer])[quantity];
+    for (int c = 0; c < values.size(); ++c)
       if (!channel || *channel == c)
         values[c] = std::clamp(row.scale == Scale::kLog ? values[c] * std::exp(off) : values[c] + off,
                                std::min(row.low, values[c]), std::max(row.high, values[c]));

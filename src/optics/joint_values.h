@@ -25,7 +25,7 @@ struct JointValues {
 /// Reads {"names", "stddev", "correlation"}; entries of layers that `material` lacks are left out. Throws InputError
 /// when names are unknown, or the matrix is not a correlation matrix.
 JointValues ReadJointValues(const JsonNode& node, const Material& material,
-                            const std::array<std::string, kChannels>& channel_names);
+                            const std::vector<std::string>& channel_names);
 
 /// The material with values drawn around it, kept within the table's bounds; the same for the same key. Thicknesses
 /// keep their values: they are part of the distribution, but a prediction sets its own.

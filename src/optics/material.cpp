@@ -32,9 +32,9 @@ Slab SlabOf(const Material& material, int channel) {
   return slab;
 }
 
-glm::dvec3 HalfSpaceReflectance(const Material::Layer& layer) {
-  glm::dvec3 reflectance(0.0);
-  for (int c = 0; c < kChannels; ++c)
+Spectrum HalfSpaceReflectance(const Material::Layer& layer) {
+  Spectrum reflectance = layer[Quantity::kReducedScattering];
+  for (int c = 0; c < reflectance.size(); ++c)
     reflectance[c] = HalfSpaceReflectance(layer[Quantity::kReducedScattering][c], layer[Quantity::kAbsorption][c]);
   return reflectance;
 }

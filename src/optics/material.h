@@ -13,24 +13,23 @@ namespace crownfit {
 
 struct Capture;
 
-using ChannelValues = std::array<double, kChannels>;
-
 struct Material {
   struct Layer {
     std::string name;
-    std::array<ChannelValues, kParameters.size()> values{};
-    ChannelValues& operator[](Quantity q) { return values[static_cast<size_t>(q)]; }
-    const ChannelValues& operator[](Quantity q) const { return values[static_cast<size_t>(q)]; }
+    std::array<Spectrum, kParameters.size()> values{};
+    Spectrum& operator[](Quantity q) { return values[static_cast<size_t>(q)]; }
+    const Spectrum& operator[](Quantity q) const { return values[static_cast<size_t>(q)]; }
   };
   std::vector<Layer> layers;  ///< outermost first
   Layer surface;              ///< only the surface's rows are used
+  int channels() const { return surface.values[0].size(); }
 };
 
 /// Initial and fixed values of a capture.
 Material StatedMaterial(const Capture& capture);
 
 /// Fraction of diffuse light that a half space of the layer returns, per channel (media.h).
-glm::dvec3 HalfSpaceReflectance(const Material::Layer& layer);
+Spectrum HalfSpaceReflectance(const Material::Layer& layer);
 
 /// The layers as a flat sample of one channel, 1 mm each.
 Slab SlabOf(const Material& material, int channel);

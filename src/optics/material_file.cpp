@@ -50,18 +50,18 @@ std::optional<std::array<double, 2>> ReadInterval(const JsonNode& node) {
   return std::array{ends[0].Number(), ends[1].Number()};
 }
 
-ParameterRecord ReadRecord(const JsonObject& object) {
+ParameterRecord ReadRecord(const JsonObject& object, size_t channels) {
   ParameterRecord record;
   if (const auto stddev = object.Find("stddev")) {
     const auto items = stddev->IsArray() ? stddev->Items() : std::vector<JsonNode>{*stddev};
-    if (items.size() != 1 && items.size() != kChannels) stddev->Fail("expected one number, or one per channel");
+    if (items.size() != 1 && items.size() != channels) stddev->Fail("expected one number, or one per channel");
     for (const JsonNode& item : items)
       record.stddev.push_back(item.IsNumber() ? std::optional(item.Number()) : std::nullopt);
   }
   if (const auto status = object.Find("status")) record.status = status->String();
   if (const auto node = object.Find("status_by_channel")) {
     for (const auto& item : node->Items()) record.status_by_channel.push_back(item.String());
-    if (record.status_by_channel.size() != kChannels) node->Fail("expected a status per channel");
+    if (record.status_by_channel.size() != channels) node->Fail("expected a status per channel");
   }
   if (const auto node = object.Find("interval95")) {
     const auto items = node->Items();
@@ -69,28 +69,28 @@ ParameterRecord ReadRecord(const JsonObject& object) {
       record.interval95.push_back(ReadInterval(*node));
     } else {
       for (const auto& item : items) record.interval95.push_back(ReadInterval(item));
-      if (items.size() != kChannels) node->Fail("expected one interval, or one per channel");
+      if (items.size() != channels) node->Fail("expected one interval, or one per channel");
     }
   }
   return record;
 }
 
 /// A bare value, a list with one per channel, or an object that holds either as "value".
-ChannelValues ReadValues(JsonNode node, const ParameterRow& row, ParameterRecord& record) {
+Spectrum ReadValues(JsonNode node, const ParameterRow& row, int channels, ParameterRecord& record) {
   if (node.IsObject()) {
     const JsonObject object(node, {"value", "stddev", "interval95", "status", "status_by_channel"});
-    record = ReadRecord(object);
+    record = ReadRecord(object, static_cast<size_t>(channels));
     node = object.Require("value");
   }
   record.is_stated = true;
-  return ReadPhysicalValues(node, row);
+  return ReadPhysicalValues(node, row, channels);
 }
 
 void ReadOwner(const JsonObject& object, Owner owner, Material::Layer& out, MaterialRecord::Owner& records) {
   for (size_t i = 0; i < kParameters.size(); ++i)
     if (kParameters[i].owner == owner)
       if (const auto node = object.Find(kParameters[i].key))
-        out.values[i] = ReadValues(*node, kParameters[i], records[i]);
+        out.values[i] = ReadValues(*node, kParameters[i], out.values[i].size(), records[i]);
 }
 
 /// The material with the values of the block "viewer" in place of its own.
@@ -101,7 +101,8 @@ Material ReadViewer(const JsonNode& node, Material material) {
     for (auto& layer : material.layers)
       if (layer.name == name) ReadOwner(object, Owner::kLayer, layer, ignored);
   if (const auto roughness = viewer.Find("roughness"))
-    material.surface[Quantity::kRoughness] = ReadPhysicalValues(*roughness, RowOf(Quantity::kRoughness));
+    material.surface[Quantity::kRoughness] =
+        ReadPhysicalValues(*roughness, RowOf(Quantity::kRoughness), material.channels());
   return material;
 }
 
@@ -110,18 +111,19 @@ void ReadChannels(const JsonObject& root, MaterialOutline& outline) {
   const auto channels = root.Find("channels");
   if (!channels) return;
   const auto items = channels->Items();
-  if (items.size() != kChannels) channels->Fail("expected three channels");
+  if (items.empty() || items.size() > kMostChannels)
+    channels->Fail(Printed("expected 1 to %d channels", kMostChannels));
   outline.channel_names.emplace();
   outline.wavelengths_nm.emplace();
-  for (size_t c = 0; c < items.size(); ++c) {
-    const JsonObject channel(items[c], {"name", "wavelength_nm"});
-    (*outline.channel_names)[c] = channel.Require("name").String();
-    (*outline.wavelengths_nm)[c] = channel.Require("wavelength_nm").Number(200.0, 2500.0);
+  for (const JsonNode& item : items) {
+    const JsonObject channel(item, {"name", "wavelength_nm"});
+    outline.channel_names->push_back(channel.Require("name").String());
+    outline.wavelengths_nm->push_back(channel.Require("wavelength_nm").Number(200.0, 2500.0));
   }
 }
 
 /// Values are matched by position: those of another band would be taken for this one.
-void CheckSameBands(const JsonObject& material, const std::array<double, kChannels>& its_nm, const Capture& capture) {
+void CheckSameBands(const JsonObject& material, const std::vector<double>& its_nm, const Capture& capture) {
   if (AreSameBands(its_nm, capture.wavelengths_nm)) return;
   material.Require("channels")
       .Fail(
@@ -130,7 +132,7 @@ void CheckSameBands(const JsonObject& material, const std::array<double, kChanne
           "Give a material of these bands in this order. To use it all the same, write these bands into its channels.");
 }
 
-JsonValue FixedValue(const ChannelValues& values, const ParameterRow& row) {
+JsonValue FixedValue(const Spectrum& values, const ParameterRow& row) {
   const JsonValue value = row.per_channel ? JsonValue(std::vector<double>(values.begin(), values.end())) : values[0];
   return JsonValue::Object{{"value", value}, {"status", "fixed"}};
 }
@@ -152,6 +154,11 @@ MaterialRecord ReadMaterialRecord(const std::filesystem::path& path, const Captu
   const JsonObject root = RootOf(file);
   MaterialRecord record;
   record.material = StatedMaterial(capture);
+  MaterialOutline outline;
+  ReadChannels(root, outline);
+  record.channel_names = outline.channel_names;
+  record.wavelengths_nm = outline.wavelengths_nm;
+  if (outline.wavelengths_nm) CheckSameBands(root, *outline.wavelengths_nm, capture);
   if (const auto status = root.Find("status")) record.is_usable = status->String() != "not_usable";
   const auto layers = ReadLayers(root.Require("layers"));
   for (auto& layer : record.material.layers) {
@@ -165,10 +172,6 @@ MaterialRecord ReadMaterialRecord(const std::filesystem::path& path, const Captu
   if (const auto surface = root.Find("surface"))
     ReadOwner(JsonObject(*surface, ParameterKeys(Owner::kSurface)), Owner::kSurface, record.material.surface,
               record.surface);
-  MaterialOutline outline;
-  ReadChannels(root, outline);
-  record.wavelengths_nm = outline.wavelengths_nm;
-  if (outline.wavelengths_nm) CheckSameBands(root, *outline.wavelengths_nm, capture);
   if (const auto joint = root.Find("joint"))
     record.joint = ReadJointValues(*joint, record.material, outline.channel_names.value_or(capture.channel_names));
   if (const auto viewer = root.Find("viewer")) record.effective = ReadViewer(*viewer, record.material);
@@ -191,7 +194,7 @@ std::string EffectiveNote(const MaterialRecord& record) {
   std::string where;
   for (size_t l = 0; l < record.material.layers.size(); ++l)
     for (const ParameterRow& row : kParameters)
-      for (int c = 0; c < kChannels; ++c) {
+      for (int c = 0; c < record.material.channels(); ++c) {
         const double own = record.material.layers[l][row.quantity][c],
                      off = record.effective->layers[l][row.quantity][c] - own;
         if (own == 0 || std::abs(off) <= largest * std::abs(own)) continue;
@@ -233,10 +236,11 @@ Capture CaptureOfOutline(const MaterialOutline& outline, const std::filesystem::
   for (const std::string& name : outline.layers) {
     LayerSpec layer;
     layer.name = name;
-    for (size_t q = 0; q < kParameters.size(); ++q) layer.parameters[q] = DefaultSpec(kParameters[q]);
+    for (size_t q = 0; q < kParameters.size(); ++q)
+      layer.parameters[q] = DefaultSpec(kParameters[q], outline.channels());
     capture.layers.push_back(layer);
   }
-  for (size_t q = 0; q < kParameters.size(); ++q) capture.surface[q] = DefaultSpec(kParameters[q]);
+  for (size_t q = 0; q < kParameters.size(); ++q) capture.surface[q] = DefaultSpec(kParameters[q], outline.channels());
   if (outline.channel_names) capture.channel_names = *outline.channel_names;
   if (outline.wavelengths_nm) capture.wavelengths_nm = *outline.wavelengths_nm;
   return capture;
@@ -245,7 +249,7 @@ Capture CaptureOfOutline(const MaterialOutline& outline, const std::filesystem::
 void WriteHandSetMaterial(const std::filesystem::path& file, const Capture& capture, const Material& material,
                           const std::map<std::string, double>& linear_scales, const std::string& made_from) {
   JsonValue::Array channels, layers;
-  for (int c = 0; c < kChannels; ++c)
+  for (size_t c = 0; c < capture.channel_names.size(); ++c)
     channels.push_back(
         JsonValue::Object{{"name", capture.channel_names[c]}, {"wavelength_nm", capture.wavelengths_nm[c]}});
   for (size_t l = 0; l < material.layers.size(); ++l) {

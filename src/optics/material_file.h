@@ -36,7 +36,8 @@ struct MaterialRecord {
   Owner surface;
   std::map<std::string, double> linear_scales;  ///< such as "exposure_scale front", "intensity_scale left"
   bool is_usable = true;                        ///< false: its fit says that it must not be used
-  std::optional<std::array<double, kChannels>> wavelengths_nm;  ///< where the file states them
+  std::optional<std::vector<std::string>> channel_names;
+  std::optional<std::vector<double>> wavelengths_nm;  ///< where the file states them
   std::optional<JointValues> joint;   ///< of the fitted values; absent: each value has its own uncertainty only
   std::optional<Material> effective;  ///< values of the block "viewer", with which the real-time shader looks right
 };
@@ -64,8 +65,9 @@ struct MaterialOutline {
   std::vector<std::string> layers;   ///< names, outermost first
   std::string status;                ///< "usable", "not_usable"; empty: the file does not say
   std::vector<std::string> reasons;  ///< why it must not be used
-  std::optional<std::array<std::string, kChannels>> channel_names;
-  std::optional<std::array<double, kChannels>> wavelengths_nm;
+  std::optional<std::vector<std::string>> channel_names;
+  std::optional<std::vector<double>> wavelengths_nm;
+  int channels() const { return channel_names ? static_cast<int>(channel_names->size()) : 3; }
 };
 MaterialOutline ReadMaterialOutline(const std::filesystem::path& file);
 

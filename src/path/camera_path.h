@@ -34,12 +34,12 @@ class CameraPath {
 
   /// Starts a new path; false when it ended outside, true when it is on a flight inside.
   bool Begin(const glm::dvec3& position, const glm::dvec3& direction, int hero, const RandomStream& random) {
-    state.Begin(context_.media.size());
+    state.Begin(context_.media.size(), context_.media.has_textures());
     state.position = position;
     state.direction = direction;
     random_ = random;
     hero_ = hero;
-    value_.assign(value_.size(), glm::dvec3(0.0));
+    value_.assign(value_.size(), Spectrum());
     at_ = {};
     at_.serves = static_cast<PhotographSet>((uint64_t{1} << value_.size()) - 1);
     if (context_.wants_derivatives) derivatives_.Begin();
@@ -82,9 +82,9 @@ class CameraPath {
     const LightFields& fields = *context_.hand_over.fields;
     const auto here = fields.At(state.position);
     if (!here) return;
-    const glm::dvec3 weight = at_.carried * context_.media.Weight(state);
+    const Spectrum weight = at_.carried * context_.media.Weight(state);
     ForEach(at_.serves, [&](size_t p) {
-      const glm::dvec3 seen = weight * fields.Radiance(p, *here);
+      const Spectrum seen = weight * fields.Radiance(p, *here);
       value_[p] += seen;
       if (!context_.wants_derivatives) return;
       derivatives_.Add(p, state, at_.cut_returns, seen);
@@ -95,7 +95,7 @@ class CameraPath {
   }
 
   /// pi x radiance found so far, per channel.
-  glm::dvec3 value(size_t photograph) const { return std::numbers::pi * value_[photograph]; }
+  Spectrum value(size_t photograph) const { return std::numbers::pi * value_[photograph]; }
   /// Their derivatives, without the pi.
   const PathDerivatives& derivatives() const { return derivatives_; }
   /// Call where flights inside begin and end: each interval is one segment of the derivatives' control variates.
@@ -113,7 +113,7 @@ class CameraPath {
   /// A branch of the path, besides its WalkState.
   struct Way {
     PhotographSet serves = 0;
-    glm::dvec3 carried{1.0};
+    Spectrum carried = Spectrum(1.0);
     bool only_reflected = true, is_depolarised = false;
     bool sees_lamps = false;  // camera rays do not
     double density = kMirror;
@@ -163,10 +163,10 @@ class CameraPath {
     at_.serves &= ~others;
   }
 
-  void Add(PhotographSet set, const glm::dvec3& radiance) {
-    const glm::dvec3 found = at_.carried * context_.media.Weight(state) * radiance;
+  void Add(PhotographSet set, const Spectrum& radiance) {
+    const Spectrum found = at_.carried * context_.media.Weight(state) * radiance;
     ForEach(set, [&](size_t p) {
-      const glm::dvec3 seen = FactorOf(context_.polarisers[p]) * found;
+      const Spectrum seen = FactorOf(context_.polarisers[p]) * found;
       value_[p] += seen;
       if (context_.wants_derivatives) derivatives_.Add(p, state, at_.cut_returns, seen);
     });
@@ -189,46 +189,44 @@ class CameraPath {
     }
   }
 
-  struct LampTargets {
-    std::array<LightPoint, kMaxLamps> point;
-    std::array<glm::dvec3, kMaxLamps> direction;
-    std::array<const Lamp*, kMaxLamps> lamp;
-    size_t count = 0;
+  struct LampTarget {
+    LightPoint point;
+    const Lamp* lamp;
   };
-  /// A point on every sampled lamp above the plane of `normal`.
-  LampTargets ChooseTargets(const glm::dvec3& normal) {
-    LampTargets t;
+  /// Sets `targets_`: a point on every sampled lamp above the plane of `normal`.
+  void ChooseTargets(const glm::dvec3& normal) {
+    targets_.clear();
+    towards_.clear();
     for (const Lamp& lamp : context_.lamps) {
-      if (!lamp.is_sampled || t.count == kMaxLamps || (lamp.photographs & at_.serves) == 0) continue;
+      if (!lamp.is_sampled || targets_.size() == kMaxLamps || (lamp.photographs & at_.serves) == 0) continue;
       const glm::dvec2 uniform(random_.Next(), random_.Next());
       const auto point = SampleLightPoint(lamp.shape, state.position, uniform);
       if (!point || glm::dot(point->direction, normal) <= 0) continue;
-      t.point[t.count] = *point;
-      t.direction[t.count] = point->direction;
-      t.lamp[t.count++] = &lamp;
+      targets_.push_back({*point, &lamp});
+      towards_.push_back(point->direction);
     }
-    return t;
   }
-  void AddTarget(const LampTargets& t, size_t k, double estimate, double approximate) {
-    const LightPoint& p = t.point[k];
+  void AddTarget(const LampTarget& target, double estimate, double approximate) {
+    const LightPoint& p = target.point;
     if (!(estimate > 0)) return;
-    PhotographSet lit = at_.serves & t.lamp[k]->photographs;
+    PhotographSet lit = at_.serves & target.lamp->photographs;
     while (lit != 0) {
       const auto before = NextOutside(p.direction, p.distance_mm, lit);
       if (!before) break;
       lit &= before->opaque >= 0 ? ~context_.opaque[before->opaque].photographs : 0;
     }
-    if (lit != 0) Add(lit, estimate / (p.density + approximate) * t.lamp[k]->scale * p.radiance);
+    if (lit != 0) Add(lit, estimate / (p.density + approximate) * target.lamp->scale * p.radiance);
   }
 
   void CrossOuter(const Boundary& b) {
-    LampTargets targets;
+    targets_.clear();
+    towards_.clear();
     const OuterBoundary& outer = context_.outer[b.inside];
-    if (!outer.is_smooth()) targets = ChooseTargets(b.normal);
-    std::array<TargetDensity, kMaxLamps> densities;
-    const Scattered s = outer.Scatter(state.direction, b.normal, random_, {targets.direction.data(), targets.count},
-                                      {densities.data(), targets.count});
-    for (size_t k = 0; k < targets.count; ++k) AddTarget(targets, k, densities[k].estimate, densities[k].approximate);
+    if (!outer.is_smooth()) ChooseTargets(b.normal);
+    densities_.assign(targets_.size(), {});
+    const Scattered s = outer.Scatter(state.direction, b.normal, random_, towards_, densities_);
+    for (size_t k = 0; k < targets_.size(); ++k)
+      AddTarget(targets_[k], densities_[k].estimate, densities_[k].approximate);
     const bool was_inside = state.medium != kOutside;
     state.direction = s.direction;
     state.medium = b.towards(s.direction);
@@ -239,11 +237,11 @@ class CameraPath {
   /// Adds the lamps' light as if light inside were diffuse. The continued path then adds no sampled lamp that it hits.
   void ExitDiffusely(const Boundary& b) {
     const double relative_ior = context_.outer[b.inside].inside_ior / context_.outer[b.inside].outside_ior;
-    const LampTargets targets = ChooseTargets(b.normal);
-    for (size_t k = 0; k < targets.count; ++k) {
-      const double cosine = glm::dot(targets.direction[k], b.normal);
+    ChooseTargets(b.normal);
+    for (const LampTarget& target : targets_) {
+      const double cosine = glm::dot(target.point.direction, b.normal);
       const double passed = 1.0 - Terms<double>::FresnelReflectance(cosine, relative_ior);
-      AddTarget(targets, k, context_.exit_scale[b.inside] * passed * cosine, 0.0);
+      AddTarget(target, context_.exit_scale[b.inside] * passed * cosine, 0.0);
     }
     at_.density = 0.0;
   }
@@ -252,8 +250,8 @@ class CameraPath {
 
   /// Lambertian reflection of light inside, back inside. The largest reflectance enters `boost`, which the roulette
   /// sees.
-  void ScatterBackInside(const glm::dvec3& normal, const glm::dvec3& rho) {
-    const double largest = std::max({rho.x, rho.y, rho.z});
+  void ScatterBackInside(const glm::dvec3& normal, const Spectrum& rho) {
+    const double largest = rho.Largest();
     state.boost *= largest;
     if (largest > 0) at_.carried *= rho / largest;
     at_.is_depolarised = true;
@@ -267,13 +265,13 @@ class CameraPath {
     at_.only_reflected = false;
     at_.is_depolarised = true;
     at_.carried *= context_.opaque[boundary.opaque].reflectance;
-    const double largest = std::max({at_.carried.x, at_.carried.y, at_.carried.z});
+    const double largest = at_.carried.Largest();
     if (!(largest > 0)) return false;
     const glm::dvec3 normal = glm::dot(boundary.normal, state.direction) < 0 ? boundary.normal : -boundary.normal;
-    const LampTargets targets = ChooseTargets(normal);
-    for (size_t k = 0; k < targets.count; ++k) {
-      const double density = glm::dot(targets.direction[k], normal) / std::numbers::pi;
-      AddTarget(targets, k, density, density);
+    ChooseTargets(normal);
+    for (const LampTarget& target : targets_) {
+      const double density = glm::dot(target.point.direction, normal) / std::numbers::pi;
+      AddTarget(target, density, density);
     }
     const double survival =
         std::min(1.0, largest / kRouletteBelow) * (++at_.opaque_bounces > kRouletteAfter ? 0.5 : 1.0);
@@ -291,9 +289,12 @@ class CameraPath {
   PathDerivatives derivatives_;
   RandomStream random_{0};
   int hero_ = 0;
-  std::vector<glm::dvec3> value_;  ///< per photograph
+  std::vector<Spectrum> value_;  ///< per photograph
   Way at_;
   std::vector<Branch> branches_;  ///< not yet followed
+  std::vector<LampTarget> targets_;
+  std::vector<glm::dvec3> towards_;  ///< their directions
+  std::vector<TargetDensity> densities_;
 };
 
 }  // namespace crownfit

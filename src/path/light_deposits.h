@@ -65,12 +65,10 @@ class RayFollower {
  public:
   RayFollower(const DiffusingMedia& media, const Media& walked, const VolumeLattice& lattice)
       : media_(media), walked_(walked), lattice_(lattice) {
-    for (int h = 0; h < kChannels; ++h)
-      for (size_t l = 0; l < layers(); ++l) {
-        const double s = walked[static_cast<int>(l + 1)].scattering[h];
-        true_scattering_[h].push_back(s);
-        log_scattering_[h].push_back(s > 0 ? std::log(s) : 0.0);
-      }
+    for (size_t l = 0; l < layers(); ++l) {
+      true_scattering_.push_back(walked[static_cast<int>(l + 1)].scattering);
+      log_scattering_.push_back(true_scattering_[l].Mapped([](double s) { return s > 0 ? std::log(s) : 0.0; }));
+    }
   }
 
   size_t layers() const { return media_.scattering.size(); }
@@ -86,14 +84,14 @@ class RayFollower {
       const LightStep& step = rays.steps[i];
       const size_t l = step.medium - 1;
       const double factor =
-          media_.texture[l] ? media_.texture[l]->At(lattice_.PositionOf(step.middle))[media_.channel] : 1.0;
+          media_.texture[l] ? media_.texture[l]->At(lattice_.PositionOf(step.middle), media_.channel) : 1.0;
       const double absorption = factor * media_.absorption[l], d = step.length_mm;
       const double scattering = step.is_reduced ? media_.scattering[l] : 0.0, extinction = absorption + scattering;
       if (!step.is_reduced) flown_[l] += 0.5 * d;
       const auto [mean, mean_by] = MeanOverStep(extinction, d);
-      const double arrives = left * step.carried[media_.channel] * Chance(), track = arrives * mean;
+      const double arrives = left * rays.carried.at(step.carried, media_.channel) * Chance(), track = arrives * mean;
       for (size_t k = 0; kSlopes && k < layers(); ++k) {
-        by_.scattering[k] = track * (collisions_[k] - true_scattering_[media_.channel][k] * flown_[k] -
+        by_.scattering[k] = track * (collisions_[k] - true_scattering_[k][media_.channel] * flown_[k] -
                                      media_.scattering[k] * reduced_[k]);
         by_.absorption[k] = -track * media_.absorption[k] * absorbed[k];
       }
@@ -114,18 +112,15 @@ class RayFollower {
   /// Probability density of the path so far in this channel, over that for a random hero channel.
   double Chance() const {
     if (walked_.heroes() == 1) return 1.0;
-    std::array<double, kChannels> log_chance{};
-    for (int h = 0; h < kChannels; ++h)
-      for (size_t l = 0; l < layers(); ++l)
-        log_chance[h] += collisions_[l] * log_scattering_[h][l] - true_scattering_[h][l] * flown_[l];
-    double sum = 0;
-    for (int h = 0; h < kChannels; ++h) sum += std::exp(log_chance[h] - log_chance[media_.channel]);
-    return kChannels / sum;
+    Spectrum log_chance(walked_.channels(), 0.0);
+    for (size_t l = 0; l < layers(); ++l)
+      log_chance += collisions_[l] * log_scattering_[l] - true_scattering_[l] * flown_[l];
+    return walked_.heroes() / Exp(log_chance - log_chance[media_.channel]).Sum();
   }
   const DiffusingMedia& media_;
   const Media& walked_;
   const VolumeLattice& lattice_;
-  std::array<std::vector<double>, kChannels> true_scattering_, log_scattering_;
+  std::vector<Spectrum> true_scattering_, log_scattering_;  ///< per layer
   std::vector<double> flown_, reduced_, collisions_;
   ByCoefficient by_;
 };

@@ -30,7 +30,7 @@ DiffusingMedia MediaOfChannel(const PathContext& context, const VolumeLattice& l
   }
   // Leak n^2 (1 - rho) / (2 (1 + rho)) of a boundary with Lambertian reflectance rho.
   const auto of_return = [](double n2, double rho) { return 0.5 * n2 * (1.0 - rho) / (1.0 + rho); };
-  const bool cut_follows = context.cut_is_opaque && context.cut_reflectance != glm::dvec3(0.0);
+  const bool cut_follows = context.cut_is_opaque && !context.cut_reflectance.IsZero();
   for (const BoundaryPiece& piece : lattice.pieces()) {
     const double n2 = m.index2[piece.layer];
     const bool is_cut = piece.is_cut && context.cut_is_opaque;
@@ -199,7 +199,8 @@ LightFields::LightFields(const PathContext& context, const VolumeLattice& lattic
     : lattice_(&lattice) {
   const size_t photographs = context.polarisers.size(), layers = context.media.size() - 1;
   kinds_ = 1 + (context.wants_derivatives ? 2 * layers : 0);
-  fields_.assign(photographs * kinds_, std::vector<glm::vec3>(lattice.nodes().count()));
+  const int channels = context.media.channels();
+  fields_.assign(photographs * kinds_, SpectrumArray<>(lattice.nodes().count(), channels));
   std::vector<PassedMoments> passed;
   for (size_t l = 0; l < layers; ++l) {
     const bool is_open = std::any_of(lattice.pieces().begin(), lattice.pieces().end(),
@@ -207,9 +208,9 @@ LightFields::LightFields(const PathContext& context, const VolumeLattice& lattic
     passed.push_back(is_open ? PassedBy(context.outer[l + 1]) : PassedMoments{});
   }
   std::vector<DiffusingMedia> media;
-  for (int c = 0; c < kChannels; ++c) media.push_back(MediaOfChannel(context, lattice, passed, c));
-  std::vector<std::optional<LatticeSolver>> solvers(kChannels);
-  ParallelFor(kChannels, threads, [&](size_t c) {
+  for (int c = 0; c < channels; ++c) media.push_back(MediaOfChannel(context, lattice, passed, c));
+  std::vector<std::optional<LatticeSolver>> solvers(media.size());
+  ParallelFor(media.size(), threads, [&](size_t c) {
     const DiffusingMedia& m = media[c];
     solvers[c].emplace(lattice.nodes(), lattice.Matrix(m.conduction, m.sink, m.leak, static_cast<int>(c)));
   });
@@ -218,14 +219,14 @@ LightFields::LightFields(const PathContext& context, const VolumeLattice& lattic
     std::vector<TracedLight> traced;
     for (size_t p = first; p < std::min(first + kTogether, photographs); ++p)
       traced.push_back(Trace(context, lattice, media, p, lit, seed, threads));
-    ParallelFor(traced.size() * kChannels, threads, [&](size_t i) {
-      const size_t c = i % kChannels;
-      TracedLight& light = traced[i / kChannels];
+    ParallelFor(traced.size() * media.size(), threads, [&](size_t i) {
+      const size_t c = i % media.size(), p = i / media.size();
+      TracedLight& light = traced[p];
       const FieldOfChannel found(context, lattice, media[c], *solvers[c], std::move(light.of_lamps[c]), light.back);
       for (size_t k = 0; k < kinds_; ++k) {
         const std::vector<double>& from = k == 0 ? found.values() : found.derivatives()[k - 1];
         for (size_t n = 0; n < from.size(); ++n)
-          fields_[(first + i / kChannels) * kinds_ + k][n][static_cast<int>(c)] = static_cast<float>(from[n]);
+          fields_[(first + p) * kinds_ + k].at(n, static_cast<int>(c)) = static_cast<float>(from[n]);
       }
     });
   }

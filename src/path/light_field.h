@@ -37,28 +37,29 @@ class LightFields {
     return place ? std::optional(lattice_->StencilOf(*place)) : std::nullopt;
   }
   /// Mean radiance around a point, over the square of the index, for a walk that came from outside.
-  glm::dvec3 Radiance(size_t photograph, const LatticeStencil& at) const { return Interpolated(photograph, 0, at); }
+  Spectrum Radiance(size_t photograph, const LatticeStencil& at) const { return Interpolated(photograph, 0, at); }
   /// Its derivatives by ln reduced scattering and ln absorption of a layer.
-  glm::dvec3 ByScattering(size_t photograph, size_t layer, const LatticeStencil& at) const {
+  Spectrum ByScattering(size_t photograph, size_t layer, const LatticeStencil& at) const {
     return Interpolated(photograph, 1 + 2 * layer, at);
   }
-  glm::dvec3 ByAbsorption(size_t photograph, size_t layer, const LatticeStencil& at) const {
+  Spectrum ByAbsorption(size_t photograph, size_t layer, const LatticeStencil& at) const {
     return Interpolated(photograph, 2 + 2 * layer, at);
   }
 
  private:
-  glm::dvec3 Interpolated(size_t photograph, size_t which, const LatticeStencil& at) const {
-    const std::vector<glm::vec3>& field = fields_[photograph * kinds_ + which];
-    glm::dvec3 sum(0.0);
-    for (int k = 0; k < 8; ++k) {
-      const glm::vec3& v = field[at.node[k]];
-      sum += at.weight[k] * glm::dvec3(v.x, v.y, v.z);
+  Spectrum Interpolated(size_t photograph, size_t which, const LatticeStencil& at) const {
+    const SpectrumArray<>& field = fields_[photograph * kinds_ + which];
+    Spectrum sum(field.channels(), 0.0);
+    for (int c = 0; c < sum.size(); ++c) {
+      double of_channel = 0;
+      for (size_t k = 0; k < 8; ++k) of_channel += at.weight[k] * field.at(static_cast<size_t>(at.node[k]), c);
+      sum[c] = of_channel;
     }
     return sum;
   }
   const VolumeLattice* lattice_;
-  size_t kinds_;                                ///< fields per photograph: values and derivatives
-  std::vector<std::vector<glm::vec3>> fields_;  ///< index photograph * kinds + kind; per node
+  size_t kinds_;                         ///< fields per photograph: values and derivatives
+  std::vector<SpectrumArray<>> fields_;  ///< index photograph * kinds + kind; per node
 };
 
 }  // namespace crownfit

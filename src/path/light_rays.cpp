@@ -11,8 +11,6 @@ namespace {
 
 constexpr int kMostEvents = 200;  // per ray; plane faces of a clear layer trap light by total reflection
 
-double Largest(const glm::dvec3& v) { return std::max({v.x, v.y, v.z}); }
-
 class LightTracer {
  public:
   LightTracer(const PathContext& context, const VolumeLattice& lattice, size_t photograph, const Lighting& lighting,
@@ -46,8 +44,8 @@ class LightTracer {
     if (IsClosed(piece)) return;
     hero_ = hero;
     random_ = RandomStream(key);
-    Follow(piece.position, SampleLambert(piece.normal, random_), kOutside, glm::dvec3(area_mm2_ / piece.area_mm2),
-           number);
+    Follow(piece.position, SampleLambert(piece.normal, random_), kOutside,
+           Spectrum(context_.media.channels(), area_mm2_ / piece.area_mm2), number);
   }
 
   LightRays found;
@@ -60,18 +58,18 @@ class LightTracer {
   }
 
   void FromLamp(const Lamp& lamp, const BoundaryPiece& piece) {
-    const glm::dvec3 irradiance = Irradiance(lamp, piece.position, piece.normal, nullptr);
-    if (!(Largest(irradiance) > 0)) return;
+    const Spectrum irradiance = Irradiance(lamp, piece.position, piece.normal, nullptr);
+    if (!(irradiance.Largest() > 0)) return;
     Enter(piece, -to_lamp_, area_mm2_ * irradiance);
   }
 
   /// Irradiance from one lamp by a random point on it; sets `to_lamp_`, the direction to that point.
-  glm::dvec3 Irradiance(const Lamp& lamp, const glm::dvec3& at, const glm::dvec3& normal, const Boundary* left) {
+  Spectrum Irradiance(const Lamp& lamp, const glm::dvec3& at, const glm::dvec3& normal, const Boundary* left) {
     const glm::dvec2 uniform(random_.Next(), random_.Next());
     const auto point = SampleLightPoint(lamp.shape, at, uniform);
-    if (!point) return glm::dvec3(0.0);
+    if (!point) return Spectrum();
     const double cosine = glm::dot(point->direction, normal);
-    if (cosine <= 0 || Outside(at, point->direction, point->distance_mm, left)) return glm::dvec3(0.0);
+    if (cosine <= 0 || Outside(at, point->direction, point->distance_mm, left)) return Spectrum();
     to_lamp_ = point->direction;
     return lamp.scale * cosine / point->density * point->radiance;
   }
@@ -79,7 +77,8 @@ class LightTracer {
   /// Light from a random direction: from lamps all around, and reflected by opaque objects.
   void FromAround(const BoundaryPiece& piece) {
     const glm::dvec3 direction = SampleLambert(piece.normal, random_);
-    glm::dvec3 radiance(0.0), carried(1.0), from = piece.position, way = direction;
+    Spectrum radiance(context_.media.channels(), 0.0), carried(1.0);
+    glm::dvec3 from = piece.position, way = direction;
     std::optional<Boundary> left;
     constexpr int kMostBounces = 4;
     for (int bounce = 0;; ++bounce) {
@@ -90,7 +89,7 @@ class LightTracer {
           radiance += carried * lamp->scale * light->radiance;
       if (!met || met->opaque < 0 || bounce == kMostBounces) break;
       carried *= context_.opaque[met->opaque].reflectance;
-      if (!(Largest(carried) > 0)) break;
+      if (!(carried.Largest() > 0)) break;
       const glm::dvec3 normal = glm::dot(met->normal, way) < 0 ? met->normal : -met->normal;
       from = met->position;
       left = met;
@@ -98,10 +97,10 @@ class LightTracer {
         radiance += carried * Irradiance(*lamp, from, normal, &*left) / std::numbers::pi;
       way = SampleLambert(normal, random_);
     }
-    if (Largest(radiance) > 0) Enter(piece, -direction, area_mm2_ * std::numbers::pi * radiance);
+    if (radiance.Largest() > 0) Enter(piece, -direction, area_mm2_ * std::numbers::pi * radiance);
   }
 
-  void Enter(const BoundaryPiece& piece, const glm::dvec3& direction, const glm::dvec3& power) {
+  void Enter(const BoundaryPiece& piece, const glm::dvec3& direction, const Spectrum& power) {
     const int inside = piece.layer + 1;
     const Scattered s = context_.outer[inside].Scatter(direction, piece.normal, random_, {}, {});
     Follow(piece.position, s.direction, glm::dot(s.direction, piece.normal) < 0 ? inside : kOutside, power, -1);
@@ -113,13 +112,13 @@ class LightTracer {
   }
 
   /// Adds the ray's steps inside the object.
-  void Follow(glm::dvec3 position, glm::dvec3 direction, int medium, glm::dvec3 carried, int piece) {
+  void Follow(glm::dvec3 position, glm::dvec3 direction, int medium, Spectrum carried, int piece) {
     const size_t first = found.steps.size();
     std::optional<Boundary> left;
-    const double least = lighting_.least * Largest(carried);
+    const double least = lighting_.least * carried.Largest();
     int to_go = lighting_.collisions;
     double depth = 0;  // optical depth of the clearest channel
-    for (int event = 0; event < kMostEvents + lighting_.collisions && Largest(carried) * std::exp(-depth) > least;
+    for (int event = 0; event < kMostEvents + lighting_.collisions && carried.Largest() * std::exp(-depth) > least;
          ++event) {
       const Medium& here = context_.media[medium];
       const double scattering = here.scattering[hero_];
@@ -132,8 +131,8 @@ class LightTracer {
       if (medium != kOutside) {
         const double length = b ? b->distance_mm : flight;
         AddSteps(position, direction, length, medium, to_go == 0, !b, carried);
-        const glm::dvec3 lost = here.absorption + (to_go == 0 ? here.similarity() * here.scattering : glm::dvec3(0.0));
-        depth += length * std::min({lost.x, lost.y, lost.z});
+        const Spectrum lost = to_go == 0 ? here.absorption + here.similarity() * here.scattering : here.absorption;
+        depth += length * lost.Smallest();
       }
       if (!b) {
         position += flight * direction;
@@ -175,10 +174,11 @@ class LightTracer {
   }
 
   void AddSteps(const glm::dvec3& from, const glm::dvec3& direction, double length_mm, int medium, bool is_reduced,
-                bool collides, const glm::dvec3& carried) {
+                bool collides, const Spectrum& carried) {
     const int parts = std::max(1, static_cast<int>(std::ceil(length_mm / lattice_.element_mm())));
     const double step = length_mm / parts;
-    const glm::vec3 power(static_cast<float>(carried.x), static_cast<float>(carried.y), static_cast<float>(carried.z));
+    const auto power = static_cast<uint32_t>(found.carried.size());
+    found.carried.push_back(carried);
     for (int i = 0; i < parts; ++i)
       if (const auto place = lattice_.PlaceOf(from + (i + 0.5) * step * direction))
         found.steps.push_back({*place, static_cast<float>(step), static_cast<int16_t>(medium), is_reduced,

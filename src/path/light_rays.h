@@ -15,9 +15,9 @@ struct LightStep {
   LatticePlace middle;
   float length_mm;
   int16_t medium;
-  bool is_reduced;    ///< of the last flight, by the reduced coefficient; its scattering is the diffuse source
-  bool collides;      ///< the step ends in a collision
-  glm::vec3 carried;  ///< power per channel, before attenuation by the media since the ray first entered
+  bool is_reduced;   ///< of the last flight, by the reduced coefficient; its scattering is the diffuse source
+  bool collides;     ///< the step ends in a collision
+  uint32_t carried;  ///< index of its power in LightRays::carried
 };
 
 struct LightRay {
@@ -29,12 +29,15 @@ struct LightRay {
 struct LightRays {
   std::vector<LightRay> rays;
   std::vector<LightStep> steps;
+  SpectrumArray<> carried;  ///< power of a flight, before attenuation by the media since the ray first entered
   void Append(LightRays&& more) {
     for (LightRay& ray : more.rays) ray.first_step += steps.size(), rays.push_back(ray);
+    for (LightStep& step : more.steps) step.carried += static_cast<uint32_t>(carried.size());
+    carried.Append(more.carried);
     steps.insert(steps.end(), more.steps.begin(), more.steps.end());
     more = {};
   }
-  void Clear() { rays.clear(), steps.clear(); }
+  void Clear() { rays.clear(), steps.clear(), carried.clear(); }
 };
 
 /// How light is followed from the lamps before diffusion takes over.

@@ -15,7 +15,7 @@ namespace crownfit {
 /// Scattering and absorption per channel, 1/mm. True scattering, not the reduced one.
 struct Medium {
   double ior = 1.0, g = 0.0, isotropic_fraction = 0.0;
-  glm::dvec3 scattering{0.0}, absorption{0.0};
+  Spectrum scattering{}, absorption{};
   const AbsorptionTexture* texture = nullptr;  ///< a factor on absorption; none: homogeneous
   /// Reduced scattering over scattering.
   double similarity() const { return 1.0 - (1.0 - isotropic_fraction) * g; }

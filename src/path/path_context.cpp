@@ -16,10 +16,10 @@ CutDerivatives HalfSpaceDerivatives(const Material::Layer& layer) {
   const auto slope = [&](Quantity q) {
     constexpr double kStep = 1e-4;
     Material::Layer up = layer, down = layer;
-    for (int c = 0; c < kChannels; ++c) up[q][c] *= std::exp(kStep), down[q][c] *= std::exp(-kStep);
-    const glm::dvec3 high = HalfSpaceReflectance(up), low = HalfSpaceReflectance(down);
-    glm::dvec3 d(0.0);
-    for (int c = 0; c < kChannels; ++c)
+    up[q] *= std::exp(kStep), down[q] *= std::exp(-kStep);
+    const Spectrum high = HalfSpaceReflectance(up), low = HalfSpaceReflectance(down);
+    Spectrum d(high.size(), 0.0);
+    for (int c = 0; c < d.size(); ++c)
       if (low[c] > 0) d[c] = std::log(high[c] / low[c]) / (2.0 * kStep);
     return d;
   };
@@ -37,7 +37,7 @@ std::optional<size_t> ContactBackingOf(const Capture& capture, size_t photograph
 Surroundings::Surroundings(const Capture& capture, const std::vector<TriangleMesh>& scenery,
                            const std::vector<size_t>& photographs) {
   std::map<std::pair<bool, size_t>, size_t> index;  // key: whether a backing or scenery, and its index
-  const auto add = [&](bool is_backing, size_t i, size_t photograph, const auto& mesh, const glm::dvec3& rho) {
+  const auto add = [&](bool is_backing, size_t i, size_t photograph, const auto& mesh, const Spectrum& rho) {
     const auto [at, is_new] = index.try_emplace({is_backing, i}, things.size());
     if (is_new) meshes.push_back(mesh()), things.push_back({rho, 0});
     things[at->second].photographs |= PhotographSet{1} << photograph;
@@ -63,6 +63,7 @@ ContactTile::ContactTile(const BackingSpec& tile)
 Media MediaOf(const Capture& capture, const Material& material, const LayeredBody& body) {
   std::vector<Medium> media(1);
   media[0].ior = capture.outside_ior;
+  media[0].scattering = media[0].absorption = Spectrum(capture.channels(), 0.0);
   for (size_t l = 0; l < material.layers.size(); ++l) {
     const Material::Layer& layer = material.layers[l];
     Medium m;
@@ -70,10 +71,9 @@ Media MediaOf(const Capture& capture, const Material& material, const LayeredBod
     m.ior = layer[Quantity::kIor][0];
     m.g = layer[Quantity::kAsymmetry][0];
     m.isotropic_fraction = layer[Quantity::kIsotropicFraction][0];
-    for (int c = 0; c < kChannels; ++c) {
-      m.scattering[c] = TrueScattering(layer[Quantity::kReducedScattering][c], m.g, m.isotropic_fraction);
-      m.absorption[c] = layer[Quantity::kAbsorption][c];
-    }
+    m.scattering = layer[Quantity::kReducedScattering].Mapped(
+        [&](double reduced) { return TrueScattering(reduced, m.g, m.isotropic_fraction); });
+    m.absorption = layer[Quantity::kAbsorption];
     media.push_back(m);
   }
   return Media(std::move(media));
@@ -95,8 +95,8 @@ PathContext PathContextOf(const Capture& capture, const Material& material, cons
   begun.cut_is_opaque = capture.neck != Neck::kAir;
   if (capture.neck == Neck::kRoot) {
     const Material::Layer& root = material.layers.back();
-    begun.cut_reflectance = glm::min(material.surface[Quantity::kNeckReturn][0] * HalfSpaceReflectance(root), 1.0);
-    const glm::dvec3 unclamped(glm::lessThan(begun.cut_reflectance, glm::dvec3(1.0)));
+    begun.cut_reflectance = Min(material.surface[Quantity::kNeckReturn][0] * HalfSpaceReflectance(root), Spectrum(1.0));
+    const Spectrum unclamped = begun.cut_reflectance.Mapped([](double r) { return r < 1.0 ? 1.0 : 0.0; });
     const CutDerivatives derivatives = HalfSpaceDerivatives(root);
     begun.cut_derivatives = {unclamped * derivatives.scattering, unclamped * derivatives.absorption};
   }

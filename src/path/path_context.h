@@ -37,7 +37,7 @@ struct Lamp {
 };
 
 struct OpaqueThing {
-  glm::dvec3 reflectance;
+  Spectrum reflectance;
   PhotographSet photographs;  ///< those that show it
 };
 
@@ -47,7 +47,7 @@ struct ContactTile {
   static constexpr double kContactMm = 0.05;
   glm::dvec3 centre, normal, side_u, side_v;
   double half_size_mm;
-  glm::dvec3 reflectance;
+  Spectrum reflectance;
 
   explicit ContactTile(const BackingSpec& tile);
   bool Holds(const glm::dvec3& p) const {
@@ -73,7 +73,7 @@ struct PathContext {
   const std::vector<OpaqueThing>& opaque;
   std::vector<OuterBoundary> outer{};  ///< between each medium and the outside
   bool cut_is_opaque = false;
-  glm::dvec3 cut_reflectance{0.0};  ///< of an opaque cut, seen from inside
+  Spectrum cut_reflectance{};  ///< of an opaque cut, seen from inside
   std::optional<ContactTile> contact{};
   std::vector<Lamp> lamps{};
   std::vector<Polarisers> polarisers{};  ///< per photograph

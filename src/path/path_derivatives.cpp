@@ -29,7 +29,7 @@ double HighestOf(const Capture& capture, const DerivativeParameter& p) {
       .high;
 }
 
-ChannelValues& ValuesOf(Material& material, const DerivativeParameter& p) {
+Spectrum& ValuesOf(Material& material, const DerivativeParameter& p) {
   return p.layer < material.layers.size() ? material.layers[p.layer][p.quantity] : material.surface[p.quantity];
 }
 
@@ -61,8 +61,7 @@ const VolumeLattice& Bodies::LatticeOf(const Material& material) {
   Built& built = BuiltFor(material);
   double steepest = 0;
   for (const Material::Layer& layer : material.layers)
-    for (int c = 0; c < kChannels; ++c)
-      steepest = std::max(steepest, layer[Quantity::kReducedScattering][c] + layer[Quantity::kAbsorption][c]);
+    steepest = std::max(steepest, (layer[Quantity::kReducedScattering] + layer[Quantity::kAbsorption]).Largest());
   const double shortest_mm = std::max(1.0 / std::max(steepest, 1e-9), shortest_resolved_mm_),
                element_mm = VolumeLattice::ElementFor(built.body.surfaces, shortest_mm);
   if (!built.lattice || built.lattice->element_mm() != element_mm)
@@ -116,15 +115,14 @@ std::vector<DifferentiatedPhotograph> DifferentiateByPaths(const CrownInput& inp
     const auto [down, up] = steps;
     const double of_low = down > 0 ? (up > 0 ? -up / (down * (down + up)) : -1.0 / down) : 0.0,
                  of_high = up > 0 ? (down > 0 ? down / (up * (down + up)) : 1.0 / up) : 0.0;
-    for (auto& of_photo : differences)
-      for (glm::vec3& d : of_photo.back().values) d *= -static_cast<float>(of_low + of_high);
+    for (auto& of_photo : differences) of_photo.back().values.Scale(-(of_low + of_high));
     for (const auto& [step, weight] : {std::pair(-down, of_low), std::pair(up, of_high)}) {
       if (weight == 0) continue;
       ValuesOf(moved, p).fill(IsDifferentiatedByLogarithm(p.quantity) ? value * std::exp(step) : value + step);
       const std::vector<PathPhotograph> there = render(moved, false);
       for (size_t k = 0; k < photos.size(); ++k)
         for (size_t i = 0; i < there[k].group_values.size(); ++i)
-          differences[k].back().values[i] += static_cast<float>(weight) * there[k].group_values[i];
+          differences[k].back().values.Add(i, weight, there[k].group_values, i);
     }
   }
   std::vector<DifferentiatedPhotograph> all;

@@ -17,24 +17,26 @@ namespace {
 
 /// Sums of independent samples.
 struct PixelSum {
-  glm::dvec3 sum{0.0};
-  std::array<double, 6> square{};
-  void Add(const glm::dvec3& x) {
+  Spectrum sum;
+  ChannelCovariance square;
+  explicit PixelSum(int channels) : sum(channels, 0.0), square(static_cast<size_t>(channels * (channels + 1) / 2)) {}
+  void Add(const Spectrum& x) {
     sum += x;
-    int k = 0;
-    for (int a = 0; a < 3; ++a)
-      for (int b = a; b < 3; ++b) square[k++] += x[a] * x[b];
+    size_t k = 0;
+    for (int a = 0; a < sum.size(); ++a)
+      for (int b = a; b < sum.size(); ++b) square[k++] += x[a] * x[b];
   }
   PixelEstimate Estimate(int samples) const {
     PixelEstimate e;
     const double n = samples;
     e.mean = sum / n;
-    int k = 0;
-    for (int a = 0; a < 3; ++a)
-      for (int b = a; b < 3; ++b, ++k)
+    e.covariance.resize(square.size());
+    size_t k = 0;
+    for (int a = 0; a < sum.size(); ++a)
+      for (int b = a; b < sum.size(); ++b, ++k) {
         e.covariance[k] = samples > 1 ? (square[k] / n - e.mean[a] * e.mean[b]) / (n - 1.0) : 0.0;
-    for (const int own : {0, 3, 5})
-      e.covariance[own] = std::max(0.0, e.covariance[own]);  // against rounding, where all paths are alike
+        if (a == b) e.covariance[k] = std::max(0.0, e.covariance[k]);  // against rounding, where all paths are alike
+      }
     return e;
   }
 };
@@ -47,12 +49,14 @@ struct GroupSums {
         derivatives.asymmetry += s.asymmetry;
     controls.scattering += c.scattering, controls.asymmetry += c.asymmetry;
   }
-  /// Values are pi x radiance; so are their derivatives.
-  GroupDerivatives Mean(double paths) const {
+  /// Sets the means. Values are pi x radiance; so are their derivatives.
+  void Write(double paths, size_t at, GroupDerivatives& to) const {
     const double pi = std::numbers::pi / paths, one = 1.0 / paths;
-    return {glm::vec3(pi * derivatives.scattering), glm::vec3(pi * derivatives.absorption),
-            glm::vec3(pi * derivatives.asymmetry), glm::vec3(one * controls.scattering),
-            glm::vec3(one * controls.asymmetry)};
+    to.scattering.Set(at, pi * derivatives.scattering);
+    to.absorption.Set(at, pi * derivatives.absorption);
+    to.asymmetry.Set(at, pi * derivatives.asymmetry);
+    to.scattering_control.Set(at, one * controls.scattering);
+    to.asymmetry_control.Set(at, one * controls.asymmetry);
   }
 };
 
@@ -84,9 +88,10 @@ void ForNeighbours(const PathPhotograph& photo, int reach, const Visit& visit, c
 
 }  // namespace
 
-std::vector<std::array<double, 6>> SmoothedCovariance(const PathPhotograph& photo) {
+std::vector<ChannelCovariance> SmoothedCovariance(const PathPhotograph& photo) {
   constexpr int kReach = 5;
-  std::vector<std::array<double, 6>> smooth(photo.pixels.size());
+  std::vector<ChannelCovariance> smooth;
+  for (const PixelEstimate& e : photo.pixels) smooth.emplace_back(e.covariance.size(), 0.0);
   ForNeighbours(
       photo, kReach,
       [&](size_t here, const PixelEstimate& near) {
@@ -99,9 +104,9 @@ std::vector<std::array<double, 6>> SmoothedCovariance(const PathPhotograph& phot
   return smooth;
 }
 
-std::vector<glm::dvec3> SmoothedMeans(const PathPhotograph& photo) {
+std::vector<Spectrum> SmoothedMeans(const PathPhotograph& photo) {
   constexpr int kReach = 2;
-  std::vector<glm::dvec3> smooth(photo.pixels.size(), glm::dvec3(0.0));
+  std::vector<Spectrum> smooth(photo.pixels.size());
   ForNeighbours(
       photo, kReach, [&](size_t here, const PixelEstimate& near) { smooth[here] += near.mean; },
       [&](size_t here, double count) { smooth[here] = count > 0 ? smooth[here] / count : photo.pixels[here].mean; });
@@ -137,10 +142,10 @@ class FoundByPaths {
     const auto place = [&](size_t sample, size_t hero) {
       return ((pixel * samples_ + sample) * heroes_ + hero) * photographs_ + photograph;
     };
-    PixelSum sum;
-    std::array<glm::dvec3, PathPhotograph::kMaxGroups> group_sum{};
+    PixelSum sum(picture.group_values.channels());
+    std::array<Spectrum, PathPhotograph::kMaxGroups> group_sum{};
     for (size_t s = 0; s < samples_; ++s) {
-      glm::dvec3 value(0.0);
+      Spectrum value;
       for (size_t hero = 0; hero < heroes_; ++hero) value += values_[place(s, hero)];
       value /= static_cast<double>(heroes_);
       sum.Add(value);
@@ -149,7 +154,7 @@ class FoundByPaths {
     picture.pixels[rank] = sum.Estimate(static_cast<int>(samples_));
     for (size_t g = 0; g < picture.groups; ++g) {
       const size_t in_group = (samples_ - g + groups - 1) / groups;
-      picture.group_values[rank * groups + g] = glm::vec3(group_sum[g] / static_cast<double>(in_group));
+      picture.group_values.Set(rank * groups + g, group_sum[g] / static_cast<double>(in_group));
     }
     for (size_t g = 0; g < groups; ++g)
       for (size_t l = 0; l < layers_; ++l) {
@@ -158,19 +163,20 @@ class FoundByPaths {
         for (size_t s = g; s < samples_; s += groups)
           for (size_t hero = 0; hero < heroes_; ++hero, ++paths)
             group.Add(derivatives_[place(s, hero) * layers_ + l], controls_[place(s, hero) * layers_ + l]);
-        picture.derivatives[(rank * groups + g) * layers_ + l] = group.Mean(static_cast<double>(paths));
+        group.Write(static_cast<double>(paths), (rank * groups + g) * layers_ + l, picture.derivatives);
       }
   }
 
  private:
   size_t samples_, heroes_, photographs_, layers_;
-  std::vector<glm::dvec3> values_;  ///< index ((pixel * samples + sample) * heroes + hero) * photographs + photograph
+  std::vector<Spectrum> values_;  ///< index ((pixel * samples + sample) * heroes + hero) * photographs + photograph
   std::vector<LayerDerivatives> derivatives_;  ///< index of the value * layers + layer; none without derivatives
   std::vector<LayerControls> controls_;
 };
 
 /// A picture with storage for the requested output.
-PathPhotograph EmptyPicture(const Camera& camera, const PathOptions& options, size_t layers, size_t groups) {
+PathPhotograph EmptyPicture(const Camera& camera, const PathOptions& options, int channels, size_t layers,
+                            size_t groups) {
   PathPhotograph result;
   result.width = camera.width;
   result.height = camera.height;
@@ -183,11 +189,12 @@ PathPhotograph EmptyPicture(const Camera& camera, const PathOptions& options, si
   result.ranks = std::make_shared<const std::vector<uint32_t>>(std::move(ranks));
   result.pixels.resize(result.rendered.size());
   result.layers = layers;
-  if (options.derivatives || options.keeps_groups) {
-    result.groups = groups;
-    result.group_values.resize(result.rendered.size() * groups);
-    result.derivatives.resize(options.derivatives ? result.group_values.size() * layers : 0);
-  }
+  result.groups = options.derivatives || options.keeps_groups ? groups : 0;
+  result.group_values.resize(result.rendered.size() * result.groups, channels);
+  GroupDerivatives& d = result.derivatives;
+  for (SpectrumArray<>* part :
+       {&d.scattering, &d.absorption, &d.asymmetry, &d.scattering_control, &d.asymmetry_control})
+    part->resize(options.derivatives ? result.group_values.size() * layers : 0, channels);
   return result;
 }
 
@@ -239,7 +246,7 @@ std::vector<PathPhotograph> RenderTogether(const Capture& capture, const Layered
   const size_t heroes = media.heroes(), shared = photographs.size(), layers = material.layers.size(),
                samples = std::max<size_t>(1, (options.paths_per_pixel + heroes - 1) / heroes),
                groups = std::min(samples, PathPhotograph::kMaxGroups);
-  std::vector<PathPhotograph> results(shared, EmptyPicture(first.camera, options, layers, groups));
+  std::vector<PathPhotograph> results(shared, EmptyPicture(first.camera, options, capture.channels(), layers, groups));
   const std::vector<size_t>& wanted = results[0].rendered;
   constexpr size_t kAtOnce = 4096;  // path values per batch
   const size_t pixels_at_once = std::max<size_t>(1, kAtOnce / (samples * heroes * shared)),

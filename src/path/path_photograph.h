@@ -2,6 +2,7 @@
 // The `path` model: photographs path-traced from the camera through nested layers to the lamps. It is the reference for
 // the other models. docs/path_model.md describes the model and its verification.
 
+#include <algorithm>
 #include <functional>
 #include <memory>
 #include <vector>
@@ -15,18 +16,31 @@ namespace crownfit {
 
 struct Capture;
 
-/// Mean of a pixel and the covariance of that mean, per channel pair RR RG RB GG GB BB.
+/// Upper triangle of a covariance between channels, row by row: of three RR RG RB GG GB BB.
+using ChannelCovariance = std::vector<double>;
+/// Index of a pair of channels, in either order.
+inline size_t PairOf(int a, int b, int channels) {
+  const int low = std::min(a, b), high = std::max(a, b);
+  return static_cast<size_t>(low * channels - low * (low - 1) / 2 + high - low);
+}
+
+/// Mean of a pixel and the covariance of that mean.
 struct PixelEstimate {
-  glm::dvec3 mean{0.0};
-  std::array<double, 6> covariance{};
+  Spectrum mean;
+  ChannelCovariance covariance;
   bool on_object = false;  ///< the ray through the pixel's centre hits the object
-  glm::dvec3 variance() const { return {covariance[0], covariance[3], covariance[5]}; }
+  Spectrum variance() const {
+    Spectrum own = mean;
+    for (int c = 0; c < own.size(); ++c) own[c] = covariance[PairOf(c, c, own.size())];
+    return own;
+  }
 };
 
-/// Means over one group of a pixel's paths, for one layer: derivatives of the value by ln reduced scattering, ln
+/// Means over groups of a pixel's paths, per layer: derivatives of the value by ln reduced scattering, ln
 /// absorption and g, and their zero-mean control variates (score_derivatives.h).
 struct GroupDerivatives {
-  glm::vec3 scattering{0.0f}, absorption{0.0f}, asymmetry{0.0f}, scattering_control{0.0f}, asymmetry_control{0.0f};
+  SpectrumArray<> scattering, absorption, asymmetry, scattering_control, asymmetry_control;
+  size_t size() const { return scattering.size(); }
 };
 
 struct PathPhotograph {
@@ -35,9 +49,9 @@ struct PathPhotograph {
   std::vector<PixelEstimate> pixels;  ///< of `rendered`; exposure 1
   WalkCounters counters;
   static constexpr size_t kMaxGroups = 16;
-  size_t layers = 0, groups = 0;              ///< groups of a pixel's samples, each with its own means
-  std::vector<glm::vec3> group_values;        ///< index rank * groups + group
-  std::vector<GroupDerivatives> derivatives;  ///< index (rank * groups + group) * layers + layer
+  size_t layers = 0, groups = 0;  ///< groups of a pixel's samples, each with its own means
+  SpectrumArray<> group_values;   ///< index rank * groups + group
+  GroupDerivatives derivatives;   ///< index (rank * groups + group) * layers + layer
 
   static constexpr uint32_t kNotRendered = 0xffffffff;
   std::shared_ptr<const std::vector<uint32_t>> ranks;  ///< per pixel, its index in `rendered`; may be shared
@@ -47,11 +61,11 @@ struct PathPhotograph {
 /// Covariances of pixel means by rank, averaged over neighbours (on the object, or off it) without the pixel itself. A
 /// pixel's own estimate correlates with its value, so weights that use it favour dark pixels. Even a share of 1 / 49
 /// makes photographs of rare bright paths 8 % too dark at 48 paths a pixel.
-std::vector<std::array<double, 6>> SmoothedCovariance(const PathPhotograph& photo);
+std::vector<ChannelCovariance> SmoothedCovariance(const PathPhotograph& photo);
 
 /// Means over the nearest neighbours likewise: the derivative by exposure, without the noise that the pixel shares with
 /// its residual.
-std::vector<glm::dvec3> SmoothedMeans(const PathPhotograph& photo);
+std::vector<Spectrum> SmoothedMeans(const PathPhotograph& photo);
 
 /// Renders one photograph. `body`: of BuildSurfaces; `scenery`: all of the capture's, in its order. Every pixel's
 /// numbers depend on seed, photograph and pixel alone: the same bytes for any number of threads.

@@ -27,7 +27,7 @@ void Monomials(int degree, double x, double y, double z, double* out) {
 }  // namespace
 
 PooledDerivatives::PooledDerivatives(const PathPhotograph& photo, const std::vector<FiniteDifferences>& differences)
-    : groups_(static_cast<int>(photo.groups)), ranks_(photo.ranks) {
+    : groups_(static_cast<int>(photo.groups)), channels_(photo.group_values.channels()), ranks_(photo.ranks) {
   const size_t layers = photo.layers, groups = photo.groups;
   constexpr size_t kKinds = 3, kFewestGroups = 4;
   static_assert(kMaxTerms == (kMaxDegree + 1) * (kMaxDegree + 2) * (kMaxDegree + 3) / 6);
@@ -45,13 +45,13 @@ PooledDerivatives::PooledDerivatives(const PathPhotograph& photo, const std::vec
   std::vector<size_t> used;  // ranks of pixels on the object
   for (size_t rank = 0; rank < places_.size(); ++rank)
     if (places_[rank].on_object) used.push_back(rank);
-  fields_.assign(parameters_.size() * kChannels, {0, {0.0}, std::vector<std::vector<double>>(groups, {0.0})});
+  fields_.assign(IndexOf(parameters_.size(), 0), {0, {0.0}, std::vector<std::vector<double>>(groups, {0.0})});
   if (used.empty()) return;
 
   const auto count = static_cast<Eigen::Index>(used.size());
   const auto n_controls = static_cast<Eigen::Index>(2 * layers);
   const int terms = MonomialCount(kMaxDegree);
-  for (int c = 0; c < kChannels; ++c) {
+  for (int c = 0; c < channels_; ++c) {
     if (!(places_[used[0]].brightness[c] > 0)) continue;  // no light
     // Rows are weighted by the noise of the values, which is proportional to that of the derivatives.
     Eigen::MatrixXd basis(count, terms);
@@ -65,9 +65,7 @@ PooledDerivatives::PooledDerivatives(const PathPhotograph& photo, const std::vec
     }
     const Eigen::MatrixXd gram = basis.transpose() * basis;
 
-    const auto at = [&](Eigen::Index i, size_t g, size_t l) -> const GroupDerivatives& {
-      return photo.derivatives[(used[i] * groups + g) * layers + l];
-    };
+    const GroupDerivatives& s = photo.derivatives;
     // Per group: weighted derivatives (one column a parameter) and controls (brightness times them).
     std::vector<Eigen::MatrixXd> derivatives(groups), controls(groups);
     Eigen::MatrixXd mean_slope = Eigen::MatrixXd::Zero(count, static_cast<Eigen::Index>(parameters_.size())),
@@ -77,18 +75,18 @@ PooledDerivatives::PooledDerivatives(const PathPhotograph& photo, const std::vec
       controls[g].resize(count, n_controls);
       for (Eigen::Index i = 0; i < count; ++i)
         for (size_t l = 0; l < layers; ++l) {
-          const GroupDerivatives& s = at(i, g, l);
+          const size_t at = (used[i] * groups + g) * layers + l;
           const auto j = static_cast<Eigen::Index>(l);
-          derivatives[g](i, kKinds * j) = weight[i] * s.scattering[c];
-          derivatives[g](i, kKinds * j + 1) = weight[i] * s.absorption[c];
-          derivatives[g](i, kKinds * j + 2) = weight[i] * s.asymmetry[c];
-          controls[g](i, 2 * j) = weight[i] * brightness[i] * s.scattering_control[c];
-          controls[g](i, 2 * j + 1) = weight[i] * brightness[i] * s.asymmetry_control[c];
+          derivatives[g](i, kKinds * j) = weight[i] * s.scattering.at(at, c);
+          derivatives[g](i, kKinds * j + 1) = weight[i] * s.absorption.at(at, c);
+          derivatives[g](i, kKinds * j + 2) = weight[i] * s.asymmetry.at(at, c);
+          controls[g](i, 2 * j) = weight[i] * brightness[i] * s.scattering_control.at(at, c);
+          controls[g](i, 2 * j + 1) = weight[i] * brightness[i] * s.asymmetry_control.at(at, c);
         }
       for (size_t d = 0; d < differences.size(); ++d)
         for (Eigen::Index i = 0; i < count; ++i)
           derivatives[g](i, static_cast<Eigen::Index>(kKinds * layers + d)) =
-              weight[i] * differences[d].values[used[i] * groups + g][c];
+              weight[i] * differences[d].values.at(used[i] * groups + g, c);
       mean_slope += derivatives[g] / static_cast<double>(groups);
       mean_control += controls[g] / static_cast<double>(groups);
     }
@@ -146,27 +144,27 @@ PooledDerivatives::PooledDerivatives(const PathPhotograph& photo, const std::vec
         const double spread = std::sqrt((worse.array() - worse.mean()).square().sum() / (n - 1.0));
         if (worse.mean() <= spread / std::sqrt(n)) chosen = d;
       }
-      fields_[j * kChannels + c] = std::move(fits[chosen]);
+      fields_[IndexOf(j, c)] = std::move(fits[chosen]);
     }
   }
 }
 
 void PooledDerivatives::KeepRim(const PathPhotograph& photo, const std::vector<FiniteDifferences>& differences) {
-  const size_t layers = photo.layers, groups = photo.groups, entries = parameters_.size() * kChannels;
+  const size_t layers = photo.layers, groups = photo.groups, entries = IndexOf(parameters_.size(), 0);
   const double n = static_cast<double>(groups);
   for (size_t rank = 0; rank < places_.size(); ++rank) {
     if (places_[rank].on_object) continue;
     Eigen::ArrayXXd of_group(static_cast<Eigen::Index>(entries), static_cast<Eigen::Index>(groups));
     for (size_t g = 0; g < groups; ++g) {
       Eigen::Index entry = 0;
-      const auto put = [&](const glm::vec3& slope) {
-        for (int c = 0; c < kChannels; ++c) of_group(entry++, static_cast<Eigen::Index>(g)) = slope[c];
+      const auto put = [&](const SpectrumArray<>& slopes, size_t at) {
+        for (int c = 0; c < channels_; ++c) of_group(entry++, static_cast<Eigen::Index>(g)) = slopes.at(at, c);
       };
-      for (size_t l = 0; l < layers; ++l) {
-        const GroupDerivatives& s = photo.derivatives[(rank * groups + g) * layers + l];
-        put(s.scattering), put(s.absorption), put(s.asymmetry);
-      }
-      for (const FiniteDifferences& d : differences) put(d.values[rank * groups + g]);
+      const GroupDerivatives& s = photo.derivatives;
+      for (size_t l = 0; l < layers; ++l)
+        for (const SpectrumArray<>* slopes : {&s.scattering, &s.absorption, &s.asymmetry})
+          put(*slopes, (rank * groups + g) * layers + l);
+      for (const FiniteDifferences& d : differences) put(d.values, rank * groups + g);
     }
     if ((of_group == 0.0).all()) continue;
     std::vector<OfPixel>& kept = rim_[rank];
@@ -183,7 +181,7 @@ PooledDerivatives::OfPixel PooledDerivatives::DerivativeOf(size_t parameter, int
     return {here * At(parameter, channel, place), here * Stddev(parameter, channel, place)};
   }
   const auto rim = rim_.find((*ranks_)[place]);
-  return rim == rim_.end() ? OfPixel{} : rim->second[parameter * kChannels + channel];
+  return rim == rim_.end() ? OfPixel{} : rim->second[IndexOf(parameter, channel)];
 }
 
 void PooledDerivatives::FindPlaces(const PathPhotograph& photo) {
@@ -191,7 +189,7 @@ void PooledDerivatives::FindPlaces(const PathPhotograph& photo) {
   constexpr double kDark = 1e-3;  // of the mean: smallest brightness
   places_.resize(photo.pixels.size());
   glm::dvec2 low(1e9), high(-1e9);
-  glm::dvec3 mean(0.0);
+  Spectrum mean(channels_, 0.0);
   double n = 0;
   for (size_t p = 0; p < places_.size(); ++p) {
     Place& place = places_[p];
@@ -209,7 +207,7 @@ void PooledDerivatives::FindPlaces(const PathPhotograph& photo) {
     const int x = static_cast<int>(photo.rendered[p] % photo.width),
               y = static_cast<int>(photo.rendered[p] / photo.width);
     for (; reach < furthest; reach *= 2) {  // further where only some pixels were rendered
-      glm::dvec3 sum(0.0);
+      Spectrum sum(channels_, 0.0);
       double count = 0;
       for (int v = std::max(0, y - reach); v <= std::min(photo.height - 1, y + reach); ++v)
         for (int u = std::max(0, x - reach); u <= std::min(photo.width - 1, x + reach); ++u) {
@@ -224,9 +222,10 @@ void PooledDerivatives::FindPlaces(const PathPhotograph& photo) {
   for (size_t p = 0; p < places_.size(); ++p) {
     Place& place = places_[p];
     if (!place.on_object) continue;
-    place.brightness = glm::max(kDark * mean, around(p, kReach, false, [](const PixelEstimate& e) { return e.mean; }));
+    place.brightness = Max(kDark * mean, around(p, kReach, false, [](const PixelEstimate& e) { return e.mean; }));
     place.variance = around(p, kNoiseReach, true, [](const PixelEstimate& e) { return e.variance(); });
-    place.log_brightness = 0.5 * glm::log(glm::max(place.brightness, 1e-300) / glm::max(mean, glm::dvec3(1e-300)));
+    const Spectrum least(1e-300);
+    place.log_brightness = 0.5 * Log(Max(place.brightness, least) / Max(mean, least));
     place.x = (2.0 * place.x - low.x - high.x) / std::max(1.0, high.x - low.x);
     place.y = (2.0 * place.y - low.y - high.y) / std::max(1.0, high.y - low.y);
   }
@@ -242,7 +241,7 @@ std::array<double, PooledDerivatives::kMaxTerms> PooledDerivatives::TermsAt(int 
 
 double PooledDerivatives::At(size_t parameter, int channel, size_t place) const {
   if (!IsOnObject(place)) return 0.0;
-  const Field& field = fields_[parameter * kChannels + channel];
+  const Field& field = fields_[IndexOf(parameter, channel)];
   const auto terms = TermsAt(field.degree, channel, (*ranks_)[place]);
   return std::inner_product(field.coefficients.begin(), field.coefficients.end(), terms.begin(), 0.0);
 }
@@ -250,7 +249,7 @@ double PooledDerivatives::At(size_t parameter, int channel, size_t place) const 
 std::vector<double> PooledDerivatives::Without(size_t parameter, int channel, size_t place) const {
   std::vector<double> values(groups_, 0.0);
   if (!IsOnObject(place)) return values;
-  const Field& field = fields_[parameter * kChannels + channel];
+  const Field& field = fields_[IndexOf(parameter, channel)];
   const auto terms = TermsAt(field.degree, channel, (*ranks_)[place]);
   for (int g = 0; g < groups_; ++g)
     values[g] = std::inner_product(field.without[g].begin(), field.without[g].end(), terms.begin(), 0.0);

@@ -25,7 +25,7 @@ struct DerivativeParameter {
 /// Derivatives of the same groups of paths by finite differences of pictures with common random numbers.
 struct FiniteDifferences {
   DerivativeParameter parameter;
-  std::vector<glm::vec3> values;  ///< index as PathPhotograph::group_values
+  SpectrumArray<> values;  ///< index as PathPhotograph::group_values
 };
 
 /// d ln(pixel) by every parameter, on the object; d pixel for pixels that see only its rim.
@@ -37,6 +37,7 @@ class PooledDerivatives {
 
   const std::vector<DerivativeParameter>& parameters() const { return parameters_; }
   int groups() const { return groups_; }
+  int channels() const { return channels_; }
   /// 0 off the object.
   double At(size_t parameter, int channel, size_t place) const;
   /// Leave-one-out values, one per group of paths: errors of anything made of derivatives follow from them (jackknife).
@@ -44,7 +45,7 @@ class PooledDerivatives {
   /// Standard deviation of At, by the jackknife.
   double Stddev(size_t parameter, int channel, size_t place) const;
   /// Degree of the polynomial.
-  int degree(size_t parameter, int channel) const { return fields_[parameter * kChannels + channel].degree; }
+  int degree(size_t parameter, int channel) const { return fields_[IndexOf(parameter, channel)].degree; }
   /// Brightness of the neighbourhood without the pixel itself, so that both have independent noise. Pixel derivatives
   /// are brightness times At.
   double brightness(int channel, size_t place) const {
@@ -60,7 +61,7 @@ class PooledDerivatives {
   static constexpr int kMaxDegree = 5;
   struct Place {  ///< of a pixel, scaled to about [-1, 1]
     double x = 0, y = 0;
-    glm::dvec3 log_brightness{0.0}, brightness{0.0}, variance{0.0};  ///< of the neighbourhood
+    Spectrum log_brightness, brightness, variance;  ///< of the neighbourhood
     bool on_object = false;
   };
   struct Field {
@@ -76,8 +77,11 @@ class PooledDerivatives {
     const uint32_t rank = (*ranks_)[place];
     return rank != PathPhotograph::kNotRendered && places_[rank].on_object;
   }
+  size_t IndexOf(size_t parameter, int channel) const {
+    return parameter * static_cast<size_t>(channels_) + static_cast<size_t>(channel);
+  }
   std::vector<DerivativeParameter> parameters_;
-  int groups_ = 0;
+  int groups_ = 0, channels_ = 0;
   std::shared_ptr<const std::vector<uint32_t>> ranks_;  ///< of places in the picture
   std::vector<Place> places_;                           ///< by rank
   std::vector<Field> fields_;                           ///< per parameter and channel

@@ -16,37 +16,35 @@ std::string LossesInWords(const WalkCounters& counters) {
 }
 
 Media::Media(std::vector<Medium> media) : media_(std::move(media)) {
-  for (const Medium& m : media_)
-    if (m.scattering != glm::dvec3(m.scattering.x)) heroes_ = 3;
+  for (const Medium& m : media_) {
+    if (!m.scattering.IsGrey()) heroes_ = m.scattering.size();
+    has_textures_ |= m.texture != nullptr;
+    log_scattering_.push_back(Log(m.scattering));
+  }
 }
 
-glm::dvec3 Media::Left(const WalkState& state) const {
-  glm::dvec3 absorbed(0.0);
-  for (size_t i = 0; i < media_.size(); ++i) absorbed += Absorbed(i, state.visits[i]);
-  return state.boost * glm::exp(-absorbed);
+Spectrum Media::Left(const WalkState& state) const {
+  Spectrum absorbed(channels(), 0.0);
+  for (size_t i = 0; i < media_.size(); ++i)
+    if (state.visits[i].length_mm > 0) absorbed += Absorbed(i, state);
+  return Spectrum::Of(channels(), [&](int c) { return state.boost * std::exp(-std::as_const(absorbed)[c]); });
 }
 
-glm::dvec3 Media::Chance(const WalkState& state) const {
-  if (heroes_ == 1) return glm::dvec3(1.0);
-  glm::dvec3 log_chance(0.0);
+Spectrum Media::Chance(const WalkState& state) const {
+  if (heroes_ == 1) return Spectrum(1.0);
+  Spectrum log_chance(channels(), 0.0);
   for (size_t i = 0; i < media_.size(); ++i) {
     const Visit& visit = state.visits[i];
     if (visit.length_mm == 0) continue;
-    for (int c = 0; c < 3; ++c) {
-      const double s = media_[i].scattering[c];
-      log_chance[c] -= s * (visit.length_mm - (1.0 - media_[i].similarity()) * visit.reduced_mm);
-      if (visit.collisions > 0) log_chance[c] += visit.collisions * std::log(s);  // -infinity where s = 0
-    }
+    log_chance -= media_[i].scattering * (visit.length_mm - (1.0 - media_[i].similarity()) * visit.reduced_mm);
+    // -infinity where a channel does not scatter
+    if (visit.collisions > 0) log_chance += static_cast<double>(visit.collisions) * log_scattering_[i];
   }
-  const double largest = std::max({log_chance.x, log_chance.y, log_chance.z});
-  const glm::dvec3 chance = glm::exp(log_chance - largest);
-  return chance * (3.0 / (chance.x + chance.y + chance.z));
+  const Spectrum chance = Exp(log_chance - log_chance.Largest());
+  return chance * (static_cast<double>(heroes_) / chance.Sum());
 }
 
-double Media::LargestShare(const WalkState& state) const {
-  const glm::dvec3 left = Left(state);
-  return std::max({left.x, left.y, left.z});
-}
+double Media::LargestShare(const WalkState& state) const { return Left(state).Largest(); }
 
 bool SurvivesBoundary(WalkState& state, RandomStream& random) {
   const double boost = BoostAtBoundary(++state.boundaries, random);

@@ -18,10 +18,9 @@ namespace crownfit {
 struct Visit {
   double length_mm = 0;
   int collisions = 0;
-  double phase_score = 0;       ///< sum of d ln(phase function) / d g, where derivatives are wanted
-  glm::dvec3 textured_mm{0.0};  ///< length times the absorption texture, where there is one
-  double reduced_mm = 0;        ///< part of length_mm flown with the reduced coefficient
-  int reduced_collisions = 0;   ///< part of `collisions` at the end of such flights
+  double phase_score = 0;      ///< sum of d ln(phase function) / d g, where derivatives are wanted
+  double reduced_mm = 0;       ///< part of length_mm flown with the reduced coefficient
+  int reduced_collisions = 0;  ///< part of `collisions` at the end of such flights
 };
 
 struct WalkCounters {
@@ -43,13 +42,15 @@ struct WalkState {
   double boost = 1.0;  ///< inverse survival probability of the roulette, times the reflectance of tiles in contact
   int boundaries = 0;  ///< number met from inside
   int collisions = 0;  ///< in all media
-  std::vector<Visit> visits;  ///< per medium
+  std::vector<Visit> visits;          ///< per medium
+  std::vector<Spectrum> textured_mm;  ///< per medium: length times its absorption texture; empty: none has one
 
-  void Begin(size_t media) {
+  void Begin(size_t media, bool has_textures) {
     medium = kOutside;
     boost = 1.0;
     boundaries = collisions = 0;
     visits.assign(media, Visit());
+    textured_mm.assign(has_textures ? media : 0, Spectrum());
   }
 };
 
@@ -61,22 +62,27 @@ class Media {
   size_t size() const { return media_.size(); }
   /// Number of heroes to average over: 1 when the channels scatter alike, else the number of channels.
   int heroes() const { return heroes_; }
+  bool has_textures() const { return has_textures_; }
+  int channels() const { return media_[0].scattering.size(); }
   /// Transmittance per channel, over the probability density of this path for a random hero.
-  glm::dvec3 Weight(const WalkState& state) const { return Left(state) * Chance(state); }
+  Spectrum Weight(const WalkState& state) const { return Left(state) * Chance(state); }
   /// Transmittance per channel, the roulette's boost included.
-  glm::dvec3 Left(const WalkState& state) const;
+  Spectrum Left(const WalkState& state) const;
   /// Probability density of the path per channel, over that for a random hero; 1 when the channels scatter alike.
-  glm::dvec3 Chance(const WalkState& state) const;
+  Spectrum Chance(const WalkState& state) const;
   /// Optical depth of absorption.
-  glm::dvec3 Absorbed(size_t medium, const Visit& visit) const {
-    return media_[medium].absorption * (media_[medium].texture ? visit.textured_mm : glm::dvec3(visit.length_mm));
+  Spectrum Absorbed(size_t medium, const WalkState& state) const {
+    return media_[medium].texture ? media_[medium].absorption * state.textured_mm[medium]
+                                  : media_[medium].absorption * state.visits[medium].length_mm;
   }
   /// The largest transmittance of any channel, the roulette's boost included.
   double LargestShare(const WalkState& state) const;
 
  private:
   std::vector<Medium> media_;
+  std::vector<Spectrum> log_scattering_;  ///< per medium
   int heroes_ = 1;
+  bool has_textures_ = false;
 };
 
 inline constexpr int kRouletteEvery = 32;  // collisions of one walk: results depend on nothing else
@@ -108,7 +114,8 @@ bool Walk(const Scene& scene, const Media& media, int hero, WalkState& state, Ra
     const double scattering = medium.scattering[hero];
     const auto travel = [&](double length_mm) {
       visit.length_mm += length_mm;
-      if (medium.texture) visit.textured_mm += medium.texture->Along(state.position, state.direction, length_mm);
+      if (medium.texture)
+        state.textured_mm[state.medium] += medium.texture->Along(state.position, state.direction, length_mm);
     };
     for (;;) {
       const double flight = scattering > 0 ? -std::log(1.0 - random.Next()) / scattering : kFar;

@@ -19,16 +19,16 @@ namespace crownfit {
 
 /// d ln(reflectance of the neck's cut), by the innermost layer's parameters.
 struct CutDerivatives {
-  glm::dvec3 scattering{0.0}, absorption{0.0};
+  Spectrum scattering, absorption;
 };
 
 /// Derivatives per layer and channel: by ln reduced scattering, by ln absorption, by g.
 struct LayerDerivatives {
-  glm::dvec3 scattering{0.0}, absorption{0.0}, asymmetry{0.0};
+  Spectrum scattering, absorption, asymmetry;
 };
 /// Zero-mean control variates of two of them.
 struct LayerControls {
-  glm::dvec3 scattering{0.0}, asymmetry{0.0};
+  Spectrum scattering, asymmetry;
 };
 
 /// Derivatives of one path for all the photographs that it serves.
@@ -48,27 +48,27 @@ class PathDerivatives {
     from_.assign(from_.size(), Visit());
   }
   /// Adds light that the current path found for a photograph. `cut_returns`: number of reflections at the neck's cut.
-  void Add(size_t photograph, const WalkState& state, int cut_returns, const glm::dvec3& value) {
+  void Add(size_t photograph, const WalkState& state, int cut_returns, const Spectrum& value) {
     LayerDerivatives* derivatives = &derivatives_[photograph * layers_];
     for (size_t l = 0; l < layers_; ++l) {
       const Score score = ScoreOf(l + 1, state.visits[l + 1]);
       derivatives[l].scattering += value * score.scattering;
       derivatives[l].asymmetry += value * score.asymmetry;
-      derivatives[l].absorption -= value * media_.Absorbed(l + 1, state.visits[l + 1]);
+      derivatives[l].absorption -= value * media_.Absorbed(l + 1, state);
     }
     derivatives[layers_ - 1].scattering += value * static_cast<double>(cut_returns) * cut_.scattering;
     derivatives[layers_ - 1].absorption += value * static_cast<double>(cut_returns) * cut_.absorption;
   }
 
   /// Adds the derivatives of the diffuse light in which a walk ended, weighted.
-  void AddOfField(size_t photograph, size_t layer, const glm::dvec3& by_scattering, const glm::dvec3& by_absorption) {
+  void AddOfField(size_t photograph, size_t layer, const Spectrum& by_scattering, const Spectrum& by_absorption) {
     LayerDerivatives& derivatives = derivatives_[photograph * layers_ + layer];
     derivatives.scattering += by_scattering;
     derivatives.absorption += by_absorption;
   }
 
   /// Begins a segment of flights through one medium, with this share of the light left. CloseStretch ends it.
-  void OpenStretch(const WalkState& state, const glm::dvec3& left) {
+  void OpenStretch(const WalkState& state, const Spectrum& left) {
     from_[state.medium] = state.visits[state.medium];
     left_ = left;
   }
@@ -81,7 +81,7 @@ class PathDerivatives {
                                          .phase_score = to.phase_score - from.phase_score,
                                          .reduced_mm = to.reduced_mm - from.reduced_mm,
                                          .reduced_collisions = to.reduced_collisions - from.reduced_collisions});
-    const glm::dvec3 weight = left_ * media_.Chance(state);
+    const Spectrum weight = left_ * media_.Chance(state);
     from_[medium] = to;
     return LayerControls{weight * score.scattering, weight * score.asymmetry};
   }
@@ -97,14 +97,14 @@ class PathDerivatives {
 
  private:
   struct Score {
-    glm::dvec3 scattering, asymmetry;
+    Spectrum scattering, asymmetry;
   };
   Score ScoreOf(size_t medium, const Visit& visit) const {
     const Medium& m = media_[static_cast<int>(medium)];
-    const glm::dvec3 reduced =
+    const Spectrum reduced =
         static_cast<double>(visit.reduced_collisions) - m.similarity() * m.scattering * visit.reduced_mm;
-    const glm::dvec3 scattering = static_cast<double>(visit.collisions - visit.reduced_collisions) -
-                                  m.scattering * (visit.length_mm - visit.reduced_mm);
+    const Spectrum scattering = static_cast<double>(visit.collisions - visit.reduced_collisions) -
+                                m.scattering * (visit.length_mm - visit.reduced_mm);
     // Scattering is reduced scattering / (1 - (1 - f) g).
     const double share = 1.0 - m.isotropic_fraction;
     return {scattering + reduced, visit.phase_score + scattering * (share / (1.0 - share * m.g))};
@@ -115,7 +115,7 @@ class PathDerivatives {
   std::vector<LayerDerivatives> derivatives_;
   std::vector<LayerControls> controls_;
   std::vector<Visit> from_;
-  glm::dvec3 left_{1.0};
+  Spectrum left_ = Spectrum(1.0);
 };
 
 }  // namespace crownfit

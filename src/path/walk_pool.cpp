@@ -78,7 +78,7 @@ class Pool {
       return EndBranch(lane);
     }
     if (const AbsorptionTexture* texture = context_.media[flight.medium].texture)
-      PathOf(lane).state.visits[flight.medium].textured_mm += texture->Along(flight.origin, flight.direction, way_mm);
+      PathOf(lane).state.textured_mm[flight.medium] += texture->Along(flight.origin, flight.direction, way_mm);
     lanes_.length_mm[lane] += way_mm;
     const glm::dvec3 to = flight.origin + way_mm * flight.direction;
     lanes_.x[lane] = to.x, lanes_.y[lane] = to.y, lanes_.z[lane] = to.z;

@@ -30,19 +30,20 @@ glm::dvec3 LabFromLinearRgb(const glm::dvec3& rgb) {
 
 double LuminanceOf(const glm::dvec3& rgb) { return (kXyzFromLinearRgb * rgb).y; }
 
-bool AreRedGreenBlue(const std::array<double, 3>& nm) {
+bool AreRedGreenBlue(std::span<const double> nm) {
+  if (nm.size() != 3) return false;
   const auto is_within = [](double v, double low, double high) { return low <= v && v <= high; };
   return nm[0] > nm[1] && nm[1] > nm[2] && is_within(nm[0], 570, 700) && is_within(nm[1], 490, 600) &&
          is_within(nm[2], 400, 510);
 }
 
-bool AreSameBands(const std::array<double, 3>& some_nm, const std::array<double, 3>& others_nm) {
+bool AreSameBands(std::span<const double> some_nm, std::span<const double> others_nm) {
   constexpr double kSame_nm = 10.0;
-  return std::equal(some_nm.begin(), some_nm.end(), others_nm.begin(),
+  return std::equal(some_nm.begin(), some_nm.end(), others_nm.begin(), others_nm.end(),
                     [](double a, double b) { return std::abs(a - b) <= kSame_nm; });
 }
 
-std::string BandsText(const std::array<double, 3>& nm) {
+std::string BandsText(std::span<const double> nm) {
   std::string text;
   for (const double v : nm) text += (text.empty() ? "" : ", ") + std::to_string(std::lround(v));
   return text + " nm";
@@ -104,26 +105,35 @@ std::array<double, 6> RootTerms(const glm::dvec3& v) {
   return {v.x, v.y, v.z, root(v.x, v.y), root(v.y, v.z), root(v.x, v.z)};
 }
 
-glm::dvec3 ColourTransform::operator()(const glm::dvec3& sensor) const {
-  if (!root_polynomial) return matrix * sensor;
-  const auto terms = RootTerms(sensor);
+glm::dvec3 ColourTransform::operator()(const Spectrum& sensor) const {
   glm::dvec3 rgb(0.0);
-  for (int i = 0; i < 6; ++i) rgb += terms[i] * (*root_polynomial)[i];
+  if (root_polynomial) {
+    const auto terms = RootTerms({sensor[0], sensor[1], sensor[2]});
+    for (int i = 0; i < 6; ++i) rgb += terms[i] * (*root_polynomial)[i];
+    return rgb;
+  }
+  if (columns.empty())
+    return sensor.size() == 3 ? glm::dvec3(sensor[0], sensor[1], sensor[2]) : glm::dvec3(sensor.Mean());
+  for (size_t c = 0; c < columns.size(); ++c) rgb += columns[c] * sensor[static_cast<int>(c)];
   return rgb;
 }
 
-glm::dvec3 BandColour::Reflectance(const glm::dvec3& linear_rgb) const {
-  if (!rgb_from_sensor.root_polynomial) return glm::inverse(rgb_from_sensor.matrix) * linear_rgb / white_sensor;
-  glm::dvec3 x(std::max(0.01, linear_rgb.y));
-  for (int step = 0; step < 20; ++step) {
+Spectrum BandColour::Reflectance(const glm::dvec3& linear_rgb, int channels) const {
+  Spectrum x(channels, std::max(0.01, LuminanceOf(linear_rgb)));
+  const int steps = rgb_from_sensor.root_polynomial ? 20 : 2;
+  for (int step = 0; step < steps; ++step) {
     const glm::dvec3 at = LinearRgb(x);
-    glm::dmat3 slope;
-    for (int c = 0; c < 3; ++c) {
-      glm::dvec3 beside = x;
+    std::vector<glm::dvec3> slope;
+    glm::dmat3 square(0.0);
+    for (int c = 0; c < channels; ++c) {
+      Spectrum beside = x;
       beside[c] += 1e-6;
-      slope[c] = (LinearRgb(beside) - at) / 1e-6;
+      slope.push_back((LinearRgb(beside) - at) / 1e-6);
+      square += glm::outerProduct(slope.back(), slope.back());
     }
-    x += glm::inverse(slope) * (linear_rgb - at);
+    // The shortest change that leads to the wanted colour.
+    const glm::dvec3 weight = glm::inverse(square) * (linear_rgb - at);
+    for (int c = 0; c < channels; ++c) x[c] += glm::dot(slope[static_cast<size_t>(c)], weight);
   }
   constexpr double kConverged = 1e-6;
   if (!(glm::distance(LinearRgb(x), linear_rgb) < kConverged * std::max(1.0, glm::length(linear_rgb))))

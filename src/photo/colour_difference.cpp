@@ -19,10 +19,6 @@ double Quantile(std::vector<double> values, double q) {
   return i + 1 < values.size() ? values[i] + f * (values[i + 1] - values[i]) : values[i];
 }
 
-glm::dvec3 PixelOf(const Image& image, size_t i) {
-  return {image.values[3 * i], image.values[3 * i + 1], image.values[3 * i + 2]};
-}
-
 /// Sums over any rectangle of the compared pixels of both pictures, from summed-area tables.
 class RectangleSums {
  public:

@@ -50,9 +50,9 @@ PixelBox BoxAround(const Image& map) {
 
 Image DisplayPicture(const Image& linear, double scale, const ColourTransform& rgb_from_sensor) {
   Image picture(linear.width, linear.height, 3);
-  for (size_t i = 0; i < picture.values.size(); i += 3) {
-    const glm::dvec3 rgb = scale * rgb_from_sensor({linear.values[i], linear.values[i + 1], linear.values[i + 2]});
-    for (int c = 0; c < 3; ++c) picture.values[i + c] = static_cast<float>(SrgbFromLinear(rgb[c]));
+  for (size_t i = 0; 3 * i < picture.values.size(); ++i) {
+    const glm::dvec3 rgb = scale * rgb_from_sensor(PixelOf(linear, i));
+    for (int c = 0; c < 3; ++c) picture.values[3 * i + c] = static_cast<float>(SrgbFromLinear(rgb[c]));
   }
   return picture;
 }

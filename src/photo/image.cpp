@@ -5,6 +5,12 @@
 
 namespace crownfit {
 
+Spectrum PixelOf(const Image& image, size_t i) {
+  Spectrum pixel(image.channels, 0.0);
+  for (int c = 0; c < image.channels; ++c) pixel[c] = image.values[image.channels * i + c];
+  return pixel;
+}
+
 Image BoxMean(const Image& image, int radius) {
   Image across = image, both = image;
   // Running sums, along rows and then along columns.

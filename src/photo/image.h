@@ -5,6 +5,8 @@
 #include <glm/glm.hpp>
 #include <vector>
 
+#include "photo/spectrum.h"
+
 namespace crownfit {
 
 /// Row by row from the top left; `channels` values per pixel.
@@ -18,6 +20,9 @@ struct Image {
   float& at(int x, int y, int c) { return values[(static_cast<size_t>(y) * width + x) * channels + c]; }
   float at(int x, int y, int c) const { return values[(static_cast<size_t>(y) * width + x) * channels + c]; }
 };
+
+/// The channels of the pixel number `i`.
+Spectrum PixelOf(const Image& image, size_t i);
 
 /// Means over squares of 2 radius + 1 pixels, cut off at the borders.
 Image BoxMean(const Image& image, int radius);

@@ -50,7 +50,7 @@ void Write(const std::filesystem::path& file, const Image& image, bool half, con
 
 }  // namespace
 
-ImageFile ReadImageFile(const std::filesystem::path& file) {
+ImageFile ReadImageFile(const std::filesystem::path& file, const std::vector<std::string>& channels) {
   std::error_code ignored;
   if (!std::filesystem::is_regular_file(file, ignored))
     throw InputError(file, "", "there is no such image file", RemedyOfMissing(file));
@@ -65,7 +65,7 @@ ImageFile ReadImageFile(const std::filesystem::path& file) {
     const InUse library;
     const auto memory_of = [&](size_t bytes) { return memory.Resize(bytes), memory.Bytes(); };
     ending = RunConfined({limits.image_seconds, static_cast<size_t>(memory_bytes)},
-                         [&] { library->Decode(file, limits, memory_of); });
+                         [&] { library->Decode(file, channels, limits, memory_of); });
   }
   const auto bytes = memory.Bytes();
   if (ending == Ending::kTookTooLong)
@@ -116,19 +116,24 @@ ImageFile ReadImageFile(const std::filesystem::path& file) {
   return result;
 }
 
-void WriteImageFile(const std::filesystem::path& file, const Image& image, bool half) { Write(file, image, half, {}); }
+void WriteImageFile(const std::filesystem::path& file, const Image& image, bool half,
+                    const std::vector<std::string>& channels) {
+  Write(file, image, half, channels);
+}
 
-void WriteImageLayers(const std::filesystem::path& file, const std::vector<ImageLayer>& layers) {
-  const int width = layers.at(0).image.width, height = layers[0].image.height,
-            channels = 3 * static_cast<int>(layers.size());
-  Image all(width, height, channels);
+void WriteImageLayers(const std::filesystem::path& file, const std::vector<ImageLayer>& layers,
+                      const std::vector<std::string>& channels) {
+  const int width = layers.at(0).image.width, height = layers[0].image.height;
+  const size_t planes = channels.size(), all_planes = planes * layers.size();
+  Image all(width, height, static_cast<int>(all_planes));
   std::vector<std::string> names;
   for (size_t l = 0; l < layers.size(); ++l) {
     const Image& image = layers[l].image;
-    Check(image.width == width && image.height == height && image.channels == 3, "layers of one size");
-    for (size_t p = 0; p < image.values.size() / 3; ++p)
-      std::copy_n(&image.values[3 * p], 3, &all.values[channels * p + 3 * l]);
-    for (const char* channel : {"R", "G", "B"})
+    Check(image.width == width && image.height == height && image.channels == static_cast<int>(planes),
+          "layers of one size");
+    for (size_t p = 0; p < image.values.size() / planes; ++p)
+      std::copy_n(&image.values[planes * p], planes, &all.values[all_planes * p + planes * l]);
+    for (const std::string& channel : channels)
       names.push_back(layers[l].name.empty() ? channel : layers[l].name + "." + channel);
   }
   Write(file, all, false, names);

@@ -32,20 +32,23 @@ struct ImageFile {
 /// neither turned nor brightened, `full_scale` where saturated. Alpha multiplies nothing, but an EXR's values are
 /// products with it. Throws InputError when the file is missing,
 /// damaged, truncated, cropped (an EXR whose data window is not its display window) or beyond the limits of
-/// base/limits.h, or holds a value that is not finite.
-ImageFile ReadImageFile(const std::filesystem::path& file);
+/// base/limits.h, or holds a value that is not finite. `channels`: names of the channels that are wanted. An EXR that
+/// has them all gives them in this order; another file may then have as many channels as there are names.
+ImageFile ReadImageFile(const std::filesystem::path& file, const std::vector<std::string>& channels = {});
 
 /// .exr as 32-bit (or 16-bit when `half`) float; .png and .jpg (quality 92, colours not subsampled) as 8 bit. Written
-/// atomically.
-void WriteImageFile(const std::filesystem::path& file, const Image& image, bool half = false);
+/// atomically. An EXR's channels have the names `channels`, or R, G, B.
+void WriteImageFile(const std::filesystem::path& file, const Image& image, bool half = false,
+                    const std::vector<std::string>& channels = {});
 
-/// A picture of three channels among others of its size: channels `name`.R, .G, .B, or R, G, B without a name.
+/// A picture among others of its size and channels.
 struct ImageLayer {
   std::string name;
   Image image;
 };
-/// Writes several as one EXR (32-bit).
-void WriteImageLayers(const std::filesystem::path& file, const std::vector<ImageLayer>& layers);
+/// Writes several as one EXR (32-bit), with channels LAYER.CHANNEL, or CHANNEL of a layer without a name.
+void WriteImageLayers(const std::filesystem::path& file, const std::vector<ImageLayer>& layers,
+                      const std::vector<std::string>& channels = {"R", "G", "B"});
 
 /// A smaller copy of a picture, by means over the pixels that each new one covers.
 Image Resized(const Image& image, int width, int height);

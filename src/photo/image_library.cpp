@@ -81,7 +81,7 @@ void CheckTiff(const std::filesystem::path& file, const OIIO::ImageSpec& spec) {
 
 /// Checks a picture's header before memory is allocated.
 void CheckHeader(const std::filesystem::path& file, const std::string& format, const OIIO::ImageSpec& spec,
-                 const Limits& limits) {
+                 size_t wanted, bool by_name, const Limits& limits) {
   // OpenImageIO also reads films, network streams and generated pictures.
   const std::set<std::string> known{"openexr", "png", "tiff", "jpeg", "raw",     "hdr",
                                     "bmp",     "pnm", "webp", "dpx",  "jpeg2000"};
@@ -104,7 +104,8 @@ void CheckHeader(const std::filesystem::path& file, const std::string& format, c
     throw InputError(file, "", "LibRaw can't decode this camera RAW, and what else it holds is a preview",
                      "Convert it to a DNG with an uncompressed mosaic of integers.");
   if (format == "tiff") CheckTiff(file, spec);
-  if (format != "openexr" && spec.nchannels > 3 && !(spec.nchannels == 4 && spec.alpha_channel == 3))
+  const bool has_wanted = spec.nchannels - (spec.alpha_channel >= 0) == static_cast<int>(wanted);
+  if (format != "openexr" && spec.nchannels > 3 && !(spec.nchannels == 4 && spec.alpha_channel == 3) && !has_wanted)
     throw InputError(
         file, "", "has " + std::to_string(spec.nchannels) + " channels, of which no three are known to be R, G and B",
         "Write three channels, or three and alpha.");
@@ -117,10 +118,21 @@ void CheckHeader(const std::filesystem::path& file, const std::string& format, c
                          std::to_string(spec.full_height) + " from " + std::to_string(spec.full_x) + ", " +
                          std::to_string(spec.full_y) + ")",
                      "Write the whole picture without cropping: the camera's calibration refers to it.");
-  for (int c = 0; c < 3 && spec.nchannels >= 3; ++c)
+  for (int c = 0; c < 3 && spec.nchannels >= 3 && !by_name; ++c)
     if (!OIIO::Strutil::iequals(spec.channelnames[c], std::string(1, "RGB"[c])))
       DamagedImage(
           file, "its channel " + std::to_string(c) + " is called '" + spec.channelnames[c] + "', expected R, G and B");
+}
+
+/// Where the named channels lie; empty unless all are there.
+std::vector<int> PlacesOf(const std::vector<std::string>& names, const std::vector<std::string>& channels) {
+  std::vector<int> places;
+  for (const std::string& name : names) {
+    const auto at = std::find(channels.begin(), channels.end(), name);
+    if (at == channels.end()) return {};
+    places.push_back(static_cast<int>(at - channels.begin()));
+  }
+  return places;
 }
 
 /// Wraps pixels in place for OpenImageIO's functions.
@@ -161,7 +173,7 @@ class OpenImageIo : public ImageLibrary {
     WaitForThreadsBut(before);
   }
 
-  void Decode(const std::filesystem::path& file, const Limits& limits,
+  void Decode(const std::filesystem::path& file, const std::vector<std::string>& channels, const Limits& limits,
               const std::function<std::span<std::byte>(size_t)>& memory) const override {
     OIIO::ImageSpec settings = CameraRawSettings();
     settings.attribute("oiio:UnassociatedAlpha", 1);  // values as stored: alpha must not multiply light
@@ -177,13 +189,19 @@ class OpenImageIo : public ImageLibrary {
     if (!input) DamagedImage(file, OIIO::geterror());
     const OIIO::ImageSpec spec = input->spec();
     const std::string format = input->format_name();
-    CheckHeader(file, format, spec, limits);
+    const std::vector<int> chosen = format == "openexr" ? PlacesOf(channels, spec.channelnames) : std::vector<int>();
+    CheckHeader(file, format, spec, channels.size(), !chosen.empty(), limits);
     DecodedImage found{};
     found.width = spec.width;
     found.height = spec.height;
     // Of an EXR, channels after R, G, B and alpha are layers of other pictures.
-    found.channels = spec.nchannels < 4 ? spec.nchannels : spec.alpha_channel == 3 ? 4 : 3;
-    found.alpha_channel = spec.alpha_channel < found.channels ? spec.alpha_channel : -1;
+    const bool has_more = format != "openexr" && spec.nchannels > 4;
+    found.channels = !chosen.empty()                          ? static_cast<int>(chosen.size())
+                     : spec.nchannels < 4 || has_more         ? spec.nchannels
+                     : spec.alpha_channel == 3                ? 4
+                     : static_cast<int>(channels.size()) == 4 ? 4
+                                                              : 3;
+    found.alpha_channel = chosen.empty() && spec.alpha_channel < found.channels ? spec.alpha_channel : -1;
     found.is_jpeg = format == "jpeg";
     found.bits = static_cast<int>(8 * spec.format.basesize());
     found.is_integer = !spec.format.is_floating_point();
@@ -205,7 +223,15 @@ class OpenImageIo : public ImageLibrary {
     const auto bytes = memory(sizeof found + sizeof(float) * (values + 3 * found.curve_points));
     std::memcpy(bytes.data(), &found, sizeof found);
     auto* pixels = reinterpret_cast<float*>(bytes.data() + sizeof found);
-    const bool read = input->read_image(0, 0, 0, found.channels, OIIO::TypeDesc::FLOAT, pixels);
+    bool read = true;
+    if (chosen.empty()) {
+      read = input->read_image(0, 0, 0, found.channels, OIIO::TypeDesc::FLOAT, pixels);
+    } else {
+      std::vector<float> all(static_cast<size_t>(spec.width) * spec.height * spec.nchannels);
+      read = input->read_image(0, 0, 0, spec.nchannels, OIIO::TypeDesc::FLOAT, all.data());
+      for (size_t i = 0; i < values; ++i)
+        pixels[i] = all[i / chosen.size() * spec.nchannels + chosen[i % chosen.size()]];
+    }
     // read_image returns true on truncated TIFF files: a non-empty error string is a failure too.
     const std::string complaint = input->geterror() + OIIO::geterror();
     if (!read || !complaint.empty()) DamagedImage(file, complaint);

@@ -42,8 +42,9 @@ static_assert(sizeof(DecodedImage) % sizeof(float) == 0);
 class ImageLibrary {
  public:
   virtual ~ImageLibrary() = default;
-  /// Writes a DecodedImage and its pixels into the bytes that `memory` provides. Throws InputError.
-  virtual void Decode(const std::filesystem::path& file, const Limits& limits,
+  /// Writes a DecodedImage and its pixels into the bytes that `memory` provides. `channels`: as for ReadImageFile.
+  /// Throws InputError.
+  virtual void Decode(const std::filesystem::path& file, const std::vector<std::string>& channels, const Limits& limits,
                       const std::function<std::span<std::byte>(size_t)>& memory) const = 0;
   /// As WriteImageFile of image_io.h; errors name `file`. Channels without names are R, G, B.
   virtual void Write(const std::filesystem::path& file, const std::filesystem::path& beside, const Image& image,

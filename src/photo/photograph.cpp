@@ -21,15 +21,58 @@ void RequireSize(const Image& image, const Image& wanted, const std::filesystem:
                        std::to_string(wanted.height));
 }
 
-Image ThreeChannels(Image image, const std::filesystem::path& file) {
-  if (image.channels == 3) return image;
-  if (image.channels == 2)
-    throw InputError(file, "", "the image has 2 channels, expected 3 (or 1 grey, or 4 with alpha)");
-  Image rgb(image.width, image.height, 3);
+/// The picture's first `channels` planes, without alpha; one grey plane stands for each of them.
+Image Planes(Image image, int channels, const std::filesystem::path& file) {
+  if (image.channels == channels) return image;
+  if (image.channels != 1 && image.channels != channels + 1)
+    throw InputError(file, "", Printed("the image has %d channels, expected %d or 1", image.channels, channels));
+  Image planes(image.width, image.height, channels);
   for (int y = 0; y < image.height; ++y)
     for (int x = 0; x < image.width; ++x)
-      for (int c = 0; c < 3; ++c) rgb.at(x, y, c) = image.at(x, y, image.channels == 1 ? 0 : c);
-  return rgb;
+      for (int c = 0; c < channels; ++c) planes.at(x, y, c) = image.at(x, y, image.channels == 1 ? 0 : c);
+  return planes;
+}
+
+/// Refuses a picture with other channels than the capture has.
+void RequireChannels(const ImageFile& file, const PhotographFiles& files) {
+  const int found = file.image.channels - (file.alpha_channel >= 0 ? 1 : 0);
+  const int wanted = static_cast<int>(files.channel_names.size());
+  if (found == wanted) return;
+  if (wanted == 3 && found < 3)
+    throw InputError(files.image, "",
+                     "is grey: it has " + std::to_string(file.image.channels) +
+                         " channels, but a photograph needs red, green and blue",
+                     "Give the photograph in colour.");
+  std::string names;
+  for (const std::string& name : files.channel_names) names += (names.empty() ? "" : ", ") + name;
+  throw InputError(
+      files.image, "", Printed("has %d channels, but the capture has %d: %s", found, wanted, names.c_str()),
+      "Write an EXR whose channels have these names, or a TIFF with so many samples, or state one file per "
+      "channel (\"files\").");
+}
+
+/// One file per channel, as one picture. What the first file says of its values holds for all.
+ImageFile ReadPlanes(const PhotographFiles& files) {
+  ImageFile all;
+  const size_t count = files.planes.size();
+  for (size_t c = 0; c < count; ++c) {
+    ImageFile plane = ReadImageFile(files.planes[c]);
+    if (plane.image.channels != 1)
+      throw InputError(files.planes[c], "",
+                       Printed("has %d channels, but a file of one channel has 1", plane.image.channels),
+                       "Write it grey, or state one file with all channels (\"file\").");
+    if (c == 0) {
+      all = plane;
+      all.image = Image(plane.image.width, plane.image.height, static_cast<int>(count));
+    }
+    RequireSize(plane.image, all.image, files.planes[c], files.planes[0]);
+    if (plane.bits != all.bits || plane.is_integer != all.is_integer || plane.transfer.kind != all.transfer.kind ||
+        plane.transfer.gamma != all.transfer.gamma)
+      throw InputError(files.planes[c], "", "is encoded otherwise than " + files.planes[0].filename().string(),
+                       "Write all channels in one way.");
+    for (size_t i = 0; i < plane.image.values.size(); ++i) all.image.values[i * count + c] = plane.image.values[i];
+  }
+  return all;
 }
 
 /// Where alpha is 1, or there is none.
@@ -82,58 +125,48 @@ std::vector<uint8_t> ReadMask(const std::filesystem::path& path, const Photograp
 
 }  // namespace
 
-SensorNoise ReadSensorNoise(const std::filesystem::path& path) {
+SensorNoise ReadSensorNoise(const std::filesystem::path& path, int count) {
   const JsonFile file(path);
   const JsonObject root = file.RootOfFormat(
       "crownfit-noise/1", {"gain", "read_noise", "black", "saturation", "stddev", "quality", "provenance"});
   SensorNoise noise;
   noise.relative = 0.0;
   noise.file = path;
-  const auto channels = [&](const char* key, std::array<double, 3>& out) {
-    if (const auto node = root.Find(key)) {
-      const std::vector<double> values = node->IsNumber() ? std::vector<double>(3, node->Number()) : node->Numbers(3);
-      for (int c = 0; c < 3; ++c) {
-        if (values[c] < 0 && key != std::string("black")) node->Fail("must not be negative");
-        out[c] = values[c];
-      }
-    }
+  const auto channels = [&](const char* key, Spectrum& out) {
+    out = Spectrum(count, 0.0);
+    const auto node = root.Find(key);
+    if (!node) return;
+    out = node->IsNumber() ? Spectrum(count, node->Number()) : Spectrum(node->Numbers(static_cast<size_t>(count)));
+    if (out.Smallest() < 0 && key != std::string("black")) node->Fail("must not be negative");
   };
   root.Require("gain");
   root.Require("read_noise");
   channels("gain", noise.gain);
   channels("read_noise", noise.read_noise);
   channels("black", noise.black);
-  std::array<double, 3> saturation{0, 0, 0};
-  channels("saturation", saturation);
-  for (int c = 0; c < 3; ++c) {
-    if (saturation[c] > 0) noise.saturation[c] = saturation[c];
+  channels("saturation", noise.saturation);
+  for (int c = 0; c < count; ++c)
     if (noise.gain[c] == 0 && noise.read_noise[c] == 0)
       throw InputError(path, "read_noise", "gain and read_noise are both 0 in one channel",
                        "State the read noise: a value without noise would get infinite weight.");
-  }
   return noise;
 }
 
 void RequireSharesOfFullScale(const SensorNoise& noise, const ImageFile& photo, const std::filesystem::path& image) {
-  for (int c = 0; c < 3; ++c) {
-    RequireShare(noise.black[c], noise.file, "black", photo, image);
-    RequireShare(noise.saturation[c].value_or(0.0), noise.file, "saturation", photo, image);
-  }
+  RequireShare(noise.black.Largest(), noise.file, "black", photo, image);
+  RequireShare(noise.saturation.Largest(), noise.file, "saturation", photo, image);
 }
 
 Photograph ReadPhotograph(const PhotographFiles& files) {
-  ImageFile file = ReadImageFile(files.image);
-  if (file.image.channels < 3)
-    throw InputError(files.image, "",
-                     "is grey: it has " + std::to_string(file.image.channels) +
-                         " channels, but a photograph needs red, green and blue",
-                     "Give the photograph in colour.");
+  ImageFile file = files.planes.empty() ? ReadImageFile(files.image, files.channel_names) : ReadPlanes(files);
+  const int channels = static_cast<int>(files.channel_names.size());
+  RequireChannels(file, files);
   RequireSharesOfFullScale(files.noise, file, files.image);
   if (files.saturation) RequireShare(*files.saturation, files.image, files.saturation_key, file, files.image);
   const Transfer transfer = Resolved(file.transfer, files.encoding, files.image, files.encoding_key);
   Photograph photo;
   const std::vector<uint8_t> opaque = Opaque(file);
-  photo.linear = ThreeChannels(std::move(file.image), files.image);
+  photo.linear = Planes(std::move(file.image), channels, files.image);
   photo.is_for_display = transfer.is_encoded() && files.encoding.kind == Encoding::Kind::kFile &&
                          (file.bits == 8 || transfer.source == "PNG");
   photo.encoding = transfer.InWords();
@@ -150,41 +183,42 @@ Photograph ReadPhotograph(const PhotographFiles& files) {
     if (!opaque[i] && photo.usable[i]) photo.usable[i] = 0, ++photo.transparent_pixels;
   Image stated_variance;
   if (files.variance) {
-    stated_variance = ThreeChannels(ReadImageFile(*files.variance).image, *files.variance);
+    stated_variance = Planes(ReadImageFile(*files.variance, files.channel_names).image, channels, *files.variance);
     RequireSize(stated_variance, photo.linear, *files.variance, files.image);
   }
 
   // 8-bit values carry a quantisation error: half a step, uniformly distributed, times the decoding's slope.
   const double step = std::ldexp(1.0, -file.bits) / (1.0 - std::ldexp(1.0, -file.bits));
-  photo.variance = Image(photo.linear.width, photo.linear.height, 3);
+  photo.variance = Image(photo.linear.width, photo.linear.height, channels);
   for (size_t i = 0; i < pixels; ++i) {
     bool saturated = false;
-    for (int c = 0; c < 3; ++c) {
-      const double stored = photo.linear.values[3 * i + c];
+    for (int c = 0; c < channels; ++c) {
+      const size_t at = channels * i + c;
+      const double stored = photo.linear.values[at];
       double value = stored, rounding = 0.0;
       if (transfer.is_encoded()) {
         value = transfer.Light(stored, c);
         const double slope = (transfer.Light(stored + 0.5 * step, c) - transfer.Light(stored - 0.5 * step, c)) / step;
         rounding = step * step / 12.0 * slope * slope;
       }
-      const std::optional<double> limit = files.saturation            ? files.saturation
-                                          : files.noise.saturation[c] ? files.noise.saturation[c]
-                                          : file.is_integer           ? std::optional<double>(0.995 * file.full_scale)
-                                                                      : std::nullopt;
+      const std::optional<double> limit = files.saturation                ? files.saturation
+                                          : files.noise.saturation[c] > 0 ? std::optional(files.noise.saturation[c])
+                                          : file.is_integer ? std::optional<double>(0.995 * file.full_scale)
+                                                            : std::nullopt;
       saturated |= limit && value >= *limit;
       value -= files.noise.black[c];
       const double signal = std::max(0.0, value), relative = files.noise.relative * signal;
       const double read = files.noise.read_noise[c];
       double variance = files.noise.gain[c] * signal + read * read + relative * relative + rounding;
       if (files.variance) {
-        variance = stated_variance.values[3 * i + c];
+        variance = stated_variance.values[at];
         if (!(variance > 0.0) && photo.usable[i])
           throw InputError(*files.variance, "",
                            "holds a variance that is not greater than 0 at pixel " +
                                std::to_string(i % photo.linear.width) + ", " + std::to_string(i / photo.linear.width));
       }
-      photo.linear.values[3 * i + c] = static_cast<float>(value);
-      photo.variance.values[3 * i + c] = static_cast<float>(variance);
+      photo.linear.values[at] = static_cast<float>(value);
+      photo.variance.values[at] = static_cast<float>(variance);
     }
     photo.saturated_pixels += saturated && photo.usable[i];
     if (saturated) photo.usable[i] = 0;
@@ -197,18 +231,19 @@ Photograph Averaged(Photograph photo, int side, bool noise_is_known) {
   const std::vector<uint8_t> usable = std::move(photo.usable);
   const int width = linear.width / side, height = linear.height / side;
   Photograph mean = std::move(photo);
-  mean.linear = mean.variance = Image(width, height, 3);
+  const int channels = linear.channels;
+  mean.linear = mean.variance = Image(width, height, channels);
   mean.usable.assign(static_cast<size_t>(width) * height, 1);
   const double n = static_cast<double>(side) * side, of_variance = noise_is_known ? n * n : n;
   for (int y = 0; y < height; ++y)
     for (int x = 0; x < width; ++x) {
-      glm::dvec3 value(0.0), variance(0.0);
+      Spectrum value(channels, 0.0), variance(channels, 0.0);
       for (int v = y * side; v < (y + 1) * side; ++v)
         for (int u = x * side; u < (x + 1) * side; ++u) {
-          for (int c = 0; c < 3; ++c) value[c] += linear.at(u, v, c), variance[c] += variances.at(u, v, c);
+          for (int c = 0; c < channels; ++c) value[c] += linear.at(u, v, c), variance[c] += variances.at(u, v, c);
           if (!usable[static_cast<size_t>(v) * linear.width + u]) mean.usable[static_cast<size_t>(y) * width + x] = 0;
         }
-      for (int c = 0; c < 3; ++c) {
+      for (int c = 0; c < channels; ++c) {
         mean.linear.at(x, y, c) = static_cast<float>(value[c] / n);
         mean.variance.at(x, y, c) = static_cast<float>(variance[c] / of_variance);
       }

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "photo/image.h"
+#include "photo/spectrum.h"
 #include "photo/transfer.h"
 
 namespace crownfit {
@@ -18,21 +19,23 @@ struct ImageFile;
 /// Sensor noise per channel: variance = gain x signal + read_noise^2 + (relative x signal)^2, in units of the signal.
 /// gain and read_noise come from noise.json; without one, 1 % relative noise and a floor of 0.0005 are assumed.
 struct SensorNoise {
-  std::array<double, 3> gain{0, 0, 0}, read_noise{0.0005, 0.0005, 0.0005}, black{0, 0, 0};
+  Spectrum gain, read_noise = Spectrum(0.0005), black;
   double relative = 0.01;
-  std::array<std::optional<double>, 3> saturation;
+  Spectrum saturation;              ///< 0: not stated
   std::filesystem::path file = {};  ///< that states it; empty where it is assumed
 };
 
-/// Reads noise.json ("crownfit-noise/1").
-SensorNoise ReadSensorNoise(const std::filesystem::path& file);
+/// Reads noise.json ("crownfit-noise/1") of a camera with so many channels.
+SensorNoise ReadSensorNoise(const std::filesystem::path& file, int channels = 3);
 
 /// Throws InputError where black or saturation lies above all values that the integer picture `image` can hold, as
 /// counts do. EXR and other floating point values have no such limit.
 void RequireSharesOfFullScale(const SensorNoise& noise, const ImageFile& photo, const std::filesystem::path& image);
 
 struct PhotographFiles {
-  std::filesystem::path image;
+  std::filesystem::path image;                     ///< or the first channel's, where each has its own
+  std::vector<std::filesystem::path> planes = {};  ///< one single-channel picture per channel, if stated so
+  std::vector<std::string> channel_names = {"R", "G", "B"};
   std::optional<std::filesystem::path> mask = {}, variance = {};
   SensorNoise noise = {};
   Encoding encoding = {};
@@ -42,7 +45,7 @@ struct PhotographFiles {
 };
 
 struct Photograph {
-  Image linear;                 ///< three channels, proportional to the light, black level removed
+  Image linear;                 ///< the capture's channels, proportional to the light, black level removed
   Image variance;               ///< of `linear`, same shape
   std::vector<uint8_t> usable;  ///< 1: inside the mask and not saturated; index y * width + x
   bool has_mask = false, was_jpeg = false;

@@ -32,7 +32,7 @@ double Transfer::Light(double value, int channel) const {
   if (kind == Kind::kSrgb) return LinearFromSrgb(value);
   if (kind == Kind::kGamma) return std::copysign(std::pow(std::abs(value), gamma), value);
   if (kind != Kind::kCurve) return value;
-  const std::vector<float>& points = curve[channel];
+  const std::vector<float>& points = curve[static_cast<size_t>(std::min(channel, 2))];
   const double at = std::clamp(value, 0.0, 1.0) * static_cast<double>(points.size() - 1);
   const auto below = std::min(static_cast<size_t>(at), points.size() - 2);
   const double part = at - static_cast<double>(below);

@@ -45,7 +45,7 @@ std::vector<ExactStatement::Shift> Shares(const FitProblem& problem, const Eigen
     const bool is_surface = entry.layer == kSurfaceOwner;
     double& share =
         largest[(is_surface ? "surface" : problem.capture.layers[entry.layer].name) + "." + RowOf(entry.quantity).key];
-    for (int c = 0; c < kChannels; ++c) {
+    for (int c = 0; c < material.channels(); ++c) {
       const double value =
           is_surface ? material.surface[entry.quantity][c] : material.layers[entry.layer][entry.quantity][c];
       const double by = ValueGradient(problem.free, x, entry.layer, entry.quantity, c).dot(moved);

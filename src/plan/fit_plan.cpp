@@ -47,10 +47,11 @@ struct LookedAt {
 };
 
 LookedAt Halves(const FitProblem& problem, const FitState& at, const FitPixels& p, const PathPhotograph& walked) {
-  const Image black(walked.width, walked.height, kChannels);
-  LookedAt l{black, black, black, std::vector<uint8_t>(black.values.size() / kChannels, 0)};
+  const int channels = problem.capture.channels();
+  const Image black(walked.width, walked.height, channels);
+  LookedAt l{black, black, black, std::vector<uint8_t>(black.values.size() / channels, 0)};
   const PhotographCast& cast = at.cast.photographs[p.photograph];
-  const std::vector<glm::dvec3> by_shader = PredictPixels(
+  const std::vector<Spectrum> by_shader = PredictPixels(
       problem.capture, at.cast, p.photograph, MaterialAt(problem.free, at.x), at.scales.light, problem.options.threads);
   for (const int source : p.pixels) {
     const PixelCast& pixel = cast.pixels[source];
@@ -58,10 +59,10 @@ LookedAt Halves(const FitProblem& problem, const FitState& at, const FitPixels& 
     const size_t place = static_cast<size_t>(pixel.y) * walked.width + pixel.x, rank = walked.RankOf(place);
     l.compared[place] = 1;
     for (size_t g = 0; g < walked.groups; ++g)
-      for (int c = 0; c < kChannels; ++c)
+      for (int c = 0; c < channels; ++c)
         (g % 2 ? l.second : l.first).at(pixel.x, pixel.y, c) +=
-            2.0f * walked.group_values[rank * walked.groups + g][c] / static_cast<float>(walked.groups);
-    for (int c = 0; c < kChannels; ++c) l.shader.at(pixel.x, pixel.y, c) = static_cast<float>(by_shader[source][c]);
+            2.0f * walked.group_values.at(rank * walked.groups + g, c) / static_cast<float>(walked.groups);
+    for (int c = 0; c < channels; ++c) l.shader.at(pixel.x, pixel.y, c) = static_cast<float>(by_shader[source][c]);
   }
   return l;
 }

@@ -24,7 +24,7 @@ FitPixels Thinned(const FitPixels& all) {
   for (int i = 0; i < static_cast<int>(all.pixels.size()); i += std::max(1, stride)) which.push_back(i);
   FitPixels thinned = Subset(all, which);
   const double share = static_cast<double>(which.size()) / static_cast<double>(std::max<size_t>(1, all.pixels.size()));
-  for (glm::dvec3& s : thinned.stddev) s *= std::sqrt(share);
+  for (Spectrum& s : thinned.stddev) s *= std::sqrt(share);
   return thinned;
 }
 
@@ -147,7 +147,7 @@ class Foreseer {
     std::vector<double> relative;
     double floor = HUGE_VAL;
     for (size_t i = 0; i < base.pixels.size(); ++i)
-      for (int c = 0; c < kChannels; ++c) {
+      for (int c = 0; c < base.channels(); ++c) {
         relative.push_back(base.stddev[i][c] / std::max(1e-9, base.values[i][c]));
         floor = std::min(floor, base.stddev[i][c]);
       }
@@ -166,11 +166,11 @@ class Foreseer {
     const double used = std::min(shown, static_cast<double>(at_most));
     for (size_t k = 0; k < cast.size(); ++k) {
       if (cast[k].at_silhouette) continue;
-      const glm::dvec3 value = exposure * predicted[k];
+      const Spectrum value = exposure * predicted[k];
       p.pixels.push_back(static_cast<int>(k));
       p.values.push_back(value);
       p.stddev.push_back(
-          glm::sqrt((median * median * value * value + floor * floor) * (static_cast<double>(cast.size()) / used)));
+          Sqrt((median * median * value * value + floor * floor) * (static_cast<double>(cast.size()) / used)));
       p.terms.push_back({static_cast<int>(p.sources.size()), 1.0f});
       p.sources.push_back(static_cast<int>(k));
       p.first_term.push_back(static_cast<int>(p.terms.size()));
@@ -203,7 +203,7 @@ FitPixels WithNoiseOfWalks(FitPixels p, double paths) {
   constexpr double kVariance = 20.0, kRuns = 2.0;
   const double relative = kVariance * static_cast<double>(p.pixels.size()) / (kRuns * paths);
   for (size_t i = 0; i < p.pixels.size(); ++i)
-    p.stddev[i] = glm::sqrt(p.stddev[i] * p.stddev[i] + relative * p.values[i] * p.values[i]);
+    p.stddev[i] = Sqrt(p.stddev[i] * p.stddev[i] + relative * p.values[i] * p.values[i]);
   return p;
 }
 

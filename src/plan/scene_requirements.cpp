@@ -64,7 +64,7 @@ class PartsLeftOut {
         const double de00 = Compare(g, spec, cast, Predict(without, cast, p.photograph, changed, light), row, pull);
         if (de00 >= r.de00) r.de00 = de00, r.photograph = spec.name;
       }
-      row += kChannels * static_cast<Eigen::Index>(p.pixels.size());
+      row += p.channels() * static_cast<Eigen::Index>(p.pixels.size());
     }
     if (r.photograph.empty()) return std::nullopt;
     if (pull.size() > 0) {
@@ -80,8 +80,8 @@ class PartsLeftOut {
   void Cast(const Capture& capture, size_t photograph, CastState& cast) const {
     cast.photographs[photograph] = CastPhotograph(capture, *cast.crown, input_.scenery, photograph, cast_options_);
   }
-  std::vector<glm::dvec3> Predict(const Capture& capture, const CastState& cast, size_t photograph,
-                                  const Material& material, const std::vector<double>& light) const {
+  std::vector<Spectrum> Predict(const Capture& capture, const CastState& cast, size_t photograph,
+                                const Material& material, const std::vector<double>& light) const {
     return PredictPixels(capture, cast, photograph, material, light, problem_.options.threads);
   }
 
@@ -98,12 +98,12 @@ class PartsLeftOut {
 
   /// The mean difference of a photograph's fitted pixels (a median would not see what changes less than half of them),
   /// and how what changes there pulls at the free entries.
-  double Compare(size_t g, const PhotographSpec& spec, const CastState& changed, const std::vector<glm::dvec3>& values,
+  double Compare(size_t g, const PhotographSpec& spec, const CastState& changed, const std::vector<Spectrum>& values,
                  Eigen::Index row, Eigen::VectorXd& pull) const {
     const FitPixels& p = at_.pixels[g];
     const int width = spec.camera.width, height = spec.camera.height;
     const double exposure = p.exposure >= 0 ? at_.scales.exposure[p.exposure] : spec.exposure_scale;
-    Image before(width, height, kChannels);  // without scenery a photograph may show more of the object
+    Image before(width, height, p.channels());  // without scenery a photograph may show more of the object
     std::vector<int> pixel_at(static_cast<size_t>(width) * height, -1);
     const auto& cast_before = here_.photographs[p.photograph].pixels;
     for (size_t i = 0; i < p.pixels.size(); ++i) {
@@ -117,12 +117,12 @@ class PartsLeftOut {
       const int x = cast_after[k].x, y = cast_after[k].y, i = pixel_at[static_cast<size_t>(y) * width + x];
       if (i < 0) continue;
       compared[static_cast<size_t>(y) * width + x] = 1;
-      const glm::dvec3& was = with_[g][p.pixels[i]];
-      for (int c = 0; c < kChannels; ++c) {
+      const Spectrum& was = with_[g][p.pixels[i]];
+      for (int c = 0; c < p.channels(); ++c) {
         before.at(x, y, c) = static_cast<float>(was[c]);
         after.at(x, y, c) = static_cast<float>(values[k][c]);
         pull +=
-            exposure * (values[k][c] - was[c]) / p.stddev[i][c] * jacobian_.row(row + kChannels * i + c).transpose();
+            exposure * (values[k][c] - was[c]) / p.stddev[i][c] * jacobian_.row(row + p.channels() * i + c).transpose();
       }
     }
     return ComparePictures(before, after, compared, spec.rgb_from_sensor).mean;
@@ -134,7 +134,7 @@ class PartsLeftOut {
   Material material_;
   CastState here_;
   CastOptions cast_options_;
-  std::vector<std::vector<glm::dvec3>> with_;
+  std::vector<std::vector<Spectrum>> with_;
   Eigen::MatrixXd jacobian_, covariance_;
 };
 

@@ -49,10 +49,11 @@ std::string FurthestOff(const Finding& f) {
 
 /// "'front' 0.92, 0.92, 0.91; 'back' ...", of the photographs from the `first` name on.
 std::string LevelsOfScenery(const Finding& f, size_t first_name, size_t first_number) {
+  const size_t channels = (f.numbers.size() - first_number) / std::max<size_t>(1, f.names.size() - first_name);
   std::string words;
   for (size_t i = first_name, n = first_number; i < f.names.size(); ++i) {
     words += (words.empty() ? "'" : "; '") + f.names[i] + "' ";
-    for (int c = 0; c < kChannels; ++c) words += (c ? ", " : "") + Number(f.numbers[n++]);
+    for (size_t c = 0; c < channels; ++c) words += (c ? ", " : "") + Number(f.numbers[n++]);
   }
   return words;
 }
@@ -130,7 +131,7 @@ std::string InWords(const Finding& f) {
       return Printed("%.0f pixels of photograph ", n[0]) + Quoted(f.names) +
              " have an alpha below 1. They are not used: what lies behind them is mixed into their light.";
     case FindingKind::kFalseColours:
-      return "The channels are " + BandsText({n[0], n[1], n[2]}) +
+      return "The channels are " + BandsText(n) +
              ", not red, green and blue in this order. Fitted values hold for the bands as stated; colours, CIEDE2000 "
              "and shades are those of a picture in false colours.";
     case FindingKind::kLightNotCalibrated:

@@ -67,7 +67,7 @@ std::string ReadingSentence(const CrownFit& fit, bool of_holdouts) {
   std::string worst;
   for (const ReadingResult& r : fit.readings) {
     if (r.is_holdout != of_holdouts) continue;
-    for (int c = 0; c < kChannels; ++c, ++count) {
+    for (int c = 0; c < r.predicted.size(); ++c, ++count) {
       const double off = std::abs(r.predicted[c] - r.read.value[c]) / r.read.stddev[c];
       squares += off * off;
       if (off >= largest) largest = off, worst = r.measurement;

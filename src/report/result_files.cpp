@@ -194,7 +194,7 @@ std::string NowUtc() {
 
 std::string MaterialJson(const CrownFit& fit) {
   JsonValue::Array channels, layers;
-  for (int c = 0; c < kChannels; ++c)
+  for (size_t c = 0; c < fit.capture.channel_names.size(); ++c)
     channels.push_back(
         JsonValue::Object{{"name", fit.capture.channel_names[c]}, {"wavelength_nm", fit.capture.wavelengths_nm[c]}});
   for (size_t l = 0; l < fit.capture.layers.size(); ++l) layers.push_back(LayerJson(fit, l));

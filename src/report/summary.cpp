@@ -34,8 +34,11 @@ std::string Summary(const CrownFit& fit) {
     add("\n%-24s %-14s %26s  %26s  %s\n", "measurement", "quantity", "reading", "predicted", "difference in stddevs");
   for (const ReadingResult& r : fit.readings) {
     add("%-24s %-14s", r.measurement.c_str(), r.quantity.c_str());
-    for (const auto* v : {&r.read.value, &r.predicted}) add(" %8.4g %8.4g %8.4g ", (*v)[0], (*v)[1], (*v)[2]);
-    for (int c = 0; c < kChannels; ++c) add(" %+.1f", (r.predicted[c] - r.read.value[c]) / r.read.stddev[c]);
+    for (const Spectrum* values : {&r.read.value, &r.predicted}) {
+      for (const double v : *values) add(" %8.4g", v);
+      text += " ";
+    }
+    for (int c = 0; c < r.predicted.size(); ++c) add(" %+.1f", (r.predicted[c] - r.read.value[c]) / r.read.stddev[c]);
     text += r.is_holdout ? "  held out\n" : "\n";
   }
   if (!fit.photographs.empty())

@@ -2,11 +2,13 @@
 // A layer's absorption that varies over the crown, as with stains and characterisations: a factor per channel, from a
 // picture or from numbers at the vertices.
 
+#include <array>
 #include <filesystem>
 #include <glm/glm.hpp>
 #include <vector>
 
 #include "geometry/triangle_mesh.h"
+#include "photo/spectrum.h"
 
 namespace crownfit {
 
@@ -21,16 +23,23 @@ class AbsorptionTexture {
   /// [0, 1000].
   AbsorptionTexture(const Capture& capture, size_t layer, const std::filesystem::path& mesh_file, int threads);
 
+  int channels() const { return factor_.channels(); }
   /// Factor on the layer's absorption, per channel.
-  glm::dvec3 At(const glm::dvec3& p) const;
+  Spectrum At(const glm::dvec3& p) const;
+  double At(const glm::dvec3& p, int channel) const;
   /// Its integral along a segment, mm. `direction`: unit.
-  glm::dvec3 Along(const glm::dvec3& from, const glm::dvec3& direction, double length_mm) const;
+  Spectrum Along(const glm::dvec3& from, const glm::dvec3& direction, double length_mm) const;
 
  private:
   glm::dvec3 low_;
   glm::ivec3 count_;
   double step_mm_;
-  std::vector<glm::vec3> factor_;
+  SpectrumArray<> factor_;
+  struct Corners {
+    std::array<size_t, 8> node;
+    std::array<double, 8> weight;
+  };
+  Corners Around(const glm::dvec3& p) const;
 };
 
 }  // namespace crownfit

@@ -147,9 +147,10 @@ std::shared_ptr<const Crown> BuildCrown(const Capture& capture, const CrownSourc
   crown->cut = CutPart(crown->surfaces[0]);
   crown->cut_caster = RayCaster({&crown->cut});
   crown->columns.resize(crown->fine.vertices.size());
+  if (source.absorption[0]) crown->outer_absorption.resize(crown->columns.size());
   ParallelFor(crown->columns.size(), threads, [&](size_t v) {
     crown->columns[v] = CastColumn(*crown, crown->fine.vertices[v], crown->fine_vertex_normals[v]);
-    if (source.absorption[0]) crown->columns[v].outer_absorption = source.absorption[0]->At(crown->fine.vertices[v]);
+    if (source.absorption[0]) crown->outer_absorption[v] = source.absorption[0]->At(crown->fine.vertices[v]);
   });
 
   crown->kernel = kernel;

@@ -14,7 +14,7 @@ namespace {
 struct PixelResult {
   std::optional<PixelCast> pixel;
   std::optional<BackgroundPixel> background;
-  std::vector<Highlight> highlights;
+  Highlights highlights;
   std::vector<Mirrored> mirrored;
 };
 
@@ -26,9 +26,7 @@ PixelResult CastPixel(const Caster& caster, const Crown& crown, const VertexCast
   if (!hit) return result;
   if (hit->mesh != 0) {
     if (!shade_scenery) return result;
-    BackgroundPixel background{x, y, glm::dvec3(0.0)};
-    background.value = caster.SceneryShown(*hit, direction);
-    result.background = background;
+    result.background = BackgroundPixel{x, y, caster.SceneryShown(*hit, direction)};
     return result;
   }
   const glm::dvec3 view = -direction, position = Position(crown.fine, hit->point);
@@ -77,7 +75,7 @@ VertexCast CastVerticesBy(const Caster& caster, const Capture& capture, const Cr
     in_shade.assign(vertices, 1);
     for (const glm::ivec3& t : ScannedPart(crown.fine).triangles) in_shade[t.x] = in_shade[t.y] = in_shade[t.z] = 0;
   }
-  std::vector<std::vector<LightShare>> at_vertex(vertices);
+  std::vector<LightShares> at_vertex(vertices);
   cast.backing.resize(vertices);
   cast.visibility.assign(vertices * caster.lights(), 0.0f);
   ParallelFor(vertices, options.threads, [&](size_t v) {
@@ -87,11 +85,13 @@ VertexCast CastVerticesBy(const Caster& caster, const Capture& capture, const Cr
     cast.backing[v] = caster.GatherScenery(p, n, at_vertex[v]);
   });
   cast.has_backing = capture.photographs[photograph].backing.has_value();
-  for (const auto& shares : at_vertex) {
-    cast.first_share.push_back(static_cast<int>(cast.vertex_shares.size()));
-    cast.vertex_shares.insert(cast.vertex_shares.end(), shares.begin(), shares.end());
+  LightShares& all = cast.vertex_shares;
+  for (const LightShares& shares : at_vertex) {
+    cast.first_share.push_back(static_cast<int>(all.each.size()));
+    all.each.insert(all.each.end(), shares.each.begin(), shares.each.end());
+    all.irradiance.Append(shares.irradiance);
   }
-  cast.first_share.push_back(static_cast<int>(cast.vertex_shares.size()));
+  cast.first_share.push_back(static_cast<int>(all.each.size()));
   return cast;
 }
 
@@ -131,7 +131,8 @@ PhotographCast CastPixelsBy(const Caster& caster, const PhotographSpec& photo, c
         count = static_cast<int>(some.size());
         all.insert(all.end(), some.begin(), some.end());
       };
-      pack(cast.highlights, r.highlights, pixel.first_highlight, pixel.highlight_count);
+      pack(cast.highlights.each, r.highlights.each, pixel.first_highlight, pixel.highlight_count);
+      cast.highlights.irradiance.Append(r.highlights.irradiance);
       pack(cast.mirrored, r.mirrored, pixel.first_mirrored, pixel.mirrored_count);
       cast.pixels.push_back(pixel);
     }

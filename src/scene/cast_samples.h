@@ -21,25 +21,31 @@ struct CastOptions {
 /// are weighted with the irradiance.
 struct LightShare {
   int light;
-  glm::dvec3 irradiance;  ///< per channel at intensity_scale 1, visibility and cosine included
   double cos_incidence;
+};
+struct LightShares {
+  std::vector<LightShare> each;
+  SpectrumArray<double> irradiance;  ///< of each at intensity_scale 1, visibility and cosine included
 };
 
 struct BackingShare {
-  glm::dvec3 reflectance{0.0};  ///< reflectance x its fraction of the hemisphere x the object's fraction of its sky
+  Spectrum reflectance;  ///< reflectance x its fraction of the hemisphere x the object's fraction of its sky
 };
 
 /// A direction in which the surface reflects a lamp. Occlusion of lamps is known at the vertices and interpolated.
 struct Highlight {
   int light;
   float cos_light, cos_half, cos_light_half;  ///< light.normal, half.normal, light.half
-  glm::vec3 irradiance;                       ///< weight x cos x visibility
+};
+struct Highlights {
+  std::vector<Highlight> each;
+  SpectrumArray<> irradiance;  ///< of each: weight x cos x visibility
 };
 
 /// Reflection of a lamp by a smooth film over the surface, in one pixel.
 struct Mirrored {
   int light;
-  glm::vec3 radiance;  ///< mean over the pixel, for a perfect mirror
+  Spectrum radiance;  ///< mean over the pixel, for a perfect mirror
 };
 
 struct PixelCast {
@@ -53,19 +59,19 @@ struct PixelCast {
 
 struct BackgroundPixel {
   int x, y;
-  glm::dvec3 value;  ///< pi x radiance of scenery or backing seen directly, direct light only
+  Spectrum value;  ///< pi x radiance of scenery or backing seen directly, direct light only
 };
 
 /// Scenery or a backing tile, with the values at its vertices: pi x radiance at exposure 1, direct light only.
 struct ShadedMesh {
   TriangleMesh mesh;
-  std::vector<glm::dvec3> front, back;  ///< on the side its normals point to, and on the other; a tile has no back
+  std::vector<Spectrum> front, back;  ///< on the side its normals point to, and on the other; a tile has no back
 };
 
 /// The light of one photograph at the vertices of the fine mesh.
 struct VertexCast {
   std::vector<int> first_share;  ///< per vertex + 1
-  std::vector<LightShare> vertex_shares;
+  LightShares vertex_shares;
   std::vector<BackingShare> backing;  ///< per vertex
   bool has_backing = false;
   std::vector<float> visibility;    ///< per vertex, for every light of the photograph in its order: share that arrives
@@ -76,7 +82,7 @@ struct VertexCast {
 struct PhotographCast : VertexCast {
   glm::dvec3 camera{0.0};  ///< its place in the object's frame
   std::vector<PixelCast> pixels;
-  std::vector<Highlight> highlights;
+  Highlights highlights;
   std::vector<Mirrored> mirrored;
   std::vector<BackgroundPixel> background;
 };

@@ -19,19 +19,21 @@ constexpr int kBands = 3;
 int BandOf(double cos_incidence) { return (cos_incidence > kBandEdges[0]) + (cos_incidence > kBandEdges[1]); }
 
 struct ShareSum {
-  glm::dvec3 irradiance{0.0};
+  Spectrum irradiance;
   double weight = 0, cosine = 0;
   void Add(const LightSample& s, double cos_incidence) {
-    const glm::dvec3 e = s.weight * cos_incidence;
-    const double w = e.x + e.y + e.z;
+    const Spectrum e = s.weight * cos_incidence;
+    const double w = e.Sum();
     irradiance += e;
     weight += w;
     cosine += w * cos_incidence;
   }
 };
 
-void AddShare(int light, const ShareSum& sum, std::vector<LightShare>& shares) {
-  if (sum.weight > 0) shares.push_back({light, sum.irradiance, sum.cosine / sum.weight});
+void AddShare(int light, const ShareSum& sum, LightShares& shares) {
+  if (!(sum.weight > 0)) return;
+  shares.each.push_back({light, sum.cosine / sum.weight});
+  shares.irradiance.push_back(sum.irradiance);
 }
 
 }  // namespace
@@ -51,7 +53,7 @@ Caster::Caster(const Capture& capture, const Crown& crown, const std::vector<Tri
                        light.intensity_scale});
   }
   std::vector<const TriangleMesh*> meshes{&crown.fine};
-  reflectance_.emplace_back(0.0);
+  reflectance_.emplace_back(capture.channels(), 0.0);
   for (size_t i : photo_.scenery) {
     meshes.push_back(&scenery[i]);
     reflectance_.push_back(capture.scenery[i].reflectance);
@@ -65,8 +67,8 @@ Caster::Caster(const Capture& capture, const Crown& crown, const std::vector<Tri
   if (photo_.backing) TabulateTile(capture.backings[*photo_.backing], crown);
 }
 
-void Caster::Gather(const glm::dvec3& position, const glm::dvec3& normal, int lamp_strata,
-                    std::vector<LightShare>& shares, float* visibility) const {
+void Caster::Gather(const glm::dvec3& position, const glm::dvec3& normal, int lamp_strata, LightShares& shares,
+                    float* visibility) const {
   const glm::dvec3 lifted = position + kLift_mm * normal;
   std::vector<LightSample> samples;
   for (size_t l = 0; l < lights_.size(); ++l) {
@@ -78,9 +80,9 @@ void Caster::Gather(const glm::dvec3& position, const glm::dvec3& normal, int la
     for (const LightSample& s : samples) {
       const double cosine = glm::dot(s.direction, normal);
       if (cosine <= 0) continue;
-      sent += s.weight.y * cosine;
+      sent += s.weight.Sum() * cosine;
       if (caster_.Occluded(lifted, s.direction, 0.0, s.distance_mm)) continue;
-      arrived += s.weight.y * cosine;
+      arrived += s.weight.Sum() * cosine;
       sums[BandOf(cosine)].Add(s, cosine);
     }
     for (const ShareSum& sum : sums) AddShare(index, sum, shares);
@@ -89,7 +91,7 @@ void Caster::Gather(const glm::dvec3& position, const glm::dvec3& normal, int la
 }
 
 void Caster::AddHighlights(const glm::dvec3& position, const glm::dvec3& normal, const glm::dvec3& view,
-                           std::span<const float> visibility, std::vector<Highlight>& highlights) const {
+                           std::span<const float> visibility, Highlights& highlights) const {
   if (photo_.polarisation == Polarisation::kCross) return;
   std::vector<LightSample> samples;
   for (size_t l = 0; l < lights_.size(); ++l) {
@@ -104,30 +106,29 @@ void Caster::AddHighlights(const glm::dvec3& position, const glm::dvec3& normal,
       const double cosine = glm::dot(s.direction, normal);
       if (cosine <= 0 || visibility[l] <= 0) continue;
       const glm::dvec3 half = glm::normalize(s.direction + view);
-      highlights.push_back({index, static_cast<float>(cosine), static_cast<float>(glm::dot(half, normal)),
-                            static_cast<float>(glm::dot(s.direction, half)),
-                            glm::vec3(visibility[l] * cosine * s.weight)});
+      highlights.each.push_back({index, static_cast<float>(cosine), static_cast<float>(glm::dot(half, normal)),
+                                 static_cast<float>(glm::dot(s.direction, half))});
+      highlights.irradiance.push_back(visibility[l] * cosine * s.weight);
     }
   }
 }
 
-BackingShare Caster::GatherScenery(const glm::dvec3& position, const glm::dvec3& normal,
-                                   std::vector<LightShare>& shares) const {
+BackingShare Caster::GatherScenery(const glm::dvec3& position, const glm::dvec3& normal, LightShares& shares) const {
   BackingShare backing;
   if (reflectance_.size() < 2) return backing;
   const glm::dvec3 lifted = position + kLift_mm * normal;
   std::vector<LightSample> sky;
-  SampleLight(DomeLight{glm::dvec3(1.0)}, position, normal, options_.gather_strata, sky);
+  SampleLight(DomeLight{Spectrum(1.0)}, position, normal, options_.gather_strata, sky);
   std::vector<std::array<ShareSum, kBands>> sums(lights_.size());
   for (size_t i = 0; i < sky.size(); ++i) {
     const auto hit = caster_.Nearest(lifted, sky[i].direction);
     if (!hit || hit->mesh == 0) continue;
-    std::vector<glm::dvec3> radiance;
+    std::vector<Spectrum> radiance;
     const bool is_tile = photo_.backing && hit->mesh + 1 == static_cast<int>(meshes_.size());
     if (is_tile && glm::dot(tile_normal_, sky[i].direction) < 0) {
       const TileGrid::Around around = tile_grid_->At(lifted + hit->distance_mm * sky[i].direction);
       double seen = 0;
-      radiance.assign(lights_.size(), glm::dvec3(0.0));
+      radiance.assign(lights_.size(), Spectrum());
       for (size_t k = 0; k < around.place.size(); ++k) {
         const size_t place = around.place[k];
         seen += around.weight[k] * object_seen_[place];
@@ -140,7 +141,7 @@ BackingShare Caster::GatherScenery(const glm::dvec3& position, const glm::dvec3&
     }
     const double cosine = glm::dot(sky[i].direction, normal);
     for (size_t l = 0; l < lights_.size(); ++l) {
-      if (radiance[l] == glm::dvec3(0.0)) continue;
+      if (radiance[l].IsZero()) continue;
       sums[l][BandOf(cosine)].Add({sky[i].direction, hit->distance_mm, radiance[l] * sky[i].weight}, cosine);
     }
   }
@@ -149,7 +150,7 @@ BackingShare Caster::GatherScenery(const glm::dvec3& position, const glm::dvec3&
   return backing;
 }
 
-std::vector<glm::dvec3> Caster::SceneryRadiance(const Hit& hit, const glm::dvec3& direction, int lamp_strata) const {
+std::vector<Spectrum> Caster::SceneryRadiance(const Hit& hit, const glm::dvec3& direction, int lamp_strata) const {
   glm::dvec3 normal = FaceNormal(*meshes_[hit.mesh], hit.point.triangle);
   if (glm::dot(normal, direction) > 0) normal = -normal;  // sheets are seen from both sides
   return Radiance(hit.mesh, Position(*meshes_[hit.mesh], hit.point), normal, lamp_strata);
@@ -161,7 +162,7 @@ std::vector<ShadedMesh> Caster::ShadedScenery() const {
   return all;
 }
 
-glm::dvec3 Caster::SceneryShown(const Hit& hit, const glm::dvec3& direction) const {
+Spectrum Caster::SceneryShown(const Hit& hit, const glm::dvec3& direction) const {
   const glm::dvec3 normal = FaceNormal(*meshes_[hit.mesh], hit.point.triangle);
   return Shown(hit.mesh, Position(*meshes_[hit.mesh], hit.point), glm::dot(normal, direction) > 0 ? -normal : normal,
                options_.strata);
@@ -174,7 +175,7 @@ void Caster::Mirror(const glm::dvec3& position, const glm::dvec3& normal, const 
   for (const auto& [index, shape, intensity] : lights_) {
     const auto met = LightAlong(shape, lifted, towards);
     if (met && !caster_.Occluded(lifted, towards, 0.0, met->distance_mm))
-      mirrored.push_back({index, glm::vec3(share * met->radiance)});
+      mirrored.push_back({index, share * met->radiance});
   }
 }
 
@@ -182,14 +183,15 @@ glm::dvec3 Caster::PixelDirection(double x, double y) const {
   return glm::transpose(photo_.camera_from_object.rotation) * DirectionFromPixel(photo_.camera, {x, y});
 }
 
-std::vector<glm::dvec3> Caster::Radiance(int mesh, const glm::dvec3& place, const glm::dvec3& normal,
-                                         int lamp_strata) const {
-  std::vector<LightShare> shares;
+std::vector<Spectrum> Caster::Radiance(int mesh, const glm::dvec3& place, const glm::dvec3& normal,
+                                       int lamp_strata) const {
+  LightShares shares;
   Gather(place, normal, lamp_strata, shares);
-  std::vector<glm::dvec3> radiance(lights_.size(), glm::dvec3(0.0));
-  for (const LightShare& share : shares)
+  std::vector<Spectrum> radiance(lights_.size());
+  for (size_t s = 0; s < shares.each.size(); ++s)
     for (size_t l = 0; l < lights_.size(); ++l)
-      if (lights_[l].index == share.light) radiance[l] += reflectance_[mesh] * share.irradiance / std::numbers::pi;
+      if (lights_[l].index == shares.each[s].light)
+        radiance[l] += reflectance_[mesh] * shares.irradiance[s] / std::numbers::pi;
   return radiance;
 }
 
@@ -204,13 +206,13 @@ void Caster::TabulateTile(const BackingSpec& spec, const Crown& crown) {
   });
 }
 
-glm::dvec3 Caster::Shown(size_t mesh, const glm::dvec3& place, const glm::dvec3& normal, int lamp_strata) const {
-  std::vector<LightShare> shares;
+Spectrum Caster::Shown(size_t mesh, const glm::dvec3& place, const glm::dvec3& normal, int lamp_strata) const {
+  LightShares shares;
   Gather(place, normal, lamp_strata, shares);
-  glm::dvec3 irradiance(0.0);
-  for (const LightShare& share : shares)
+  Spectrum irradiance;
+  for (size_t s = 0; s < shares.each.size(); ++s)
     for (const PhotographLight& light : lights_)
-      if (light.index == share.light) irradiance += light.intensity * share.irradiance;
+      if (light.index == shares.each[s].light) irradiance += light.intensity * shares.irradiance[s];
   return reflectance_[mesh] * irradiance;
 }
 

@@ -6,6 +6,7 @@
 
 #include "geometry/ray_caster.h"
 #include "geometry/triangle_mesh.h"
+#include "photo/spectrum.h"
 #include "scene/tap_kernel.h"
 
 namespace crownfit {
@@ -34,11 +35,10 @@ struct Chord {
 /// (Blanco and Fournier 2003). Chords that leave far to the side count as the straight one: scattered light does not go
 /// there.
 struct Column {
-  OuterLength front;                 ///< outer layer on this side
-  OuterLength back;                  ///< outer layer beyond the inner one
-  double total_mm = 0;               ///< from side to side
-  Chord straight;                    ///< along the inward normal, for display
-  glm::dvec3 outer_absorption{1.0};  ///< factor of the outer layer's texture
+  OuterLength front;    ///< outer layer on this side
+  OuterLength back;     ///< outer layer beyond the inner one
+  double total_mm = 0;  ///< from side to side
+  Chord straight;       ///< along the inward normal, for display
 };
 
 struct Crown {
@@ -48,7 +48,8 @@ struct Crown {
   TriangleMesh fine;                   ///< surfaces[0], refined; its vertices carry the light
   std::vector<std::array<glm::dvec3, 3>> fine_corner_normals;
   std::vector<glm::dvec3> fine_vertex_normals;
-  std::vector<Column> columns;  ///< per vertex of `fine`
+  std::vector<Column> columns;             ///< per vertex of `fine`
+  std::vector<Spectrum> outer_absorption;  ///< per vertex: factor of the outer layer's texture; empty: none
   TapKernel kernel;
   std::vector<int> first_tap;  ///< per vertex of `fine` + 1
   std::vector<Tap> taps;       ///< of one vertex: ring by ring
@@ -56,6 +57,9 @@ struct Crown {
   TriangleMesh cut;  ///< of surfaces[0]: where the scan ends; empty when it is closed
   RayCaster cut_caster{{}};
   bool has_outer_layer() const { return surfaces.size() > 1; }
+  double OuterAbsorption(size_t vertex, int channel) const {
+    return outer_absorption.empty() ? 1.0 : outer_absorption[vertex][channel];
+  }
 };
 
 /// Shading normal at a place of the fine surface.

@@ -70,7 +70,7 @@ void CheckAnyPixelIsUsable(const Capture& capture, const PhotographSpec& spec, c
   for (size_t p = 0; p < photo.usable.size(); ++p) {
     if (!photo.usable[p]) continue;
     ++usable;
-    for (int c = 0; c < kChannels; ++c) is_black &= photo.linear.values[p * kChannels + c] <= 0;
+    is_black &= PixelOf(photo.linear, p).Largest() <= 0;
   }
   if (usable > 0 && !is_black) return;
   if (usable > 0)

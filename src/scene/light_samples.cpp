@@ -29,13 +29,14 @@ glm::dvec3 InFrame(const glm::dvec3& axis, double cosine, double angle) {
 
 /// The cone under which a directional or a point light is seen. Its radiance is uniform.
 struct LightCone {
-  glm::dvec3 axis, radiance;
+  glm::dvec3 axis;
+  Spectrum radiance;
   double edge_cosine, distance_mm;
   double density() const { return 1.0 / (2 * kPi * (1.0 - edge_cosine)); }
 };
 
 /// A surface that faces the cone receives `irradiance`. A light without size becomes a cone of 1e-4 rad.
-LightCone ConeOf(const glm::dvec3& axis, double sine, const glm::dvec3& irradiance, double distance) {
+LightCone ConeOf(const glm::dvec3& axis, double sine, const Spectrum& irradiance, double distance) {
   const double s2 = std::clamp(sine * sine, 1e-8, 1.0);
   return {axis, irradiance / (kPi * s2), std::sqrt(1.0 - s2), distance};
 }
@@ -50,7 +51,8 @@ LightCone ConeOf(const PointLight& l, const glm::dvec3& from) {
 
 /// A flat lamp: a point of its plane, and its area.
 struct FlatLamp {
-  glm::dvec3 centre, normal, radiance;
+  glm::dvec3 centre, normal;
+  const Spectrum& radiance;
   double area;
 };
 FlatLamp FlatOf(const DiskLight& l) {

@@ -12,14 +12,14 @@ namespace crownfit {
 struct LightSample {
   glm::dvec3 direction;  ///< unit, towards the light
   double distance_mm;    ///< infinite for directional lights and domes
-  glm::dvec3 weight;     ///< per channel, in units of irradiance
+  Spectrum weight;       ///< per channel, in units of irradiance
 };
 
 /// A point on a lamp as seen from a place: sampled at random, or hit by a ray.
 struct LightPoint {
   glm::dvec3 direction;  ///< unit, towards the light
   double distance_mm;    ///< infinite for directional lights and domes
-  glm::dvec3 radiance;
+  Spectrum radiance;
   double density;  ///< of this direction in SampleLightPoint, per steradian
 };
 

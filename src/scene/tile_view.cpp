@@ -40,7 +40,7 @@ std::vector<double> ObjectSeenFrom(const TileGrid& grid, const glm::dvec3& norma
   ParallelFor(share.size(), threads, [&](size_t i) {
     const glm::dvec3 place = grid.Place(i) + kLift_mm * normal;
     std::vector<LightSample> sky;
-    SampleLight(DomeLight{glm::dvec3(1.0)}, place, normal, kStrata, sky);
+    SampleLight(DomeLight{Spectrum(1.0)}, place, normal, kStrata, sky);
     for (const LightSample& s : sky)
       if (crown.fine_caster.Nearest(place, s.direction)) share[i] += 1.0 / static_cast<double>(sky.size());
   });

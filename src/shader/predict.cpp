@@ -110,23 +110,23 @@ std::vector<int> VerticesAround(const Crown& crown, const PhotographCast& cast, 
   return vertices;
 }
 
-std::vector<std::vector<glm::dvec3>> PredictViews(const Capture& capture, const CastState& state, size_t photograph,
-                                                  std::span<const PhotographCast> casts, const Material& material,
-                                                  std::span<const double> light_scale, int threads) {
+std::vector<std::vector<Spectrum>> PredictViews(const Capture& capture, const CastState& state, size_t photograph,
+                                                std::span<const PhotographCast> casts, const Material& material,
+                                                std::span<const double> light_scale, int threads) {
   const Polarisers polarisers = capture.photographs[photograph].polarisers();
   std::vector<std::vector<int>> around;
   std::vector<int> around_all;
-  std::vector<std::vector<glm::dvec3>> values;
+  std::vector<std::vector<Spectrum>> values;
   for (const PhotographCast& cast : casts) {
     std::vector<int> all(cast.pixels.size());
     std::iota(all.begin(), all.end(), 0);
     around.push_back(VerticesAround(*state.crown, cast, all));
     around_all.insert(around_all.end(), around.back().begin(), around.back().end());
-    values.emplace_back(cast.pixels.size());
+    values.emplace_back(cast.pixels.size(), Spectrum(capture.channels(), 0.0));
   }
   std::sort(around_all.begin(), around_all.end());
   around_all.erase(std::unique(around_all.begin(), around_all.end()), around_all.end());
-  for (int c = 0; c < kChannels && !casts.empty(); ++c) {
+  for (int c = 0; c < capture.channels() && !casts.empty(); ++c) {
     const auto optics = OpticsFromSlots(capture, SlotValues(capture, material, state, c));
     const DiffuserTable<double> table(optics.stack(), state.crown->kernel.outer_radius_mm);
     const ShaderPrediction<double> first(*state.crown, casts[0], optics, table, c, light_scale, around_all, threads);
@@ -139,8 +139,8 @@ std::vector<std::vector<glm::dvec3>> PredictViews(const Capture& capture, const 
   return values;
 }
 
-std::vector<glm::dvec3> PredictPixels(const Capture& capture, const CastState& state, size_t photograph,
-                                      const Material& material, std::span<const double> light_scale, int threads) {
+std::vector<Spectrum> PredictPixels(const Capture& capture, const CastState& state, size_t photograph,
+                                    const Material& material, std::span<const double> light_scale, int threads) {
   return PredictViews(capture, state, photograph, {&state.photographs[photograph], 1}, material, light_scale,
                       threads)[0];
 }

@@ -83,13 +83,13 @@ std::string WhatShaderLeavesOut(const Capture& capture);
 std::vector<int> VerticesAround(const Crown& crown, const PhotographCast& cast, std::span<const int> pixels);
 
 /// Pixel values at exposure 1, of casts that differ only in the camera's position.
-std::vector<std::vector<glm::dvec3>> PredictViews(const Capture& capture, const CastState& state, size_t photograph,
-                                                  std::span<const PhotographCast> casts, const Material& material,
-                                                  std::span<const double> light_scale, int threads);
+std::vector<std::vector<Spectrum>> PredictViews(const Capture& capture, const CastState& state, size_t photograph,
+                                                std::span<const PhotographCast> casts, const Material& material,
+                                                std::span<const double> light_scale, int threads);
 
 /// Pixel values at exposure 1, one per pixel of the state's cast.
-std::vector<glm::dvec3> PredictPixels(const Capture& capture, const CastState& state, size_t photograph,
-                                      const Material& material, std::span<const double> light_scale, int threads);
+std::vector<Spectrum> PredictPixels(const Capture& capture, const CastState& state, size_t photograph,
+                                    const Material& material, std::span<const double> light_scale, int threads);
 
 /// Every light's intensity_scale as the capture states it.
 std::vector<double> StatedLightScales(const Capture& capture);

@@ -125,8 +125,8 @@ class ShaderPrediction {
         first_order_(optics.has_outer ? crown.fine.vertices.size() : 0, T(0.0)) {
     ParallelFor(entering_.size(), threads, [&](size_t v) {
       for (int s = cast_.first_share[v]; s < cast_.first_share[v + 1]; ++s) {
-        const LightShare& share = cast_.vertex_shares[s];
-        const double irradiance = light_scale_[share.light] * share.irradiance[channel_];
+        const LightShare& share = cast_.vertex_shares.each[s];
+        const double irradiance = light_scale_[share.light] * cast_.vertex_shares.irradiance.at(s, channel_);
         if (irradiance > 0) entering_[v] += irradiance * (1.0 - surface_.Reflectance(T(share.cos_incidence)));
       }
       if (const double more = MoreOuterAbsorption(v)) entering_[v] *= ThroughTexture(v, more);
@@ -200,7 +200,7 @@ class ShaderPrediction {
 
   /// By how much the texture raises the outer layer's absorption here over the material's value, as a share.
   double MoreOuterAbsorption(size_t v) const {
-    return optics_.has_outer ? crown_.columns[v].outer_absorption[channel_] - 1.0 : 0.0;
+    return optics_.has_outer ? crown_.OuterAbsorption(v, channel_) - 1.0 : 0.0;
   }
   /// Share of the light entering or leaving here that the texture's extra absorption transmits.
   T ThroughTexture(size_t v, double more) const {
@@ -251,7 +251,7 @@ class ShaderPrediction {
     const Column& column = crown_.columns[vertex];
     const double cos_view = std::max(1e-3, glm::dot(crown_.fine_vertex_normals[vertex],
                                                     glm::normalize(cast_.camera - crown_.fine.vertices[vertex])));
-    const T extinction = optics_.outer_extinction(column.outer_absorption[channel_]);
+    const T extinction = optics_.outer_extinction(crown_.OuterAbsorption(vertex, channel_));
     const T albedo = optics_.outer_scattering / Term::max(extinction, T(1e-9));
     const T tau = extinction * Now(column.front);
     const T mu = Term::RefractedCosine(T(cos_view), entry_ior_);
@@ -259,8 +259,8 @@ class ShaderPrediction {
     const T phase(0.25 / std::numbers::pi);
     T sum(0.0);
     for (int s = cast_.first_share[vertex]; s < cast_.first_share[vertex + 1]; ++s) {
-      const LightShare& share = cast_.vertex_shares[s];
-      const double irradiance = light_scale_[share.light] * share.irradiance[channel_];
+      const LightShare& share = cast_.vertex_shares.each[s];
+      const double irradiance = light_scale_[share.light] * cast_.vertex_shares.irradiance.at(s, channel_);
       if (irradiance <= 0) continue;
       const T mu0 = Term::RefractedCosine(T(share.cos_incidence), entry_ior_);
       const T in = 1.0 - surface_.Reflectance(T(share.cos_incidence));
@@ -272,8 +272,8 @@ class ShaderPrediction {
   T Gloss(const PixelCast& pixel) const {
     T sum(0.0);
     for (int h = pixel.first_highlight; h < pixel.first_highlight + pixel.highlight_count; ++h) {
-      const Highlight& light = cast_.highlights[h];
-      const double irradiance = light_scale_[light.light] * light.irradiance[channel_];
+      const Highlight& light = cast_.highlights.each[h];
+      const double irradiance = light_scale_[light.light] * cast_.highlights.irradiance.at(h, channel_);
       if (irradiance <= 0) continue;
       T reflected = Term::SurfaceReflection(T(light.cos_light), T(pixel.cos_view), T(light.cos_half),
                                             T(light.cos_light_half), optics_.roughness, entry_ior_);

@@ -17,9 +17,9 @@ namespace {
 
 JsonValue TruthOf(const Recipe& recipe, const Material& material, const std::vector<double>& exposure_errors) {
   const auto values = [](const ParameterRow& row, const Material::Layer& owner) -> JsonValue {
-    const ChannelValues& v = owner[row.quantity];
+    const Spectrum& v = owner[row.quantity];
     if (!row.per_channel) return v[0];
-    return std::vector<double>(v.begin(), v.end());
+    return v.list();
   };
   JsonValue::Array layers, channels;
   for (size_t l = 0; l < material.layers.size(); ++l) {
@@ -32,7 +32,7 @@ JsonValue TruthOf(const Recipe& recipe, const Material& material, const std::vec
   JsonValue::Object surface;
   for (const auto& row : kParameters)
     if (IsOfSurface(recipe.capture, row)) surface.emplace_back(row.key, values(row, material.surface));
-  for (int c = 0; c < kChannels; ++c)
+  for (size_t c = 0; c < recipe.capture.channel_names.size(); ++c)
     channels.emplace_back(JsonValue::Object{{"name", recipe.capture.channel_names[c]},
                                             {"wavelength_nm", recipe.capture.wavelengths_nm[c]}});
   return JsonValue::Object{{"format", "crownfit-material/1"},
@@ -71,27 +71,28 @@ std::vector<std::string> Synthesize(const Recipe& recipe, const std::filesystem:
                                                [&](double share) { progress("walking " + spec.name, share); });
     counters.Add(photo.counters);
     const auto walk_covariance = SmoothedCovariance(photo);
-    const auto walk_variance = [&](size_t p, int c) { return walk_covariance[p][std::array{0, 3, 5}[c]]; };
+    const int channels = capture.channels();
+    const auto walk_variance = [&](size_t p, int c) { return walk_covariance[p][PairOf(c, c, channels)]; };
     exposure_errors.push_back(ExposureError(recipe, i));
     const double exposure = spec.exposure_scale * exposure_errors.back();
-    Image picture(photo.width, photo.height, 3), variance(photo.width, photo.height, 3);
+    Image picture(photo.width, photo.height, channels), variance = picture;
     double noise2 = 0, light = 0, on_object = 0;
     for (size_t p = 0; p < photo.pixels.size(); ++p)
-      for (int c = 0; c < kChannels; ++c) {
+      for (int c = 0; c < channels; ++c) {
         const double value = exposure * photo.pixels[p].mean[c];
         const double sensor = std::pow(recipe.noise_relative * value, 2) + std::pow(recipe.noise_floor, 2);
         const uint64_t key = Key(recipe.seed, kSynthesisStream, 4, i, p);
-        picture.values[3 * p + c] = static_cast<float>(value + std::sqrt(sensor) * Gaussian(key, c));
-        variance.values[3 * p + c] = static_cast<float>(sensor + exposure * exposure * walk_variance(p, c));
-        if (photo.pixels[p].on_object && c == 1) {
+        picture.values[channels * p + c] = static_cast<float>(value + std::sqrt(sensor) * Gaussian(key, c));
+        variance.values[channels * p + c] = static_cast<float>(sensor + exposure * exposure * walk_variance(p, c));
+        if (photo.pixels[p].on_object && c == channels / 2) {
           noise2 += walk_variance(p, c);
           light += photo.pixels[p].mean[c];
           ++on_object;
         }
       }
-    WriteImageFile(folder / "photos" / (spec.name + ".exr"), picture);
-    WriteImageFile(folder / "photos" / (spec.name + "_variance.exr"), variance);
-    messages.push_back(Printed("%s: Monte Carlo noise %.1f %% of the mean pixel (green, rms over the object)",
+    WriteImageFile(folder / "photos" / (spec.name + ".exr"), picture, false, ChannelsInFile(capture));
+    WriteImageFile(folder / "photos" / (spec.name + "_variance.exr"), variance, false, ChannelsInFile(capture));
+    messages.push_back(Printed("%s: Monte Carlo noise %.1f %% of the mean pixel (middle channel, rms over the object)",
                                spec.name.c_str(), 100.0 * std::sqrt(noise2 * on_object) / std::max(light, 1e-12)));
   }
   messages.push_back(LossesInWords(counters));

@@ -10,7 +10,7 @@
 namespace crownfit {
 namespace {}  // namespace
 
-CrownRenderer::CrownRenderer(std::shared_ptr<const Crown> crown)
+CrownRenderer::CrownRenderer(std::shared_ptr<const Crown> crown, const ShownChannels& shown)
     : crown_(std::move(crown)),
       entering_(Program::Capturing(
           {"viewer/material.glsl", "viewer/vertices.glsl", "viewer/table.glsl", "viewer/entering.vert"}, "entering")),
@@ -24,7 +24,8 @@ CrownRenderer::CrownRenderer(std::shared_ptr<const Crown> crown)
                             {"viewer/material.glsl", "viewer/lamps.glsl", "viewer/crown.frag"})),
       draw_wet_(Program::Of({"viewer/material.glsl", "viewer/vertices.glsl", "viewer/camera.glsl", "viewer/crown.vert"},
                             {"viewer/material.glsl", "viewer/wet.glsl", "viewer/lamps.glsl", "viewer/crown.frag"})),
-      rings_(crown_->kernel.rings()) {
+      rings_(crown_->kernel.rings()),
+      shown_(shown) {
   for (int count : TapsPerRing(crown_->kernel)) share_of_ring_.push_back(1.0f / static_cast<float>(count));
   UploadGeometry();
   UploadTaps();
@@ -39,7 +40,8 @@ void CrownRenderer::UploadGeometry() {
   for (size_t v = 0; v < mesh.vertices.size(); ++v) {
     const Column& c = crown_->columns[v];
     columns.emplace_back(c.front.fixed_mm, c.front.scaled_mm, c.back.fixed_mm, c.back.scaled_mm);
-    columns.emplace_back(c.total_mm, c.outer_absorption.x, c.outer_absorption.y, c.outer_absorption.z);
+    const auto absorption = [&](size_t k) { return static_cast<float>(crown_->OuterAbsorption(v, shown_[k])); };
+    columns.emplace_back(static_cast<float>(c.total_mm), absorption(0), absorption(1), absorption(2));
     frames.push_back(Vec4(mesh.vertices[v]));
     frames.push_back(Vec4(crown_->fine_vertex_normals[v]));
   }
@@ -108,11 +110,12 @@ void CrownRenderer::SetLight(const Capture& capture, size_t photograph, const Ve
   }
   std::vector<glm::vec4> shares, backing, visibility;
   std::vector<int> share_light;
-  for (const LightShare& s : cast.vertex_shares) {
-    shares.push_back(Vec4(s.irradiance, s.cos_incidence));
-    share_light.push_back(number[s.light]);
+  for (size_t s = 0; s < cast.vertex_shares.each.size(); ++s) {
+    const LightShare& share = cast.vertex_shares.each[s];
+    shares.push_back(Vec4(cast.vertex_shares.irradiance[s], shown_, share.cos_incidence));
+    share_light.push_back(number[share.light]);
   }
-  for (const BackingShare& b : cast.backing) backing.push_back(Vec4(b.reflectance));
+  for (const BackingShare& b : cast.backing) backing.push_back(Vec4(b.reflectance, shown_));
   const size_t lamps = shapes.size();
   for (size_t v = 0; v < cast.backing.size(); ++v)
     for (size_t half = 0; half < 2; ++half) {
@@ -128,8 +131,8 @@ void CrownRenderer::SetLight(const Capture& capture, size_t photograph, const Ve
   visibility_.Upload(visibility);
   has_backing_ = cast.has_backing;
   const auto [low, high] = Bounds(crown_->fine);
-  lamps_.SetLamps(std::move(shapes), 0.5 * (low + high));
-  scenery_.Set(cast.scenery);
+  lamps_.SetLamps(std::move(shapes), 0.5 * (low + high), shown_);
+  scenery_.Set(cast.scenery, shown_);
   bounds_ = {low, high};
   for (const ShadedMesh& thing : cast.scenery) {
     const auto of_thing = Bounds(thing.mesh);
@@ -142,14 +145,14 @@ void CrownRenderer::SetMaterial(const Capture& capture, const Material& material
                                 const std::vector<double>& thickness_mm) {
   const CastState state{crown_, thickness_mm, {}};
   std::vector<DiffuserTable<double>> tables;
-  for (int c = 0; c < kChannels; ++c) {
-    optics_[c] = OpticsFromSlots(capture, SlotValues(capture, material, state, c));
+  for (size_t c = 0; c < 3; ++c) {
+    optics_[c] = OpticsFromSlots(capture, SlotValues(capture, material, state, shown_[c]));
     tables.emplace_back(optics_[c].stack(), crown_->kernel.outer_radius_mm);
   }
   diffuse_fresnel_ = MomentsOf(optics_[0].surface()).diffuse_outside;
   std::vector<glm::vec4> table;
   for (size_t i = 0; i < tables[0].values().size(); ++i)
-    table.push_back(Vec4({tables[0].values()[i], tables[1].values()[i], tables[2].values()[i]}));
+    table.push_back(Vec4(glm::dvec3(tables[0].values()[i], tables[1].values()[i], tables[2].values()[i])));
   table_.Upload(table);
   outer_nodes_ = tables[0].outer_nodes();
   lamps_.SetSurface(optics_[0]);

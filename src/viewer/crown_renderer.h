@@ -25,7 +25,7 @@ enum class Quality { kMoving, kStill };
 class CrownRenderer {
  public:
   /// Needs a current context.
-  explicit CrownRenderer(std::shared_ptr<const Crown> crown);
+  CrownRenderer(std::shared_ptr<const Crown> crown, const ShownChannels& shown);
 
   /// The lamps of one photograph. Throws InputError when there are more than Lamps::kMost.
   void SetLight(const Capture& capture, size_t photograph, const VertexCast& cast);
@@ -57,7 +57,8 @@ class CrownRenderer {
   std::vector<float> light_scale_;
   int rings_ = 0, outer_nodes_ = 0;
   bool has_backing_ = false, has_material_ = false, vertices_are_stale_ = true;
-  std::array<ShaderOptics<double>, kChannels> optics_;
+  std::array<ShaderOptics<double>, 3> optics_;  ///< of the shown channels
+  ShownChannels shown_;
   double diffuse_fresnel_ = 0;
 };
 

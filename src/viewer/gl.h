@@ -11,11 +11,14 @@
 #include <string_view>
 #include <vector>
 
-#include "photo/image.h"
+#include "viewer/shown_channels.h"
 
 namespace crownfit {
 
 inline glm::vec4 Vec4(const glm::dvec3& v, double w = 0) { return {glm::vec3(v), static_cast<float>(w)}; }
+inline glm::vec4 Vec4(const Spectrum& v, const ShownChannels& shown, double w = 0) {
+  return Vec4(glm::dvec3(v[shown[0]], v[shown[1]], v[shown[2]]), w);
+}
 
 /// A current OpenGL context without display or window (EGL): of a graphics processor if there is one, else of Mesa on
 /// the CPU. Throws InputError when there is neither.

@@ -19,7 +19,7 @@ constexpr int kBlurredWidth = 64, kBlurredHeight = 32, kSharpWidth = 256, kSharp
 struct LampPoint {
   glm::dvec3 place_or_direction, normal;
   bool is_far;
-  glm::dvec3 weight;  ///< radiance x area, or radiance x solid angle
+  Spectrum weight;  ///< radiance x area, or radiance x solid angle
 };
 
 std::vector<glm::dvec2> Strata(int n) {
@@ -54,7 +54,7 @@ std::vector<LampPoint> PointsOf(const LightShape& shape, const glm::dvec3& towar
     const auto p = SampleLightPoint(flat, from, uniform);
     if (!p) continue;
     if (is_far) {
-      points.push_back({p->direction, {}, true, p->radiance / (p->density * count)});
+      points.push_back({p->direction, glm::dvec3(0.0), true, p->radiance / (p->density * count)});
     } else {
       const double cosine = -glm::dot(p->direction, normal), d2 = p->distance_mm * p->distance_mm;
       points.push_back(
@@ -68,14 +68,15 @@ std::vector<LampPoint> PointsOf(const LightShape& shape, const glm::dvec3& towar
 /// the lamp reaches from -1 to 1; radiance.
 struct MirrorOf {
   using Rows = std::array<glm::vec4, 6>;
-  static glm::vec4 Kind(double kind, double a = 0, double b = 0) { return Vec4({kind, a, b}); }
+  const ShownChannels& shown;
+  static glm::vec4 Kind(double kind, double a = 0, double b = 0) { return Vec4(glm::dvec3(kind, a, b)); }
   Rows operator()(const DiskLight& l) const {
     return {Kind(1, l.inner_radius_mm * l.inner_radius_mm, l.outer_radius_mm * l.outer_radius_mm),
             Vec4(l.centre_mm),
             Vec4(l.normal),
             {},
             {},
-            Vec4(l.radiance)};
+            Vec4(l.radiance, shown)};
   }
   Rows operator()(const RectangleLight& l) const {
     const glm::dvec3 cross = glm::cross(l.half_axis_u_mm, l.half_axis_v_mm);
@@ -85,14 +86,15 @@ struct MirrorOf {
             Vec4(glm::normalize(cross)),
             Vec4(glm::cross(l.half_axis_v_mm, cross) / square),
             Vec4(glm::cross(cross, l.half_axis_u_mm) / square),
-            Vec4(l.radiance)};
+            Vec4(l.radiance, shown)};
   }
   Rows operator()(const DirectionalLight& l) const {
     const auto met = LightAlong(l, glm::dvec3(0.0), l.direction);
-    return {Kind(3, std::cos(std::max(l.angular_radius, 1e-4))), Vec4(l.direction), {}, {}, {}, Vec4(met->radiance)};
+    return {
+        Kind(3, std::cos(std::max(l.angular_radius, 1e-4))), Vec4(l.direction), {}, {}, {}, Vec4(met->radiance, shown)};
   }
   Rows operator()(const PointLight& l) const {
-    return {Kind(4, l.radius_mm), Vec4(l.position_mm), {}, {}, {}, Vec4(l.radiant_intensity / std::numbers::pi)};
+    return {Kind(4, l.radius_mm), Vec4(l.position_mm), {}, {}, {}, Vec4(l.radiant_intensity / std::numbers::pi, shown)};
   }
   Rows operator()(const DomeLight&) const { return {}; }  // in the tables
   Rows operator()(const EnvironmentLight&) const { return {}; }
@@ -105,13 +107,13 @@ glm::dvec3 DirectionOf(int x, int y, int width, int height) {
 }
 
 /// Light from all around that a rough surface reflects towards `view`, without its film's mirror reflection.
-glm::dvec3 ReflectedByRoughness(const LightShape& light, const ShaderOptics<double>& o, const glm::dvec3& normal,
-                                const glm::dvec3& view, int strata) {
+Spectrum ReflectedByRoughness(const LightShape& light, const ShaderOptics<double>& o, const glm::dvec3& normal,
+                              const glm::dvec3& view, int strata) {
   using Term = Terms<double>;
   const double cos_view = glm::dot(normal, view);
   std::vector<LightSample> samples;
   SampleAllAroundForGloss(light, normal, view, o.roughness, strata, samples);
-  glm::dvec3 sum(0.0);
+  Spectrum sum;
   for (const LightSample& s : samples) {
     const glm::dvec3 half = glm::normalize(s.direction + view);
     const double cosine = glm::dot(s.direction, normal), lh = glm::dot(s.direction, half), nh = glm::dot(half, normal);
@@ -127,7 +129,8 @@ glm::dvec3 ReflectedByRoughness(const LightShape& light, const ShaderOptics<doub
 
 }  // namespace
 
-void Lamps::SetLamps(std::vector<LightShape> shapes, const glm::dvec3& middle) {
+void Lamps::SetLamps(std::vector<LightShape> shapes, const glm::dvec3& middle, const ShownChannels& shown) {
+  shown_ = shown;
   shapes_ = std::move(shapes);
   UploadPoints(middle);
   UploadMirrors();
@@ -152,7 +155,7 @@ void Lamps::UploadPoints(const glm::dvec3& middle) {
       for (const LampPoint& p : PointsOf(shapes_[l], middle)) {
         points.push_back(Vec4(p.place_or_direction));
         points.push_back(Vec4(p.normal, p.is_far ? 1.0 : 0.0));
-        points.push_back(Vec4(p.weight));
+        points.push_back(Vec4(p.weight, shown_));
       }
     first_point_[l + 1] = static_cast<int>(points.size() / 3);
   }
@@ -163,18 +166,18 @@ void Lamps::UploadPoints(const glm::dvec3& middle) {
 void Lamps::UploadMirrors() {
   std::vector<glm::vec4> mirrors;
   for (const LightShape& shape : shapes_)
-    for (const glm::vec4& row : std::visit(MirrorOf(), shape)) mirrors.push_back(row);
+    for (const glm::vec4& row : std::visit(MirrorOf{shown_}, shape)) mirrors.push_back(row);
   mirrors_.Upload(mirrors);
 }
 
 /// Tables over the view's cosine: reflection by the rough surface, and by the film's mirror.
 void Lamps::UploadReflectedSky() {
-  const DomeLight sky{glm::dvec3(1.0)};
+  const DomeLight sky{Spectrum(1.0)};
   std::vector<glm::vec4> table;
   for (int i = 0; i < kSkyNodes; ++i) {
     const double c = std::max(1e-3, static_cast<double>(i) / (kSkyNodes - 1));
     const glm::dvec3 view(std::sqrt(std::max(0.0, 1 - c * c)), 0, c);
-    reflected_sky_ = ReflectedByRoughness(sky, optics_, {0, 0, 1}, view, 24).x;  // the last value is along the normal
+    reflected_sky_ = ReflectedByRoughness(sky, optics_, {0, 0, 1}, view, 24)[0];  // the last value is along the normal
     const double mirrored =
         optics_.may_be_wet ? optics_.wetness * Terms<double>::FresnelReflectance(c, optics_.surface().film_ior()) : 0.0;
     table.emplace_back(reflected_sky_, mirrored, 0.0, 0.0);
@@ -194,11 +197,11 @@ void Lamps::UploadEnvironments() {
     ParallelFor(kBlurred, 0, [&](size_t i) {
       const int at = static_cast<int>(i);
       const glm::dvec3 d = DirectionOf(at % kBlurredWidth, at / kBlurredWidth, kBlurredWidth, kBlurredHeight);
-      table[first + i] = Vec4(ReflectedByRoughness(shapes_[l], optics_, d, d, 10) / reflected_sky_);
+      table[first + i] = Vec4(ReflectedByRoughness(shapes_[l], optics_, d, d, 10) / reflected_sky_, shown_);
     });
     for (int i = 0; i < kSharp; ++i) {
       const glm::dvec3 d = DirectionOf(i % kSharpWidth, i / kSharpWidth, kSharpWidth, kSharpHeight);
-      table[first + kBlurred + i] = Vec4(LightAlong(shapes_[l], glm::dvec3(0.0), d)->radiance);
+      table[first + kBlurred + i] = Vec4(LightAlong(shapes_[l], glm::dvec3(0.0), d)->radiance, shown_);
     }
   }
   if (table.empty()) table.emplace_back(0.0f);
@@ -216,7 +219,7 @@ void Lamps::SetUniforms(Program& program) const {
   program.Set("first_environment", first_environment_);
   std::array<glm::vec3, kMost> sky{};
   for (size_t l = 0; l < shapes_.size(); ++l)
-    if (const auto* dome = std::get_if<DomeLight>(&shapes_[l])) sky[l] = glm::vec3(dome->radiance);
+    if (const auto* dome = std::get_if<DomeLight>(&shapes_[l])) sky[l] = glm::vec3(Vec4(dome->radiance, shown_));
   program.Set("sky", std::span<const glm::vec3>(sky));
 }
 

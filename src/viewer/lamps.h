@@ -18,13 +18,14 @@ class Lamps {
   static constexpr size_t kMost = 8;
 
   /// In the object's frame; at most kMost. `middle`: of the crown; point lamps become disks that face it.
-  void SetLamps(std::vector<LightShape> shapes, const glm::dvec3& middle);
+  void SetLamps(std::vector<LightShape> shapes, const glm::dvec3& middle, const ShownChannels& shown);
   void SetSurface(const ShaderOptics<double>& optics);
   /// Sets the uniforms of a program with lamps.glsl; call after Use.
   void SetUniforms(Program& program) const;
   size_t count() const { return shapes_.size(); }
 
  private:
+  ShownChannels shown_{0, 1, 2};
   void UploadPoints(const glm::dvec3& middle);
   void UploadMirrors();
   void UploadReflectedSky();

@@ -20,12 +20,13 @@ std::string Idle(const Capture& capture, size_t layer, Quantity quantity) {
   return "";
 }
 
-SliderParameter SliderOf(const Capture& capture, size_t layer, const ParameterRow& row, const ChannelValues& values,
+SliderParameter SliderOf(const Capture& capture, size_t layer, const ParameterRow& row, const Spectrum& values,
                          const ParameterRecord& record) {
   SliderParameter parameter{layer, row.quantity, record.status, Idle(capture, layer, row.quantity), {}};
-  const size_t count = row.per_channel ? kChannels : 1;
+  const size_t count = row.per_channel ? static_cast<size_t>(values.size()) : 1;
   for (size_t c = 0; c < count; ++c) {
-    SliderNumber number{values[c], values[c], {}};
+    const double value = values[static_cast<int>(c)];
+    SliderNumber number{value, value, {}};
     if (!record.interval95.empty()) number.interval95 = record.interval95[std::min(c, record.interval95.size() - 1)];
     parameter.numbers.push_back(number);
   }
@@ -59,8 +60,9 @@ std::vector<SliderGroup> SlidersOf(const Capture& capture, const MaterialRecord&
 Material MaterialOf(const std::vector<SliderGroup>& groups, Material material) {
   for (const SliderGroup& group : groups)
     for (const SliderParameter& p : group.parameters) {
-      ChannelValues& values = (p.layer == kSurfaceOwner ? material.surface : material.layers[p.layer])[p.quantity];
-      for (size_t c = 0; c < values.size(); ++c) values[c] = p.numbers[std::min(c, p.numbers.size() - 1)].value;
+      Spectrum& values = (p.layer == kSurfaceOwner ? material.surface : material.layers[p.layer])[p.quantity];
+      for (int c = 0; c < values.size(); ++c)
+        values[c] = p.numbers[std::min(static_cast<size_t>(c), p.numbers.size() - 1)].value;
     }
   return material;
 }

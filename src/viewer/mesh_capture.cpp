@@ -20,12 +20,12 @@ void StateValues(Capture& capture, const Material& material) {
 }
 
 /// A square softbox that shines on `middle` from `direction` (unit). `size_mm` is the crown's size.
-Light Softbox(const char* name, const glm::dvec3& middle, const glm::dvec3& direction, double size_mm) {
+Light Softbox(const char* name, const glm::dvec3& middle, const glm::dvec3& direction, double size_mm, int channels) {
   const auto [u, v] = Tangents(-direction);
   Light light;
   light.name = name;
   light.shape =
-      RectangleLight{middle + 2.5 * size_mm * direction, 0.4 * size_mm * u, 0.4 * size_mm * v, glm::dvec3(4.5)};
+      RectangleLight{middle + 2.5 * size_mm * direction, 0.4 * size_mm * u, 0.4 * size_mm * v, Spectrum(channels, 4.5)};
   return light;
 }
 
@@ -60,11 +60,13 @@ Capture CaptureOfMeshes(const std::vector<std::filesystem::path>& meshes, const 
   const double size_mm = glm::distance(low, high);
   Capture capture = CaptureOfOutline(outline, material_file);
   for (size_t i = 0; i < meshes.size(); ++i) capture.layers[i].surface = meshes[i];
-  capture.lights.push_back(Softbox("left", middle, glm::normalize(glm::dvec3(-1, 0.7, 1)), size_mm));
-  capture.lights.push_back(Softbox("right", middle, glm::normalize(glm::dvec3(1, 0.5, 1.2)), size_mm));
+  capture.lights.push_back(
+      Softbox("left", middle, glm::normalize(glm::dvec3(-1, 0.7, 1)), size_mm, capture.channels()));
+  capture.lights.push_back(
+      Softbox("right", middle, glm::normalize(glm::dvec3(1, 0.5, 1.2)), size_mm, capture.channels()));
   Light dome;
   dome.name = "dome";
-  dome.shape = DomeLight{glm::dvec3(0.05)};
+  dome.shape = DomeLight{Spectrum(capture.channels(), 0.05)};
   capture.lights.push_back(dome);
   PhotographSpec photo = PhotographOf(middle, size_mm);
   for (size_t l = 0; l < capture.lights.size(); ++l) photo.lights.push_back(l);

@@ -54,7 +54,7 @@ struct PanelState {
 
   // shown to the user
   std::vector<std::string> photographs;
-  std::array<std::string, kChannels> channels;
+  std::vector<std::string> channels;
   std::string no_photograph;  ///< why there is none to compare with
   std::string no_difference;  ///< why the difference is not shown
   std::string difference;     ///< its values

@@ -7,15 +7,15 @@ namespace crownfit {
 SceneryView::SceneryView()
     : program_(Program::Of({"viewer/camera.glsl", "viewer/scenery.vert"}, {"viewer/scenery.frag"})) {}
 
-void SceneryView::Set(std::span<const ShadedMesh> things) {
+void SceneryView::Set(std::span<const ShadedMesh> things, const ShownChannels& shown) {
   std::vector<glm::vec4> positions, front, back;
   std::vector<int> indices;
   for (const ShadedMesh& thing : things) {
     const int first = static_cast<int>(positions.size());
     for (size_t v = 0; v < thing.mesh.vertices.size(); ++v) {
       positions.emplace_back(glm::vec3(thing.mesh.vertices[v]), 0.0f);
-      front.emplace_back(glm::vec3(thing.front[v]), 1.0f);
-      back.push_back(thing.back.empty() ? glm::vec4(0.0f) : glm::vec4(glm::vec3(thing.back[v]), 1.0f));
+      front.push_back(Vec4(thing.front[v], shown, 1.0));
+      back.push_back(thing.back.empty() ? glm::vec4(0.0f) : Vec4(thing.back[v], shown, 1.0));
     }
     for (const glm::ivec3& t : thing.mesh.triangles)
       for (int k = 0; k < 3; ++k) indices.push_back(first + t[k]);

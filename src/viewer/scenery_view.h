@@ -14,7 +14,7 @@ struct PhotographSpec;
 class SceneryView {
  public:
   SceneryView();
-  void Set(std::span<const ShadedMesh> things);
+  void Set(std::span<const ShadedMesh> things, const ShownChannels& shown);
   /// Draws on the current canvas, with depth test. A tile is invisible from behind.
   void Draw(const PhotographSpec& photo, const std::pair<glm::dvec3, glm::dvec3>& bounds);
 

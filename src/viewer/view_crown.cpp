@@ -85,8 +85,8 @@ std::string Benchmark(CrownRenderer& renderer, const Capture& capture, const Mat
 
 }  // namespace
 
-std::string ViewCrown(const Capture& capture, const Material& material, const ViewOptions& options,
-                      Progress& progress) {
+std::string ViewCrown(const Capture& stated, const Material& material, const ViewOptions& options, Progress& progress) {
+  const Capture capture = ForScreen(stated);
   CheckShaderSupports(capture, material);
   const OffscreenContext context;
   progress.Show("reading", 0.0);
@@ -100,7 +100,7 @@ std::string ViewCrown(const Capture& capture, const Material& material, const Vi
   cast_options.shade_scenery = true;
   const VertexCast light = CastVertices(capture, *crown, input.scenery, options.photograph, cast_options);
 
-  CrownRenderer renderer(crown);
+  CrownRenderer renderer(crown, ShownChannelsOf(capture));
   renderer.SetLight(capture, options.photograph, light);
   renderer.SetMaterial(capture, material, thickness);
   PhotographSpec photo = capture.photographs[options.photograph];

@@ -92,7 +92,7 @@ void ViewScene::SetMaterial(const Material& material) {
 void ViewScene::TakeCrown(std::shared_ptr<const Crown> crown) {
   crown_ = std::move(crown);
   cast_mm_ = CastThicknesses(capture_, *crown_, built_mm_);
-  renderer_ = std::make_unique<CrownRenderer>(crown_);
+  renderer_ = std::make_unique<CrownRenderer>(crown_, ShownChannelsOf(capture_));
   thickness_view_ = std::make_unique<ThicknessView>(crown_);
   light_.reset();
   mask_.reset();
@@ -223,7 +223,7 @@ void ViewScene::StartReading(size_t photograph) {
     std::shared_ptr<const Photograph> read;
     std::string error;
     try {
-      read = std::make_shared<const Photograph>(ReadPhotograph(spec.files));
+      read = std::make_shared<const Photograph>(InShownChannels(ReadPhotograph(spec.files), ShownChannelsOf(capture_)));
       if (read->linear.width != spec.camera.width || read->linear.height != spec.camera.height)
         error = spec.files.image.string() + ": does not have the size of its camera file";
     } catch (const InputError& e) {

@@ -200,7 +200,8 @@ void CrownWindow::DrawPanes(const std::vector<Pane>& panes) {
     settings.scale = ScaleOf(pose_, camera, pane.size);
     settings.viewer_scale = brightness * scene_.exposure(state_.photograph);
     settings.photograph_scale = brightness;
-    if (state_.true_colour) settings.rgb_from_sensor = photo().rgb_from_sensor.matrix;
+    const std::vector<glm::dvec3>& columns = photo().rgb_from_sensor.columns;
+    if (state_.true_colour && columns.size() == 3) settings.rgb_from_sensor = {columns[0], columns[1], columns[2]};
     display_.Draw(pane, window_.size(), canvas_.texture(), settings);
   }
 }
@@ -269,7 +270,7 @@ void CrownWindow::DrawFrame() {
 
 void ViewInWindow(const Capture& stated, const MaterialRecord& record, const WindowOptions& options,
                   Progress& progress) {
-  const Capture capture = WithLinearScales(stated, record.linear_scales);
+  const Capture capture = ForScreen(WithLinearScales(stated, record.linear_scales));
   CheckShaderSupports(capture, record.material);
   const auto [width, height] = options.size.value_or(std::pair{1400, 900});
   Window window("crownfit view " + options.material_file.filename().string(), width, height);
