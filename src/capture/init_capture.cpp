@@ -81,6 +81,46 @@ void RequireKnown(const std::string& name, const std::vector<std::string>& known
   throw InputError("", option, "'" + name + "' is not known", "Known: " + list + ".");
 }
 
+/// The object with the value of every key in `from`.
+void Replace(Object& object, const Object& from) {
+  for (const auto& [key, value] : from) {
+    const auto there = std::find_if(object.begin(), object.end(), [&k = key](const auto& m) { return m.first == k; });
+    if (there == object.end())
+      object.emplace_back(key, value);
+    else
+      there->second = value;
+  }
+}
+
+Object ObjectJson(const CaptureParts& parts, const Path& folder) {
+  JsonValue::Array layers;
+  std::vector<std::pair<std::string, std::optional<Path>>> all;
+  for (const auto& [name, file] : parts.meshes) all.emplace_back(name, file);
+  for (const auto& name : parts.more_layers) all.emplace_back(name, std::nullopt);
+  for (size_t i = 0; i < all.size(); ++i) {
+    Object layer = LayerJson(all[i].first);
+    for (const auto& [name, keys] : parts.layer_keys)
+      if (name == all[i].first) Replace(layer, keys);
+    if (all[i].second)
+      layer.insert(
+          layer.begin() + 1,
+          {"surface", Copied(*all[i].second, folder, "mesh/" + all[i].first + all[i].second->extension().string())});
+    if (i + 1 < all.size() && !all[i + 1].second)
+      layer.emplace_back("thickness_mm", Object{{"fixed", parts.thickness_mm}});
+    layers.emplace_back(layer);
+  }
+  Object object{{"layers", layers}, {"surface", Object{{"roughness", Object{{"initial", 0.2}}}}}};
+  JsonValue::Array scenery;
+  for (const StatedThing& thing : parts.scenery)
+    scenery.emplace_back(
+        Object{{"name", thing.name},
+               {"mesh", Copied(thing.mesh, folder, "mesh/thing_" + thing.name + thing.mesh.extension().string())},
+               {"reflectance_rgb", thing.reflectance}});
+  if (!scenery.empty()) object.emplace_back("scenery", scenery);
+  Replace(object, parts.object_keys);
+  return object;
+}
+
 }  // namespace
 
 void InitCapture(const CaptureParts& parts, const Path& folder) {
@@ -108,20 +148,7 @@ void InitCapture(const CaptureParts& parts, const Path& folder) {
   for (const auto& [name, file] : parts.masks) RequireKnown(name, photographs, "--mask");
   for (const auto& name : parts.holdouts) RequireKnown(name, photographs, "--holdout");
 
-  JsonValue::Array layers;
-  std::vector<std::pair<std::string, std::optional<Path>>> all;
-  for (const auto& [name, file] : parts.meshes) all.emplace_back(name, file);
-  for (const auto& name : parts.more_layers) all.emplace_back(name, std::nullopt);
-  for (size_t i = 0; i < all.size(); ++i) {
-    Object layer = LayerJson(all[i].first);
-    if (all[i].second)
-      layer.insert(
-          layer.begin() + 1,
-          {"surface", Copied(*all[i].second, folder, "mesh/" + all[i].first + all[i].second->extension().string())});
-    if (i + 1 < all.size() && !all[i + 1].second)
-      layer.emplace_back("thickness_mm", Object{{"fixed", parts.thickness_mm}});
-    layers.emplace_back(layer);
-  }
+  const Object object = ObjectJson(parts, folder);
   const std::string rig = Copied(parts.lights, folder, "calib/light_rig.json");
   const Views views = ViewsOf(parts, folder);
   for (const Path& picture : stated_rig.files) {  // environment maps lie beside their rig
@@ -151,6 +178,11 @@ void InitCapture(const CaptureParts& parts, const Path& folder) {
                  {"camera", views.camera[p]},
                  {"camera_from_object", views.pose[p]},
                  {"lights", on == parts.lit.end() ? lights : on->second}};
+    std::vector<std::string> beside;
+    for (const StatedThing& thing : parts.scenery)
+      if (std::find(thing.photographs.begin(), thing.photographs.end(), name) != thing.photographs.end())
+        beside.push_back(thing.name);
+    if (!beside.empty()) photo.emplace_back("scenery", beside);
     if (filter != parts.polarisation.end()) photo.emplace_back("polarisation", filter->second);
     if (mask != parts.masks.end())
       photo.emplace_back("mask",
@@ -161,12 +193,10 @@ void InitCapture(const CaptureParts& parts, const Path& folder) {
       photo.emplace_back("use", "holdout");
     photos.emplace_back(photo);
   }
-  WriteTextFile(folder / "capture.json",
-                ToJsonText(Object{{"format", "crownfit-capture/1"},
-                                  {"object", Object{{"layers", layers},
-                                                    {"surface", Object{{"roughness", Object{{"initial", 0.2}}}}}}},
-                                  {"light_rig", rig},
-                                  {"photographs", photos}}));
+  WriteTextFile(
+      folder / "capture.json",
+      ToJsonText(
+          Object{{"format", "crownfit-capture/1"}, {"object", object}, {"light_rig", rig}, {"photographs", photos}}));
 }
 
 }  // namespace crownfit

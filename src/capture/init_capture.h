@@ -19,6 +19,14 @@ struct StatedView {
   RigidTransform camera_from_object;
 };
 
+/// A thing beside the object, in the photographs that show it.
+struct StatedThing {
+  std::string name;
+  std::filesystem::path mesh;
+  JsonValue reflectance;
+  std::vector<std::string> photographs;
+};
+
 using NamedFiles = std::vector<std::pair<std::string, std::filesystem::path>>;
 
 struct CaptureParts {
@@ -34,11 +42,15 @@ struct CaptureParts {
   std::vector<std::pair<std::string, std::string>> polarisation;
   std::vector<std::string> holdouts;
   bool exposure_is_free = false;
+  std::vector<StatedThing> scenery;
+  /// What capture.json states of layers, by their names, and of the object, in place of textbook values.
+  std::vector<std::pair<std::string, JsonValue::Object>> layer_keys;
+  JsonValue::Object object_keys;
 };
 
 /// Copies everything into `folder` (mesh/, photos/, calib/) and writes capture.json: scattering, absorption and
-/// roughness free, the rest fixed to textbook values for layers called enamel and dentine. Throws InputError naming
-/// what is missing or unknown.
+/// roughness free, the rest fixed to textbook values for layers called enamel and dentine, or as the parts state them.
+/// Throws InputError naming what is missing or unknown.
 void InitCapture(const CaptureParts& parts, const std::filesystem::path& folder);
 
 }  // namespace crownfit

@@ -22,6 +22,7 @@ struct ImportCommand {
   std::filesystem::path output;
   ImportParts parts;
   std::vector<std::string> meshes;  ///< NAME=FILE
+  std::string scale_from;           ///< X,Y,Z:X,Y,Z=MM
   CommonOptions common;
 };
 
@@ -80,9 +81,10 @@ int RunMeasured(const MeasuredCommand& asked) {
 int RunImport(const ImportCommand& asked) {
   ImportParts parts = asked.parts;
   for (const auto& text : asked.meshes) parts.capture.meshes.push_back(NamedFile(text, "--mesh"));
+  if (!asked.scale_from.empty()) parts.mm_per_unit = ScaleFromPoints(asked.scale_from);
+  const std::filesystem::path& source = parts.sources[0];
   if (parts.photographs.empty())
-    parts.photographs =
-        std::filesystem::is_directory(parts.source) ? parts.source : std::filesystem::path(parts.source).parent_path();
+    parts.photographs = std::filesystem::is_directory(source) ? source : source.parent_path();
   std::vector<std::string> left_out;
   InNewFolder(asked.output, [&] { left_out = ImportCapture(parts, asked.output); });
   if (!left_out.empty())
@@ -97,31 +99,44 @@ void AddImport(CLI::App& capture, Command& command) {
   auto* import = capture.add_subcommand(
       "import", "Makes a capture of photographs whose cameras and poses another program found, and checks it.");
   import->footer(
-      "Reads a sparse model of COLMAP (.bin or .txt) and transforms.json of NeRF programs. Meshes and lights are in\n"
-      "millimetres and in the source's axes. A light named like a photograph is on in it alone. docs/import.md lists\n"
-      "axes, camera models and what is refused.\n\n"
-      "Example:\n"
+      "Reads a sparse model of COLMAP (.bin or .txt), transforms.json of NeRF programs, and scenes of Mitsuba 3 (.xml, "
+      "or\n"
+      "a folder of them). A scene brings the object's meshes, material and lamps with it. Meshes and lights that you "
+      "give\n"
+      "are in millimetres and in the source's axes. A light named like a photograph is on in it alone. docs/import.md\n"
+      "lists axes, camera models and what is refused.\n\n"
+      "Examples:\n"
       "  crownfit capture import sparse/0 -o crown --photographs images --mm-per-unit 12.4 \\\n"
-      "    --mesh enamel=crown.ply --lights light_rig.json");
-  import->add_option("SOURCE", parts.source, "Folder of COLMAP's sparse model, or transforms.json.")->required();
+      "    --mesh enamel=crown.ply --lights light_rig.json\n"
+      "  crownfit capture import mitsuba_scenes -o crown --photographs images");
+  import
+      ->add_option("SOURCE", parts.sources, "Folder of COLMAP's sparse model, transforms.json, or scenes of Mitsuba 3.")
+      ->required();
   import->add_option("-o,--output", asked->output, "Folder of the capture; it is created if missing.")->required();
   import->add_option("--photographs", parts.photographs,
                      "Folder of the photographs (default: that of SOURCE). They are found by their names, with or\n"
                      "without folder and ending.");
+  auto* unit = import
+                   ->add_option("--mm-per-unit", parts.mm_per_unit,
+                                "Millimetres of one unit of the source's lengths, from a length you know (default 1).")
+                   ->check(CLI::PositiveNumber);
   import
-      ->add_option("--mm-per-unit", parts.mm_per_unit,
-                   "Millimetres of one unit of the source's lengths, from a length you know (default 1).")
-      ->check(CLI::PositiveNumber);
-  import->add_option("--mesh", asked->meshes, "LAYER=FILE: as in `capture init`. Repeatable, outermost layer first.")
-      ->take_all()
-      ->required();
+      ->add_option("--scale-from", asked->scale_from,
+                   "X,Y,Z:X,Y,Z=MM: the same from two points in the source's unit and their distance in mm.")
+      ->excludes(unit);
+  import
+      ->add_option("--mesh", asked->meshes,
+                   "LAYER=FILE: as in `capture init`. Repeatable, outermost layer first. Needed unless a scene has\n"
+                   "the object.")
+      ->take_all();
   import->add_option("--layer", parts.capture.more_layers, "A further layer inside, without a mesh. Repeatable.")
       ->take_all();
   import
       ->add_option("--thickness-mm", parts.capture.thickness_mm,
                    "Thickness in mm of the layer above a layer without a mesh (default 0.8).")
       ->check(CLI::PositiveNumber);
-  import->add_option("--lights", parts.capture.lights, "Light rig (crownfit-light-rig/1).")->required();
+  import->add_option("--lights", parts.capture.lights,
+                     "Light rig (crownfit-light-rig/1). Needed unless a scene has lamps, which it replaces.");
   import->add_option("--noise", parts.capture.noise, "noise.json of `crownfit calibrate noise`.");
   import->add_option("--colour", parts.capture.colour, "colour.json of `crownfit calibrate colour`.");
   import

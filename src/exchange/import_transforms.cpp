@@ -73,20 +73,27 @@ RigidTransform CameraFromWorld(const JsonNode& matrix) {
     for (int c = 0; c < 3; ++c) world_from_camera.rotation[c][r] = c == 0 ? row[c] : -row[c];
     world_from_camera.translation_mm[r] = row[3];
   }
-  const glm::dmat3 product = glm::transpose(world_from_camera.rotation) * world_from_camera.rotation;
-  for (int r = 0; r < 3; ++r)
-    for (int c = 0; c < 3; ++c)
-      if (!(std::abs(product[c][r] - (r == c)) < 1e-3) || !(glm::determinant(world_from_camera.rotation) > 0))
-        matrix.Fail("is no rotation", "Scale the cameras' places, not their axes; crownfit has --mm-per-unit.");
-  // What is left of rounding goes into no angle of a photograph: rows are orthonormal within 1e-3.
-  glm::dmat3& axes = world_from_camera.rotation;
-  axes[0] = glm::normalize(axes[0]);
-  axes[1] = glm::normalize(axes[1] - glm::dot(axes[0], axes[1]) * axes[0]);
-  axes[2] = glm::cross(axes[0], axes[1]);
+  const auto rotation = RotationNear(world_from_camera.rotation);
+  if (!rotation)
+    matrix.Fail("is no rotation", "Scale the cameras' places, not their axes; crownfit has --mm-per-unit.");
+  world_from_camera.rotation = *rotation;
   return world_from_camera.Inverse();
 }
 
 }  // namespace
+
+std::optional<glm::dmat3> RotationNear(glm::dmat3 axes) {
+  const glm::dmat3 product = glm::transpose(axes) * axes;
+  for (int r = 0; r < 3; ++r)
+    for (int c = 0; c < 3; ++c)
+      if (!(std::abs(product[c][r] - (r == c)) < 1e-3)) return std::nullopt;
+  if (!(glm::determinant(axes) > 0)) return std::nullopt;
+  // What is left of rounding goes into no angle of a photograph.
+  axes[0] = glm::normalize(axes[0]);
+  axes[1] = glm::normalize(axes[1] - glm::dot(axes[0], axes[1]) * axes[0]);
+  axes[2] = glm::cross(axes[0], axes[1]);
+  return axes;
+}
 
 std::vector<ImportedView> ReadNerfTransforms(const std::filesystem::path& path) {
   const JsonFile file(path);

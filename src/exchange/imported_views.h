@@ -2,6 +2,7 @@
 // Cameras and poses as other programs write them.
 
 #include <filesystem>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -24,5 +25,8 @@ std::vector<ImportedView> ReadColmap(const std::filesystem::path& folder);
 /// transforms.json of NeRF programs (Mildenhall et al. 2020; Instant-NGP; Nerfstudio): camera-to-world matrices whose
 /// camera looks along -z with y up. Throws InputError for fisheye cameras and matrices that are not rigid.
 std::vector<ImportedView> ReadNerfTransforms(const std::filesystem::path& file);
+
+/// The rotation next to a matrix. Nothing where its columns are orthonormal to no better than 1e-3, or left-handed.
+std::optional<glm::dmat3> RotationNear(glm::dmat3 axes);
 
 }  // namespace crownfit
