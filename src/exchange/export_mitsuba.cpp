@@ -129,20 +129,23 @@ Node Begin(pugi::xml_document& document) {
   return scene;
 }
 
-void AddLamp(Node root, const ExportedLamp& lamp, const std::string& mesh) {
+Node AddLamp(Node root, const ExportedLamp& lamp, const std::string& mesh) {
   if (std::holds_alternative<DomeLamp>(lamp.shape)) {
-    SetRgb(Add(root, "emitter", "constant"), "radiance", lamp.radiance);
-    return;
+    Node dome = Add(root, "emitter", "constant");
+    SetRgb(dome, "radiance", lamp.radiance);
+    return dome;
   }
   if (std::holds_alternative<EnvironmentLamp>(lamp.shape)) {
-    Set(Add(root, "emitter", "envmap"), "string", "filename", mesh);
-    return;
+    Node map = Add(root, "emitter", "envmap");
+    Set(map, "string", "filename", mesh);
+    return map;
   }
   const auto* ball = std::get_if<BallLamp>(&lamp.shape);
   Node shape = ball ? Add(root, "shape", "sphere") : AddMesh(root, mesh);
   if (ball) SetMatrix(shape, glm::dmat3(ball->radius_mm), ball->centre_mm);
   Add(shape, "bsdf", "null");
   SetRgb(Add(shape, "emitter", "area"), "radiance", lamp.radiance);
+  return shape;
 }
 
 void AddSensor(Node root, const Camera& camera, const RigidTransform& camera_from_object) {
@@ -213,9 +216,17 @@ void WriteMitsuba(const ExportScene& scene, const std::filesystem::path& folder)
     AddSensor(root, photo.camera, photo.camera_from_object);
     root.append_child("include").append_attribute("filename") = "material.xml";
     AddObject(root, scene, meshes);
-    for (size_t i = 0; i < photo.things.size(); ++i)
-      SetDiffuse(Add(AddMesh(root, meshes.thing[p][i]), "bsdf", "twosided"), photo.things[i].reflectance);
-    for (size_t i = 0; i < photo.lamps.size(); ++i) AddLamp(root, photo.lamps[i], meshes.lamp[p][i]);
+    std::vector<std::string> things, lamps;  // names by which an import knows them again
+    for (const ExportedThing& thing : photo.things) things.push_back(thing.name);
+    for (const ExportedLamp& lamp : photo.lamps) lamps.push_back(lamp.name);
+    things = FileNames(things), lamps = FileNames(lamps);
+    for (size_t i = 0; i < things.size(); ++i) {
+      Node thing = AddMesh(root, meshes.thing[p][i]);
+      thing.append_attribute("id") = ("thing_" + things[i]).c_str();
+      SetDiffuse(Add(thing, "bsdf", "twosided"), photo.things[i].reflectance);
+    }
+    for (size_t i = 0; i < lamps.size(); ++i)
+      AddLamp(root, photo.lamps[i], meshes.lamp[p][i]).append_attribute("id") = ("lamp_" + lamps[i]).c_str();
     WriteXml(folder / (photographs[p] + ".xml"), document);
   }
 }

@@ -14,7 +14,9 @@ namespace crownfit {
 namespace {
 
 constexpr double kPi = std::numbers::pi;
-constexpr double kFar_mm = 1e5;  // distance of lamps at infinity: parallax 1e-4 rad over a crown
+// Distance of lamps at infinity: parallax 2e-4 rad over a crown. Disks of up to 60 degrees stay within
+// kFarthestPlace_mm.
+constexpr double kFar_mm = 5e4;
 constexpr double kLeastRadius_rad = 1e-4;
 
 /// A polygonal ring or disk with the same area as the round one.
