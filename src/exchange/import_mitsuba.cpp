@@ -59,7 +59,7 @@ Camera CameraOf(const MitsubaPlugin& sensor) {
   const MitsubaPlugin film(
       sensor.document(), *film_node,
       {"width", "height", "crop_width", "crop_height", "crop_offset_x", "crop_offset_y", "file_format", "pixel_format",
-       "component_format", "sample_border", "compensate", "<rfilter>"});
+       "component_format", "sample_border", "compensate", "banner", "<rfilter>"});
   const int most = static_cast<int>(kMostPixels);
   const int width = film.Integer("width", 768, 1, most), height = film.Integer("height", 576, 1, most);
   const int left = film.Integer("crop_offset_x", 0, 0, width - 1),
@@ -317,9 +317,9 @@ void RequireWithin(const std::vector<EvenCone>& cones, const ImportedScene& scen
 }  // namespace
 
 const std::vector<std::string>& KnownOfShapes() {
-  static const std::vector<std::string> known{"filename",        "to_world", "face_normals", "flip_normals",
-                                              "flip_tex_coords", "center",   "radius",       "interior",
-                                              "exterior",        "<bsdf>",   "<emitter>"};
+  static const std::vector<std::string> known{
+      "filename", "to_world", "face_normals", "flip_normals", "flip_tex_coords", "center",
+      "radius",   "interior", "exterior",     "<bsdf>",       "<emitter>",       "silhouette_sampling_weight"};
   return known;
 }
 

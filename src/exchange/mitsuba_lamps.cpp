@@ -10,7 +10,7 @@
 namespace crownfit {
 namespace {
 
-constexpr double kInfinitelyFar_mm = 0.5 * kFarthestPlace_mm;  // an object of 5 mm sees 1e-4 rad of parallax
+constexpr double kInfinitelyFar_mm = 0.4 * kFarthestPlace_mm;  // an object of 10 mm sees 2.5e-4 rad of parallax
 constexpr size_t kLeastCorners = 64;                           // of a round lamp: its rim is true to 1e-3
 constexpr double kFlat = 1e-4;                                 // departure from a shape, of its size: single precision
 
@@ -237,12 +237,15 @@ glm::dvec3 PlaceOf(const LightShape& shape) {
 ImportedLight ReadMitsubaEmitter(const MitsubaDocument& document, const MitsubaNode& node, const MitsubaUnit& unit,
                                  std::vector<EvenCone>& cones) {
   const auto with = [&](const std::vector<std::string>& known) { return MitsubaPlugin(document, node, known); };
-  if (node.type == "point") return ReadPoint(with({"position", "to_world", "intensity"}), unit);
-  if (node.type == "spot") return ReadSpot(with({"to_world", "intensity", "cutoff_angle", "beam_width"}), unit, cones);
-  if (node.type == "directional") return ReadDirectional(with({"direction", "to_world", "irradiance"}));
-  if (node.type == "envmap") return ReadEnvironment(with({"filename", "to_world", "scale", "mis_compensation"}));
+  if (node.type == "point") return ReadPoint(with({"position", "to_world", "intensity", "sampling_weight"}), unit);
+  if (node.type == "spot")
+    return ReadSpot(with({"to_world", "intensity", "cutoff_angle", "beam_width", "sampling_weight"}), unit, cones);
+  if (node.type == "directional")
+    return ReadDirectional(with({"direction", "to_world", "irradiance", "sampling_weight"}));
+  if (node.type == "envmap")
+    return ReadEnvironment(with({"filename", "to_world", "scale", "mis_compensation", "sampling_weight"}));
   if (node.type == "constant") {
-    const MitsubaPlugin dome = with({"radiance"});
+    const MitsubaPlugin dome = with({"radiance", "sampling_weight"});
     return Named(dome, DomeLight{Needed(dome, "radiance")});
   }
   node.Fail("an emitter of this kind has no equivalent in a light rig",
@@ -252,7 +255,7 @@ ImportedLight ReadMitsubaEmitter(const MitsubaDocument& document, const MitsubaN
 ImportedLight ReadMitsubaLamp(const MitsubaPlugin& shape, const MitsubaNode& emitter, const MitsubaUnit& unit) {
   if (emitter.type != "area")
     emitter.Fail("an emitter of this kind on a shape has no equivalent in a light rig", "Use an area emitter.");
-  const MitsubaPlugin area(shape.document(), emitter, {"radiance"});
+  const MitsubaPlugin area(shape.document(), emitter, {"radiance", "sampling_weight"});
   const ImportedLight light = Named(shape, LampShapeOf(shape, unit, Needed(area, "radiance")));
   Place(shape, PlaceOf(light.light.shape));
   return light;

@@ -97,7 +97,8 @@ glm::dmat4 StepOf(const MitsubaNode& node) {
   if (node.tag == "lookat") return LookAt(node);
   if (node.tag != "rotate") node.Fail("is no step of a transform", "Known: translate, rotate, scale, lookat, matrix.");
   const glm::dvec3 axis = VectorOf(node);
-  if (!(glm::length(axis) > 0)) node.Fail("has no axis", "State x, y and z.");
+  if (!(std::abs(glm::length(axis) - 1) < 0.01))
+    node.Fail("its axis does not have length 1, which makes Mitsuba 3 shear", "Divide x, y and z by its length.");
   return glm::rotate(glm::dmat4(1.0), glm::radians(NumberOf(node, "angle")), axis);
 }
 
