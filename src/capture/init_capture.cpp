@@ -52,7 +52,9 @@ Views ViewsOf(const CaptureParts& parts, const Path& folder) {
   Views views;
   if (parts.views.empty()) {
     const std::vector<StatedPose> poses = ReadPoses(parts.poses);
-    const std::string camera = Copied(parts.camera, folder, "calib/camera.json");
+    const std::string camera =
+        parts.known_camera ? "calib/camera.json" : Copied(parts.camera, folder, "calib/camera.json");
+    if (parts.known_camera) WriteTextFile(folder / camera, ToJsonText(CameraJson(*parts.known_camera)));
     for (const auto& [name, file] : parts.photographs) {
       views.camera.push_back(camera);
       const JsonValue::Array posed = PosesJson({PoseOf(poses, file, parts.poses)});

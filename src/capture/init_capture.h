@@ -35,7 +35,8 @@ struct CaptureParts {
   double thickness_mm = 0.8;             ///< of every layer whose next layer has no mesh
   NamedFiles photographs, masks;
   std::filesystem::path camera, poses, lights;
-  std::vector<StatedView> views;  ///< where it is not empty, in place of `camera` and `poses`
+  std::optional<Camera> known_camera;  ///< in place of the file `camera`
+  std::vector<StatedView> views;       ///< where it is not empty, in place of `camera` and `poses`
   std::optional<std::filesystem::path> noise, colour, blur;
   /// Per photograph: lights that were on (default: all), filters, and whether it is held out.
   std::vector<std::pair<std::string, std::vector<std::string>>> lit;

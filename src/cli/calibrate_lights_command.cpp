@@ -10,6 +10,7 @@
 #include "capture/poses.h"
 #include "cli/calibrate_parts.h"
 #include "cli/named_file.h"
+#include "exchange/opencv_file.h"
 
 namespace crownfit {
 namespace {
@@ -33,7 +34,7 @@ int RunLights(const LightsTask& asked) {
   if (asked.lights.empty() == asked.rig.empty())
     throw InputError("", "", "give either photographs of mirror balls (NAME=FILE) or a measured rig (--rig FILE)");
   std::optional<Camera> camera;
-  if (!asked.camera.empty()) camera = ReadCamera(asked.camera);
+  if (!asked.camera.empty()) camera = ReadCameraOrOpenCv(asked.camera);
   Progress progress(asked.product.common.progress);
   std::vector<std::filesystem::path> inputs;
   std::vector<std::string> notes, refusals;
@@ -140,8 +141,10 @@ void AddCalibrateLights(CLI::App& calibrate, Command& command) {
   lights->add_option("BALLS", asked->lights,
                      "NAME=FILE: a photograph of polished balls with only lamp NAME on. Several of one lamp are\n"
                      "combined.");
-  lights->add_option("--camera", asked->camera,
-                     "camera.json. Without it only directions are found, by parallel projection.");
+  lights->add_option(
+      "--camera", asked->camera,
+      "camera.json, or a calibration by OpenCV (.yml, .xml). Without it only directions are found, by parallel\n"
+      "projection.");
   lights->add_option("--ball-mm", asked->ball_mm, "Diameter of the balls in mm.")->check(CLI::PositiveNumber);
   lights->add_option("--balls", asked->ball_count, "Number of balls in a photograph (default 1).")
       ->check(CLI::Range(1, 20));

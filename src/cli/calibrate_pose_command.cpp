@@ -5,6 +5,7 @@
 #include "calibration/estimate_pose.h"
 #include "calibration/scan_poses_product.h"
 #include "cli/calibrate_parts.h"
+#include "exchange/opencv_file.h"
 #include "geometry/mesh_file.h"
 #include "photo/photograph.h"
 
@@ -25,7 +26,7 @@ struct PoseTask {
 
 int AlignScanInPhotographs(const PoseTask& asked) {
   RequireDistinctNames(asked.images);
-  const Camera camera = ReadCamera(asked.camera);
+  const Camera camera = ReadCameraOrOpenCv(asked.camera);
   const auto starts = ReadPoses(Required(asked.start, "--start"));
   Progress progress(asked.product.common.progress);
   progress.Show("reading", 0.0);
@@ -75,7 +76,7 @@ int AlignScanInPhotographs(const PoseTask& asked) {
 int RunPose(const PoseTask& asked) {
   if (!asked.meshes.empty()) return AlignScanInPhotographs(asked);
   RequireDistinctNames(asked.images);
-  const Camera camera = ReadCamera(asked.camera);
+  const Camera camera = ReadCameraOrOpenCv(asked.camera);
   const bool by_board = !asked.board.kind.empty();
   if (by_board != asked.jig.empty())
     throw InputError("", "--jig",
@@ -123,7 +124,8 @@ void AddCalibratePose(CLI::App& calibrate, Command& command) {
       "a turn\n"
       "about x. Look at the picture: the outline of the scan must lie on the edge of the crown.");
   AddImages(pose, asked->images, "Photographs of one camera. The poses are named after the files.");
-  pose->add_option("--camera", asked->camera, "camera.json of the camera.")->required();
+  pose->add_option("--camera", asked->camera, "camera.json of the camera, or a calibration by OpenCV (.yml, .xml).")
+      ->required();
   pose->add_option("--jig", asked->jig, "Markers of the jig: jig.json of `crownfit calibrate target jig`.");
   pose->add_option("--board", asked->board.kind, "Instead of a jig: chessboard, charuco or apriltag.");
   AddBoard(pose, asked->board);

@@ -2,11 +2,13 @@
 #include <filesystem>
 #include <sstream>
 
+#include "base/error.h"
 #include "capture/init_capture.h"
 #include "cli/check_command.h"
 #include "cli/named_file.h"
 #include "exchange/import_capture.h"
 #include "exchange/init_measurements.h"
+#include "exchange/opencv_file.h"
 
 namespace crownfit {
 namespace {
@@ -66,6 +68,7 @@ int RunInit(const InitCommand& asked) {
     for (std::string light; std::getline(words, light, ',');) lights.push_back(light);
     parts.lit.emplace_back(name, lights);
   }
+  if (IsOpenCvFile(parts.camera)) parts.known_camera = ReadOpenCvCalibration(parts.camera).camera;
   InNewFolder(asked.output, [&] { InitCapture(parts, asked.output); });
   std::printf(
       "Refractive index and g of each layer were chosen by its name. Correct them in %s if you know them better.\n",
@@ -78,6 +81,31 @@ int RunMeasured(const MeasuredCommand& asked) {
   return CheckWhatWasMade(asked.output, asked.common);
 }
 
+/// The views of a calibration by OpenCV. Where it does not name photographs, its rows are those of the folder in the
+/// order of their names.
+std::vector<ImportedView> ViewsOfOpenCv(const std::filesystem::path& file, const std::filesystem::path& folder) {
+  const OpenCvCalibration calibration = ReadOpenCvCalibration(file);
+  const size_t count = calibration.camera_from_board.size();
+  if (count == 0)
+    throw InputError(file, "extrinsic_parameters", "this key is missing: the file has a camera, but no poses",
+                     "Find them by `crownfit calibrate pose ... --camera " + file.string() +
+                         "`, and give both to `crownfit capture init`.");
+  std::vector<std::string> names = calibration.photographs;
+  if (names.empty()) {
+    names = PhotographsIn(folder);
+    if (names.size() != count)
+      throw InputError(file, "extrinsic_parameters",
+                       "has " + std::to_string(count) + " rows and names no photographs, and " + folder.string() +
+                           " holds " + std::to_string(names.size()),
+                       "Give a folder of just these photographs, or list them as image_names.");
+    std::printf("%s names no photographs: its rows were taken for those of %s in the order of their names.\n",
+                file.c_str(), folder.c_str());
+  }
+  std::vector<ImportedView> views;
+  for (size_t k = 0; k < count; ++k) views.push_back({names[k], calibration.camera, calibration.camera_from_board[k]});
+  return views;
+}
+
 int RunImport(const ImportCommand& asked) {
   ImportParts parts = asked.parts;
   for (const auto& text : asked.meshes) parts.capture.meshes.push_back(NamedFile(text, "--mesh"));
@@ -85,6 +113,7 @@ int RunImport(const ImportCommand& asked) {
   const std::filesystem::path& source = parts.sources[0];
   if (parts.photographs.empty())
     parts.photographs = std::filesystem::is_directory(source) ? source : source.parent_path();
+  if (IsOpenCvFile(source)) parts.views = ViewsOfOpenCv(source, parts.photographs);
   std::vector<std::string> left_out;
   InNewFolder(asked.output, [&] { left_out = ImportCapture(parts, asked.output); });
   if (!left_out.empty())
@@ -110,7 +139,8 @@ void AddImport(CLI::App& capture, Command& command) {
       "    --mesh enamel=crown.ply --lights light_rig.json\n"
       "  crownfit capture import mitsuba_scenes -o crown --photographs images");
   import
-      ->add_option("SOURCE", parts.sources, "Folder of COLMAP's sparse model, transforms.json, or scenes of Mitsuba 3.")
+      ->add_option("SOURCE", parts.sources,
+                   "Folder of COLMAP's sparse model, transforms.json, scenes of Mitsuba 3, or a calibration by OpenCV.")
       ->required();
   import->add_option("-o,--output", asked->output, "Folder of the capture; it is created if missing.")->required();
   import->add_option("--photographs", parts.photographs,
@@ -219,7 +249,9 @@ void AddCapture(CLI::App& app, Command& command) {
                    "Thickness in mm of the layer above a layer without a mesh (default 0.8).")
       ->check(CLI::PositiveNumber);
   init->add_option("--photo", asked->photographs, "NAME=FILE: a photograph. Repeatable.")->take_all()->required();
-  init->add_option("--camera", parts.camera, "camera.json of `crownfit calibrate camera`.")->required();
+  init->add_option("--camera", parts.camera,
+                   "camera.json of `crownfit calibrate camera`, or a calibration by OpenCV (.yml, .xml).")
+      ->required();
   init->add_option("--poses", parts.poses,
                    "poses.json of `crownfit calibrate pose`. Poses are found by the names of the photographs' files.")
       ->required();

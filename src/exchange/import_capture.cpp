@@ -49,12 +49,14 @@ std::vector<ImportedView> ReadViews(const std::vector<Path>& sources) {
   throw InputError(source, "", "is neither a folder of COLMAP's model, nor a transforms.json, nor a scene of Mitsuba");
 }
 
+constexpr const char* kEndings[] = {".exr", ".dng", ".tif", ".tiff", ".png", ".jpg", ".jpeg"};
+
 /// The file of a photograph that a source names with or without its folder and its ending.
 std::optional<Path> FileOf(const Path& folder, const std::string& name) {
   std::error_code ignored;
   for (const Path& candidate : {folder / name, folder / Path(name).filename()}) {
     if (std::filesystem::is_regular_file(candidate, ignored)) return candidate;
-    for (const char* ending : {".exr", ".dng", ".tif", ".tiff", ".png", ".jpg", ".jpeg"}) {
+    for (const char* ending : kEndings) {
       const Path with = candidate.string() + ending;
       if (std::filesystem::is_regular_file(with, ignored)) return with;
     }
@@ -100,21 +102,31 @@ struct Waiting {
 /// The views of the sources in mm. Scenes bring the capture's object and lamps with them.
 std::vector<SceneView> ViewsOf(ImportParts& parts, const std::vector<Path>& scenes, const Path& waiting) {
   if (!scenes.empty()) return TakeMitsubaScenes(scenes, parts.mm_per_unit, waiting, parts.capture);
+  std::vector<SceneView> views;
+  for (const ImportedView& view : parts.views.empty() ? ReadViews(parts.sources) : parts.views) {
+    views.push_back({view, {}, {}});
+    views.back().view.camera_from_world.translation_mm *= parts.mm_per_unit;
+  }
   if (parts.capture.meshes.empty())
     throw InputError("", "--mesh", "is needed: the source says nothing of the object's shape",
                      "Give the surface of its outermost layer, such as --mesh enamel=crown.ply.");
   if (parts.capture.lights.empty())
     throw InputError("", "--lights", "is needed: the source says nothing of the lamps",
                      "Give light_rig.json of `crownfit calibrate lights`.");
-  std::vector<SceneView> views;
-  for (const ImportedView& view : parts.views.empty() ? ReadViews(parts.sources) : parts.views) {
-    views.push_back({view, {}, {}});
-    views.back().view.camera_from_world.translation_mm *= parts.mm_per_unit;
-  }
   return views;
 }
 
 }  // namespace
+
+std::vector<std::string> PhotographsIn(const Path& folder) {
+  std::vector<std::string> names;
+  std::error_code ignored;
+  for (const auto& entry : std::filesystem::directory_iterator(folder, ignored))
+    if (std::find(std::begin(kEndings), std::end(kEndings), entry.path().extension()) != std::end(kEndings))
+      names.push_back(entry.path().filename().string());
+  std::sort(names.begin(), names.end());
+  return names;
+}
 
 double ScaleFromPoints(const std::string& text) {
   double v[7];

@@ -20,6 +20,9 @@ struct ImportParts {
                          ///< lights those of a scene are taken.
 };
 
+/// Names of the pictures in a folder, in their order.
+std::vector<std::string> PhotographsIn(const std::filesystem::path& folder);
+
 /// Millimetres of a unit, from "X,Y,Z:X,Y,Z=MM": two points and their distance. Throws InputError.
 double ScaleFromPoints(const std::string& text);
 

@@ -14,6 +14,8 @@
 #include "capture/poses.h"
 #include "dental/shades_file.h"
 #include "exchange/imported_views.h"
+#include "exchange/mitsuba_scene.h"
+#include "exchange/opencv_file.h"
 #include "exchange/rxt_file.h"
 #include "geometry/mesh_file.h"
 #include "optics/material_file.h"
@@ -95,6 +97,11 @@ void ReadColmapBinary(const Path& images) {
   (void)ReadColmap(images.parent_path());
 }
 
+void ReadScene(const Path& file) {
+  for (const ImportedView& view : ReadMitsuba(file, 1.0).views)
+    Check(view.camera.fx > 0 && view.camera.width > 0, "a view that is read has a camera");
+}
+
 template <auto Read>
 void Ignore(const Path& file) {
   (void)Read(file);
@@ -117,6 +124,9 @@ constexpr Parser kParsers[] = {
     {"transforms", "transforms.json", Ignore<ReadNerfTransforms>},
     {"colmap_text", "images.txt", ReadColmapText},
     {"colmap_binary", "images.bin", ReadColmapBinary},
+    {"mitsuba", "scene.xml", ReadScene},
+    {"opencv_yaml", "camera.yml", Ignore<ReadOpenCvCalibration>},
+    {"opencv_xml", "camera.xml", Ignore<ReadOpenCvCalibration>},
     {"rxt", "a.rxt", Ignore<ReadRxt>},
     {"shades", "a.csv", Ignore<ReadShadeTable>},
     {"ply", "a.ply", ReadMesh},
