@@ -9,6 +9,7 @@
 #include "base/error.h"
 #include "base/files.h"
 #include "base/limits.h"
+#include "base/text.h"
 
 namespace crownfit {
 namespace {
@@ -316,10 +317,8 @@ std::optional<double> MitsubaPlugin::Number(const std::string& name, double low,
   if (found->tag != "float" && found->tag != "integer")
     found->Fail("expected a <float>", found->tag == "texture" ? "State one value for the whole surface." : "");
   const double value = NumberOf(*found, "value");
-  if (!(value >= low && value <= high)) {
-    std::string range = std::to_string(low) + " and " + std::to_string(high);
-    found->Fail("must lie between " + range);
-  }
+  if (!(value >= low && value <= high))
+    found->Fail("must lie between " + crownfit::Number(low) + " and " + crownfit::Number(high));
   return value;
 }
 
@@ -362,7 +361,7 @@ std::optional<glm::dvec3> MitsubaPlugin::Rgb(const std::string& name, double mos
   if (v.size() != 1 && (v.size() != 3 || found->tag != "rgb")) found->Fail("expected one number, or three", remedy);
   const glm::dvec3 rgb = v.size() == 1 ? glm::dvec3(v[0]) : glm::dvec3(v[0], v[1], v[2]);
   for (int c = 0; c < 3; ++c)
-    if (!(rgb[c] >= 0 && rgb[c] <= most)) found->Fail("values must lie between 0 and " + std::to_string(most));
+    if (!(rgb[c] >= 0 && rgb[c] <= most)) found->Fail("values must lie between 0 and " + crownfit::Number(most));
   return rgb;
 }
 
