@@ -249,6 +249,7 @@ struct ExportedSphere {
     const Path dataset = Path(CROWNFIT_DATASETS) / "sphere";
     capture = ReadCapture(dataset);
     material = ReadMaterialRecord(dataset / "truth.json", capture);
+    material.material.layers[1][Quantity::kIsotropicFraction].fill(0.2);
     photographs = dataset / "photos";
     const auto add = [&](const char* name, const LightShape& shape) {
       Light light;
@@ -262,6 +263,7 @@ struct ExportedSphere {
     add("bulb", PointLight{{100, 20, -50}, {900, 1000, 1100}, 3.0});
     add("dish", DiskLight{{0, 150, 90}, -slanted, {2.0, 2.1, 2.2}, 0.0, 25.0});
     add("ring", DiskLight{{0, -150, 90}, slanted, {3.0, 3.1, 3.2}, 10.0, 25.0});
+    capture.photographs[1].lights.push_back(capture.lights.size() - 1);  // the ring is on in two
     std::vector<std::string> left_out;
     LeaveOutWhatOthersLack(capture, material.material, left_out);
   }
