@@ -72,9 +72,8 @@ double NeckReturn(const ImportedScene& scene, const Path& file) {
 }
 
 Object ObjectKeys(const ImportedScene& scene, const Path& file) {
-  const double roughness = scene.surface.roughness;
-  const bool is_free = roughness >= RowOf(Quantity::kRoughness).low;
-  Object surface{{"roughness", Object{{is_free ? "initial" : "fixed", roughness}}}}, keys;
+  const double roughness = std::max(scene.surface.roughness, RowOf(Quantity::kRoughness).low);
+  Object surface{{"roughness", Object{{"initial", roughness}}}}, keys;
   if (const auto& neck = scene.surface.neck_reflectance) {
     const bool is_black = *neck == glm::dvec3(0.0);
     keys.emplace_back("neck", is_black ? "absorbing" : "root");
