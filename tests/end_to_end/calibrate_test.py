@@ -2,6 +2,7 @@
 """calibrate_test.py CROWNFIT CAPTURE: calibration commands say what is wrong and what to do, write nothing when they refuse, and
 `capture init` puts a capture together that `check` accepts. (What the estimators find is tested in calibrate_*_test.cpp.)"""
 import json
+import math
 import struct
 import subprocess
 import sys
@@ -145,12 +146,36 @@ with tempfile.TemporaryDirectory() as folder:
     (colmap / "images.txt").write_text("".join(lines) + "99 1 0 0 0 0 0 1 1 missing.png\n\n")
     made = run("capture", "import", colmap, "-o", folder / "imported", "--photographs", capture / "photos", "--mm-per-unit", 10, *parts[:2], "--lights", parts[parts.index("--lights") + 1])
     assert "missing.png" in made.stdout and "capture.json: valid" in made.stdout, made.stdout
-    for photo in json.loads((folder / "imported/capture.json").read_text())["photographs"]:
-        theirs = next(p for p in stated["photographs"] if Path(p["file"]).stem == photo["name"])
-        for key in ("rotation", "translation_mm"):
-            flat = lambda values: [float(v) for row in values for v in (row if isinstance(row, list) else [row])]
-            ours, wanted = (flat(p["camera_from_object"][key]) for p in (photo, theirs))
-            assert all(abs(a - b) < 1e-9 for a, b in zip(ours, wanted)), (key, ours, wanted)
+    def poses_are_as_stated(imported):
+        for photo in json.loads((imported / "capture.json").read_text())["photographs"]:
+            theirs = next(p for p in stated["photographs"] if Path(p["file"]).stem == photo["name"])
+            for key in ("rotation", "translation_mm"):
+                flat = lambda values: [float(v) for row in values for v in (row if isinstance(row, list) else [row])]
+                ours, wanted = (flat(p["camera_from_object"][key]) for p in (photo, theirs))
+                assert all(abs(a - b) < 1e-9 for a, b in zip(ours, wanted)), (key, ours, wanted)
+
+    poses_are_as_stated(folder / "imported")
+
+    # And as OpenCV does: rotation vectors, pixels that begin at their centres, in units of 10 mm that two points state.
+    matrix = lambda rows, columns, data: f"!!opencv-matrix\n   rows: {rows}\n   cols: {columns}\n   dt: d\n   data: [ {', '.join(map(repr, data))} ]"
+    posed = [p for p in stated["photographs"] if p["name"] in names]
+    turns = [[math.pi * (v[0] > 0), math.pi * (v[1] > 0), 0.0] for v in ([row[k] for k, row in enumerate(p["camera_from_object"]["rotation"])] for p in posed)]
+    rows = [x for turn, p in zip(turns, posed) for x in (*turn, *(v / 10 for v in p["camera_from_object"]["translation_mm"]))]
+    opencv = folder / "opencv.yml"
+    intrinsics = "%YAML:1.0\n---\n" + "".join(f"image_{k}: {camera[k]}\n" for k in ("width", "height"))
+    intrinsics += "camera_matrix: " + matrix(3, 3, [camera["fx"], 0, camera["cx"] - 0.5, 0, camera["fy"], camera["cy"] - 0.5, 0, 0, 1]) + "\n"
+    opencv.write_text(intrinsics + "extrinsic_parameters: " + matrix(len(posed), 6, rows) + "\nimage_names:\n" + "".join(f"   - \"{Path(p['file']).name}\"\n" for p in posed))
+    made = run("capture", "import", opencv, "-o", folder / "of_opencv", "--photographs", capture / "photos", "--scale-from", "1,2,3:1,2,5=20", *parts[:2], "--lights", parts[parts.index("--lights") + 1])
+    assert "capture.json: valid" in made.stdout, made.stdout
+    poses_are_as_stated(folder / "of_opencv")
+    theirs, ours = (json.loads((f / "calib/camera.json").read_text()) for f in (capture, folder / "of_opencv"))
+    assert all(abs(theirs[k] - ours[k]) < 1e-9 for k in ("fx", "fy", "cx", "cy")), (theirs, ours)
+    opencv.write_text(intrinsics)
+    done = run("capture", "import", opencv, "-o", folder / "none", *parts[:2], "--lights", parts[parts.index("--lights") + 1], expect=2)
+    assert "no poses" in done.stderr and "calibrate pose" in done.stderr, done.stderr
+    at_camera = parts.index("--camera") + 1
+    run("capture", "init", "-o", folder / "by_opencv", *parts[:at_camera], opencv, *parts[at_camera + 1:])
+    assert abs(json.loads((folder / "by_opencv/calib/camera.json").read_text())["cx"] - camera["cx"]) < 1e-9
     done = run("capture", "import", folder / "made", "-o", folder / "none", *parts[:2], "--lights", parts[parts.index("--lights") + 1], expect=2)
     assert "no model of COLMAP" in done.stderr and not (folder / "none").exists(), done.stderr
 print("commands refuse in words")

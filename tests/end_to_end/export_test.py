@@ -65,6 +65,20 @@ def check_mitsuba(folder):
         require(all(r.get("id") in ids for r in scene.iter("ref")), f"Mitsuba: {shot} refers to nothing")
 
 
+def imported_again(folder):
+    """`crownfit capture import` makes a capture of the exported scenes, with the material they were exported with."""
+    done = subprocess.run([program, "capture", "import", folder / "mitsuba", "-o", folder / "again", "--photographs", capture / "photos"], capture_output=True, text=True, timeout=300)
+    require(done.returncode == 0 and "capture.json: valid" in done.stdout, f"Mitsuba: import: {done.stderr[-300:]}")
+    if done.returncode:
+        return
+    again = json.loads((folder / "again/capture.json").read_text())
+    require(sorted(p["name"] for p in again["photographs"]) == sorted(shots), "Mitsuba: import: photographs")
+    for layer, wanted in zip(again["object"]["layers"], truth["layers"], strict=True):
+        require(layer["name"] == wanted["name"] and layer["g"]["fixed"] == wanted["g"], f"Mitsuba: import: {layer['name']}")
+        for key in ("reduced_scattering_per_mm", "absorption_per_mm"):
+            require(near(layer[key]["initial"], wanted[key]), f"Mitsuba: import: {key} of {layer['name']}")
+
+
 def check_pbrt(folder):
     text = (folder / "material.pbrt").read_text()
     for layer in truth["layers"]:
@@ -247,6 +261,7 @@ with tempfile.TemporaryDirectory() as folder:
         require("What is lost" in notes and ("Tolerance: " in notes) == makes_pictures, f"{name}: README")
         require(all((f"reference/{s}.exr" in notes) == makes_pictures for s in shots), f"{name}: README's pictures")
         require(all((folder / name / "reference" / f"{s}{e}").exists() == makes_pictures for s in shots for e in (".exr", ".png")), f"{name}: reference pictures")
+    imported_again(folder)
     gltf_of_flat_layers(folder)
     gltf_of_a_light_ceramic(folder)
     names_of_their_own(folder)
