@@ -37,11 +37,9 @@ bool IsSameObject(const ImportedScene& a, const ImportedScene& b) {
 }
 
 /// The values within the range in which a fit may start.
-JsonValue Starts(Quantity quantity, const glm::dvec3& values) {
+JsonValue Starts(Quantity quantity, const Spectrum& values) {
   const ParameterRow& row = RowOf(quantity);
-  std::vector<double> starts;
-  for (int c = 0; c < kChannels; ++c) starts.push_back(std::clamp(values[c], row.low, row.high));
-  return Object{{"initial", starts}};
+  return Object{{"initial", Min(Max(values, Spectrum(row.low)), Spectrum(row.high)).list()}};
 }
 
 Object LayerKeys(const ImportedLayer& layer) {
@@ -57,8 +55,9 @@ Object LayerKeys(const ImportedLayer& layer) {
 /// The neck's share of returned light, over that of the innermost layer.
 double NeckReturn(const ImportedScene& scene, const Path& file) {
   const ImportedLayer& innermost = scene.layers.back();
+  constexpr int kRgb = 3;
   double sum = 0, least = 1e300, most = 0;
-  for (int c = 0; c < kChannels; ++c) {
+  for (int c = 0; c < kRgb; ++c) {
     const double half_space =
         HalfSpaceReflectance(innermost.reduced_scattering_per_mm[c], innermost.absorption_per_mm[c]);
     const double ratio = half_space > 0 ? (*scene.surface.neck_reflectance)[c] / half_space : 0.0;
@@ -68,7 +67,7 @@ double NeckReturn(const ImportedScene& scene, const Path& file) {
   if (most - least > 1e-3 * most || most > row.most)
     throw InputError(file, "", "the reflectance of the neck is no multiple of what the innermost layer returns",
                      "Make the neck black, or export it again with crownfit.");
-  return sum / kChannels;
+  return sum / kRgb;
 }
 
 Object ObjectKeys(const ImportedScene& scene, const Path& file) {
@@ -103,14 +102,14 @@ void TakeObject(const ImportedScene& scene, const Path& file, const Path& folder
 /// A picture of the map in the object's axes.
 Image Turned(const EnvironmentLight& light) {
   constexpr int kWidth = 2048, kHeight = kWidth / 2;
-  Image picture(kWidth, kHeight, kChannels);
+  Image picture(kWidth, kHeight, 3);
   for (int y = 0; y < kHeight; ++y)
     for (int x = 0; x < kWidth; ++x) {  // EnvironmentMap says where directions lie
       const double azimuth = 2 * std::numbers::pi * (0.5 - (x + 0.5) / kWidth),
                    polar = std::numbers::pi * (y + 0.5) / kHeight;
       const glm::dvec3 way(std::sin(polar) * std::sin(azimuth), std::cos(polar), std::sin(polar) * std::cos(azimuth));
-      const glm::dvec3 radiance = light.map->Radiance(light.map_from_frame * way);
-      for (int c = 0; c < kChannels; ++c) picture.at(x, y, c) = static_cast<float>(radiance[c]);
+      const Spectrum radiance = light.map->Radiance(light.map_from_frame * way);
+      for (int c = 0; c < 3; ++c) picture.at(x, y, c) = static_cast<float>(radiance[c]);
     }
   return picture;
 }
@@ -151,7 +150,7 @@ class Rig {
   static Object JsonOf(const ImportedLight& taken, const std::string& name, const std::string& picture) {
     if (const auto* map = std::get_if<EnvironmentLight>(&taken.light.shape))
       return {
-          {"name", name}, {"type", "environment"}, {"file", picture}, {"radiance_scale_rgb", VectorJson(map->scale)}};
+          {"name", name}, {"type", "environment"}, {"file", picture}, {"radiance_scale_rgb", SpectrumJson(map->scale)}};
     Light light = taken.light;
     light.name = name;
     return std::get<Object>(LightsJson({light})[0].data);
