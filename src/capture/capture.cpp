@@ -9,6 +9,7 @@
 #include "base/text.h"
 #include "capture/colour_file.h"
 #include "capture/poses.h"
+#include "photo/observer.h"
 
 namespace crownfit {
 namespace {
@@ -282,6 +283,7 @@ PhotographSpec ReadPhotographSpec(const JsonNode& node, Capture& capture) {
     photo.files.saturation = saturation->Positive();
     photo.files.saturation_key = saturation->key();
   }
+  photo.rgb_from_sensor = ColourOfChannels(capture.wavelengths_nm);
   if (const auto colour = o.Find("colour")) {
     photo.rgb_from_sensor = ReadColourTransform(ReadPath(*colour, capture), capture.channels());
     photo.has_colour_file = true;
@@ -304,7 +306,7 @@ PhotographSpec ReadPhotographSpec(const JsonNode& node, Capture& capture) {
 
 void ReadMeasurements(const JsonNode& node, Capture& capture) {
   const MeasurementContext context{
-      capture.layers.size(), capture.channels(),
+      capture.layers.size(), capture.wavelengths_nm,
       [&](const JsonNode& name) { return IndexOf(capture.backings, name.String(), name, "backing"); },
       [&](const JsonNode& file) { return ReadPath(file, capture); }};
   for (const auto& item : node.Items(kMostMeasurements)) {

@@ -5,6 +5,7 @@
 #include <map>
 
 #include "capture/colour_file.h"
+#include "photo/observer.h"
 
 namespace crownfit {
 namespace {
@@ -52,6 +53,8 @@ FlatMeasurement ReadFlatMeasurement(const JsonNode& node, const MeasurementConte
   const JsonObject o(node, {"name", "sample", "thickness_mm", "thickness_stddev_mm", "geometry", "specular", "backing",
                             "aperture_mm", "slide", "reflectance", "transmittance", "lab", "colour", "use"});
   FlatMeasurement m;
+  const int channels = static_cast<int>(context.wavelengths_nm.size());
+  m.colour.rgb_from_sensor = ColourOfChannels(context.wavelengths_nm);
   m.name = o.Require("name").String();
   if (const auto sample = o.Find("sample")) m.sample = sample->String();
   const JsonNode thickness = o.Require("thickness_mm");
@@ -86,8 +89,8 @@ FlatMeasurement ReadFlatMeasurement(const JsonNode& node, const MeasurementConte
     if (m.aperture_mm)
       slide->Fail("slides together with an aperture are not modelled", "Remove \"slide\" or \"aperture_mm\".");
   }
-  m.reflectance = ReadReading(o, "reflectance", context.channels, -0.05, 1.2);
-  m.transmittance = ReadReading(o, "transmittance", context.channels, -0.05, 1.2);
+  m.reflectance = ReadReading(o, "reflectance", channels, -0.05, 1.2);
+  m.transmittance = ReadReading(o, "transmittance", channels, -0.05, 1.2);
   m.lab = ReadReading(o, "lab", 3, -150, 150);
   if (!m.reflectance && !m.transmittance && !m.lab)
     node.Fail("'" + m.name + "' has no reading", "State \"reflectance\", \"transmittance\" or \"lab\".");
@@ -108,7 +111,7 @@ FlatMeasurement ReadFlatMeasurement(const JsonNode& node, const MeasurementConte
   CheckEnergy(m, o);
   if (const auto colour = o.Find("colour")) {
     if (!m.lab) colour->Fail("colour is only used with lab", "Remove the key.");
-    m.colour = ReadBandColour(context.file(*colour), context.channels);
+    m.colour = ReadBandColour(context.file(*colour), channels);
   }
   if (const auto use = o.Find("use")) m.is_holdout = use->OneOf({"fit", "holdout"}) == "holdout";
   return m;

@@ -51,7 +51,7 @@ struct FlatMeasurement {
 /// What a measurement may refer to.
 struct MeasurementContext {
   size_t layers;
-  int channels;
+  std::vector<double> wavelengths_nm;                          ///< of the channels
   std::function<size_t(const JsonNode&)> backing;              ///< index of a backing by name
   std::function<std::filesystem::path(const JsonNode&)> file;  ///< a path in the capture
 };

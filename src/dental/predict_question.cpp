@@ -8,7 +8,7 @@
 #include "base/text.h"
 #include "capture/colour_file.h"
 #include "dental/shades_file.h"
-#include "photo/colour.h"
+#include "photo/observer.h"
 
 namespace crownfit {
 namespace {
@@ -123,6 +123,7 @@ FlatQuestion FlatQuestionOf(const LayUp& lay_up, const std::filesystem::path& ma
   const int channels = q.material.material.channels();
   if (q.material.channel_names) q.channel_names = *q.material.channel_names;
   if (channels == 3) q.channel_names = {"R", "G", "B"};  // as the figures are named
+  if (const auto& nm = q.material.wavelengths_nm) q.colour.rgb_from_sensor = ColourOfChannels(*nm);
   if (lay_up.colour) q.colour = ReadBandColour(*lay_up.colour, channels);
   q.black = ReflectanceOf("--black", lay_up.black, q, lay_up.tabs);
   q.white = ReflectanceOf("--white", lay_up.white, q, lay_up.tabs);
@@ -161,10 +162,13 @@ FlatQuestion FlatQuestionOf(const LayUp& lay_up, const std::filesystem::path& ma
 std::vector<std::string> AssumptionsOf(const LayUp& lay_up, const FlatQuestion& q) {
   std::vector<std::string> said;
   said.push_back(
-      lay_up.colour
-          ? "colours from " + lay_up.colour->filename().string() + ", D65, 2 degrees"
+      lay_up.colour ? "colours from " + lay_up.colour->filename().string() + ", D65, 2 degrees"
+      : q.material.material.channels() != 3
+          ? (q.colour.rgb_from_sensor.columns.empty()
+                 ? "the channels have no colour: L*a*b* is that of their mean, as grey"
+                 : "colours of the spectrum by the CIE 1931 observer, D65, 2 degrees")
           : "the camera's bands are taken as linear sRGB (D65, 2 degrees); give --colour FILE for its true colours");
-  if (const auto& nm = q.material.wavelengths_nm; nm && !lay_up.colour && !AreRedGreenBlue(*nm))
+  if (const auto& nm = q.material.wavelengths_nm; nm && !lay_up.colour && nm->size() == 3 && !AreRedGreenBlue(*nm))
     said.push_back("the bands are not red, green and blue in this order (" + BandsText(*nm) +
                    "), so L*a*b*, differences and shades are in false colours");
   said.push_back(

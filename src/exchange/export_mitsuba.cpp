@@ -1,5 +1,7 @@
+#include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <numeric>
 #include <pugixml.hpp>
 #include <sstream>
 
@@ -37,9 +39,44 @@ void Set(Node parent, const char* tag, const char* name, const std::string& valu
   node.append_attribute("value") = value.c_str();
 }
 void SetFloat(Node parent, const char* name, double value) { Set(parent, "float", name, NumberText(value)); }
-void SetRgb(Node parent, const char* name, const Spectrum& value) {
-  Set(parent, "rgb", name, NumberText(value.Expanded(3), ", "));
-}
+/// How values per channel are written: three as <rgb>, any other number as <spectrum> over wavelengths.
+class Channels {
+ public:
+  explicit Channels(const ExportScene& scene) : names_(scene.channel_names), nm_(scene.wavelengths_nm) {
+    ascending_.resize(nm_.size());
+    std::iota(ascending_.begin(), ascending_.end(), size_t{0});
+    std::ranges::stable_sort(ascending_, {}, [this](size_t c) { return nm_[c]; });
+  }
+  bool are_rgb() const { return nm_.size() == 3; }
+  void Set(Node parent, const char* name, const Spectrum& value) const {
+    const Spectrum values = value.Expanded(static_cast<int>(nm_.size()));
+    if (are_rgb()) return crownfit::Set(parent, "rgb", name, NumberText(values, ", "));
+    std::string text;
+    double last_nm = 0;
+    for (const size_t c : ascending_) {
+      if (nm_[c] <= last_nm) continue;  // Mitsuba wants wavelengths that rise
+      last_nm = nm_[c];
+      text += (text.empty() ? "" : ", ") + NumberText(nm_[c]) + ":" + NumberText(values[static_cast<int>(c)]);
+    }
+    // One wavelength is one value for all.
+    crownfit::Set(parent, "spectrum", name, text.find(',') == text.npos ? NumberText(values[0]) : text);
+  }
+  /// The film: of spectra it has a narrow band for each channel, `name`.
+  Node AddFilm(Node sensor) const {
+    constexpr double kHalfBand_nm = 1.0;
+    Node film = Add(sensor, "film", are_rgb() ? "hdrfilm" : "specfilm");
+    if (are_rgb()) crownfit::Set(film, "string", "pixel_format", "rgb");
+    for (size_t c = 0; c < nm_.size() && !are_rgb(); ++c)
+      crownfit::Set(film, "spectrum", FileNames(names_)[c].c_str(),
+                    NumberText(nm_[c] - kHalfBand_nm) + ":1, " + NumberText(nm_[c] + kHalfBand_nm) + ":1");
+    return film;
+  }
+
+ private:
+  const std::vector<std::string>& names_;
+  const std::vector<double>& nm_;
+  std::vector<size_t> ascending_;
+};
 
 void Refer(Node parent, const std::string& id, const char* name = "") {
   Node node = Add(parent, "ref", "", name);
@@ -57,7 +94,7 @@ void SetMatrix(Node parent, const glm::dmat3& columns, const glm::dvec3& origin)
   transform.append_child("matrix").append_attribute("value") = (text + "0 0 0 1").c_str();
 }
 
-void AddMedium(Node parent, const ExportedLayer& layer, const std::string& id) {
+void AddMedium(Node parent, const ExportedLayer& layer, const Channels& channels, const std::string& id) {
   const Spectrum extinction = layer.scattering_per_mm + layer.absorption_per_mm;
   const double largest = extinction.Largest();
   const double scale = largest > 0 ? largest : 1.0;
@@ -66,9 +103,9 @@ void AddMedium(Node parent, const ExportedLayer& layer, const std::string& id) {
     if (extinction[c] > 0) albedo[c] = layer.scattering_per_mm[c] / extinction[c];
   Node medium = Add(parent, "medium", "homogeneous");
   medium.append_attribute("id") = id.c_str();
-  SetRgb(medium, "sigma_t", extinction / scale);
+  channels.Set(medium, "sigma_t", extinction / scale);
   SetFloat(medium, "scale", scale);
-  SetRgb(medium, "albedo", albedo);
+  channels.Set(medium, "albedo", albedo);
   Set(medium, "boolean", "sample_emitters", "false");
   if (layer.isotropic_fraction == 0) {
     SetFloat(Add(medium, "phase", "hg"), "g", layer.asymmetry);
@@ -99,8 +136,8 @@ Node AddMesh(Node parent, const std::string& file) {
   return shape;
 }
 
-void SetDiffuse(Node parent, const Spectrum& reflectance) {
-  SetRgb(Add(parent, "bsdf", "diffuse"), "reflectance", reflectance);
+void SetDiffuse(Node parent, const Spectrum& reflectance, const Channels& channels) {
+  channels.Set(Add(parent, "bsdf", "diffuse"), "reflectance", reflectance);
 }
 
 struct LayerNames {
@@ -129,10 +166,10 @@ Node Begin(pugi::xml_document& document) {
   return scene;
 }
 
-Node AddLamp(Node root, const ExportedLamp& lamp, const std::string& mesh) {
+Node AddLamp(Node root, const ExportedLamp& lamp, const Channels& channels, const std::string& mesh) {
   if (std::holds_alternative<DomeLamp>(lamp.shape)) {
     Node dome = Add(root, "emitter", "constant");
-    SetRgb(dome, "radiance", lamp.radiance);
+    channels.Set(dome, "radiance", lamp.radiance);
     return dome;
   }
   if (std::holds_alternative<EnvironmentLamp>(lamp.shape)) {
@@ -144,11 +181,11 @@ Node AddLamp(Node root, const ExportedLamp& lamp, const std::string& mesh) {
   Node shape = ball ? Add(root, "shape", "sphere") : AddMesh(root, mesh);
   if (ball) SetMatrix(shape, glm::dmat3(ball->radius_mm), ball->centre_mm);
   Add(shape, "bsdf", "null");
-  SetRgb(Add(shape, "emitter", "area"), "radiance", lamp.radiance);
+  channels.Set(Add(shape, "emitter", "area"), "radiance", lamp.radiance);
   return shape;
 }
 
-void AddSensor(Node root, const Camera& camera, const RigidTransform& camera_from_object) {
+void AddSensor(Node root, const Camera& camera, const RigidTransform& camera_from_object, const Channels& channels) {
   const double width = camera.width, height = camera.height;
   for (const auto& [name, value] : {std::pair{"width", camera.width}, {"height", camera.height}, {"spp", 256}})
     Set(root, "default", name, std::to_string(value));
@@ -161,10 +198,9 @@ void AddSensor(Node root, const Camera& camera, const RigidTransform& camera_fro
   SetFloat(sensor, "far_clip", 1e5);
   const RigidTransform back = camera_from_object.Inverse();
   SetMatrix(sensor, glm::dmat3(-back.rotation[0], -back.rotation[1], back.rotation[2]), back.translation_mm);
-  Node film = Add(sensor, "film", "hdrfilm");
+  Node film = channels.AddFilm(sensor);
   Set(film, "integer", "width", "$width");
   Set(film, "integer", "height", "$height");
-  Set(film, "string", "pixel_format", "rgb");
   Set(film, "string", "component_format", "float32");
   Add(film, "rfilter", "box");
   Set(Add(sensor, "sampler", "independent"), "integer", "sample_count", "$spp");
@@ -180,8 +216,8 @@ void AddObject(Node root, const ExportScene& scene, const MeshNames& meshes) {
     if (meshes.cut[l].empty()) continue;
     Node cut = AddMesh(root, meshes.cut[l]);
     Node sides = Add(cut, "bsdf", "twosided");
-    SetDiffuse(sides, Spectrum(0.0));
-    SetDiffuse(sides, scene.neck_reflectance);
+    SetDiffuse(sides, Spectrum(0.0), Channels(scene));
+    SetDiffuse(sides, scene.neck_reflectance, Channels(scene));
     Refer(cut, names.medium[l], "interior");
     if (l > 0) Refer(cut, names.medium[l - 1], "exterior");
   }
@@ -190,13 +226,14 @@ void AddObject(Node root, const ExportScene& scene, const MeshNames& meshes) {
 }  // namespace
 
 void WriteMitsuba(const ExportScene& scene, const std::filesystem::path& folder) {
+  const Channels channels(scene);
   const LayerNames names = NamesOf(scene);
   const MeshNames meshes = MeshNamesOf(scene);
   pugi::xml_document material;
   Node media = Begin(material);
   for (size_t l = 0; l < scene.layers.size(); ++l) {
     const double outside = l == 0 ? scene.outside_ior : scene.layers[l - 1].ior;
-    AddMedium(media, scene.layers[l], names.medium[l]);
+    AddMedium(media, scene.layers[l], channels, names.medium[l]);
     AddBoundary(media, scene.layers[l].ior, outside, l == 0 ? scene.roughness : 0.0, names.boundary[l]);
   }
   WriteXml(folder / "material.xml", material);
@@ -213,7 +250,7 @@ void WriteMitsuba(const ExportScene& scene, const std::filesystem::path& folder)
     Set(integrator, "integer", "max_depth", "-1");
     Set(integrator, "integer", "rr_depth", "100000");
     Set(integrator, "boolean", "hide_emitters", "true");
-    AddSensor(root, photo.camera, photo.camera_from_object);
+    AddSensor(root, photo.camera, photo.camera_from_object, channels);
     root.append_child("include").append_attribute("filename") = "material.xml";
     AddObject(root, scene, meshes);
     std::vector<std::string> things, lamps;  // names by which an import knows them again
@@ -223,10 +260,10 @@ void WriteMitsuba(const ExportScene& scene, const std::filesystem::path& folder)
     for (size_t i = 0; i < things.size(); ++i) {
       Node thing = AddMesh(root, meshes.thing[p][i]);
       thing.append_attribute("id") = ("thing_" + things[i]).c_str();
-      SetDiffuse(Add(thing, "bsdf", "twosided"), photo.things[i].reflectance);
+      SetDiffuse(Add(thing, "bsdf", "twosided"), photo.things[i].reflectance, channels);
     }
     for (size_t i = 0; i < lamps.size(); ++i)
-      AddLamp(root, photo.lamps[i], meshes.lamp[p][i]).append_attribute("id") = ("lamp_" + lamps[i]).c_str();
+      AddLamp(root, photo.lamps[i], channels, meshes.lamp[p][i]).append_attribute("id") = ("lamp_" + lamps[i]).c_str();
     WriteXml(folder / (photographs[p] + ".xml"), document);
   }
 }

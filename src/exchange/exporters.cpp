@@ -11,7 +11,8 @@ const char* const kSceneTable =
 
 Exporter Csv() {
   return {
-      WriteCsv, "a table (CSV)",
+      WriteCsv,
+      "a table (CSV)",
       "`material.csv`: one row per value, with unit, standard deviation, 95 % interval and status as the fit states "
       "them. Rows of status `derived` follow from the others by the formulas below and have no interval.\n",
       "| `scattering_per_mm` | ss = ss' / (1 - (1 - i) g) |\n"
@@ -20,7 +21,9 @@ Exporter Csv() {
       "| `multiple_scattering_albedo` | (1 - s)(1 - 0.139 s) / (1 + 1.17 s), s = sqrt(sa / (sa + ss')) (van de Hulst "
       "1980) |\n"
       "| `diffuse_mean_free_path_mm` | 1 / sqrt(3 sa (sa + ss')) |\n",
-      "- Correlations between values. Shape, lamps, cameras.\n"};
+      "- Correlations between values. Shape, lamps, cameras.\n",
+      "",
+      true};
 }
 
 Exporter MaterialX() {
@@ -45,7 +48,10 @@ Exporter Mitsuba() {
       "Mitsuba 3",
       "`material.xml` holds a medium and a boundary for every layer. With a capture every photograph is a scene:\n\n"
       "    mitsuba -m scalar_rgb PHOTOGRAPH.xml -o PHOTOGRAPH.exr -Dspp=1024\n\n"
-      "Use an RGB variant: colours stand for the camera's channels. `-Dintegrator=volpath` is faster if all channels "
+      "Use an RGB variant: three channels are written as colours. Other numbers of channels are written as spectra "
+      "over "
+      "their wavelengths, for `scalar_spectral`, and the film has a narrow band for each. `-Dintegrator=volpath` is "
+      "faster if all channels "
       "scatter alike. The picture has the pixel values of the photograph: radiances of lamps are multiplied by pi x "
       "exposure_scale. Where the surface is rough it is darker, see below.\n",
       "",
@@ -55,7 +61,8 @@ Exporter Mitsuba() {
       "- A layer that reaches outside of the layer around it (a root) gets the index step to that layer, not to air.\n"
       "- Environment maps are interpolated between pixels, not read pixel by pixel. Intervals.\n",
       "Measured with Mitsuba 3.9.1 on smooth surfaces: whole pictures within 0.7 %, blocks of 6 x 6 pixels within 4 "
-      "standard errors. The losses of rough surfaces were measured on two bundled captures."};
+      "standard errors. The losses of rough surfaces were measured on two bundled captures.",
+      true};
 }
 
 Exporter Pbrt() {
@@ -100,14 +107,17 @@ Exporter Gltf() {
 
 Exporter Iad() {
   return {
-      WriteRxt, "iad (inverse adding-doubling)",
+      WriteRxt,
+      "iad (inverse adding-doubling)",
       "`material.rxt`: total reflectance and transmittance of flat samples with smooth surfaces, by adding-doubling. "
       "It has rows for each channel at the material's thickness, if stated, and at 0.5, 1, 1.5 and 2 mm.\n",
       "| layers | R (including the reflection of the first surface) and T for a beam along the normal, in air |\n"
       "| g, isotropic fraction i | (1 - i) g, of the outermost layer |\n",
       "- Layers: iad models one slab of one index. What it finds from several layers is not a property of any of "
       "them.\n"
-      "- Roughness, shape, lamps, cameras, intervals.\n"};
+      "- Roughness, shape, lamps, cameras, intervals.\n",
+      "",
+      true};
 }
 
 Exporter Blender() {

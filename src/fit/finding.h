@@ -13,6 +13,7 @@ enum class FindingKind {
   kForeignPrimaries,     ///< names: the photograph, its encoding
   kTransparentPixels,    ///< N: pixels; names: the photograph
   kFalseColours,         ///< N: the channels' wavelengths, nm
+  kNoColour,             ///< the same
   kLightNotCalibrated,   ///< display-encoded photographs
   kJpeg,                 ///< names: photographs
   kColourNotCalibrated,  ///< display-encoded photographs without a colour file

@@ -1,5 +1,5 @@
 #include "fit/judge.h"
-#include "photo/colour.h"
+#include "photo/observer.h"
 
 namespace crownfit {
 
@@ -29,8 +29,11 @@ std::vector<Finding> PhotographFindings(const Capture& capture, const std::vecto
     colour_known &= p.has_colour_file;
     noise_known &= p.has_noise_file || p.files.variance.has_value();
   }
-  if (const auto& nm = capture.wavelengths_nm; !colour_known && !AreRedGreenBlue(nm))
-    findings.push_back({FindingKind::kFalseColours, {nm.begin(), nm.end()}});
+  const std::vector<double>& nm = capture.wavelengths_nm;
+  if (!colour_known && !HaveColour(nm))
+    findings.push_back({FindingKind::kNoColour, nm});
+  else if (!colour_known && nm.size() == 3 && !AreRedGreenBlue(nm))
+    findings.push_back({FindingKind::kFalseColours, nm});
   if (encoded) findings.push_back({FindingKind::kLightNotCalibrated});
   if (!jpegs.empty()) findings.push_back({FindingKind::kJpeg, {}, jpegs});
   if (encoded && !colour_known) findings.push_back({FindingKind::kColourNotCalibrated});

@@ -49,6 +49,8 @@ std::string BandsText(std::span<const double> nm) {
   return text + " nm";
 }
 
+glm::dvec3 LinearRgbFromRelativeXyz(const glm::dvec3& xyz) { return glm::inverse(kXyzFromLinearRgb) * (kD65 * xyz); }
+
 glm::dvec3 LinearRgbFromLab(const glm::dvec3& lab) {
   const double fy = (lab.x + 16.0) / 116.0;
   return glm::inverse(kXyzFromLinearRgb) *

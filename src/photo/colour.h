@@ -23,6 +23,9 @@ double LuminanceOf(const glm::dvec3& rgb);
 /// The inverse of LabFromLinearRgb; may leave [0, 1].
 glm::dvec3 LinearRgbFromLab(const glm::dvec3& lab);
 
+/// Linear sRGB of X, Y, Z, each relative to D65's.
+glm::dvec3 LinearRgbFromRelativeXyz(const glm::dvec3& xyz);
+
 /// CIEDE2000 (Sharma, Wu and Dalal 2005), kL = kC = kH = 1.
 double Ciede2000(const glm::dvec3& lab1, const glm::dvec3& lab2);
 

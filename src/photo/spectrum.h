@@ -54,8 +54,8 @@ class Spectrum {
 
   /// Number of channels; 0: one value for all.
   int size() const { return size_; }
-  double operator[](int channel) const { return v_[static_cast<size_t>(channel)]; }
-  double& operator[](int channel) {
+  double operator[](int channel) const& { return v_[static_cast<size_t>(channel)]; }
+  double& operator[](int channel) & {
     if (channel >= size_) FailAt(channel);
     return v_[static_cast<size_t>(channel)];
   }

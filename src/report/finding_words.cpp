@@ -134,6 +134,11 @@ std::string InWords(const Finding& f) {
       return "The channels are " + BandsText(n) +
              ", not red, green and blue in this order. Fitted values hold for the bands as stated; colours, CIEDE2000 "
              "and shades are those of a picture in false colours.";
+    case FindingKind::kNoColour:
+      return "The channels (" + BandsText(n) +
+             ") have no colour: fewer than eight of them cover 400 to 700 nm, and there is no colour file. Pictures "
+             "show "
+             "their mean as grey, and CIEDE2000 is a difference of lightness alone.";
     case FindingKind::kLightNotCalibrated:
       return "The light was not calibrated: the photographs are encoded for display (8 bits, taken as sRGB; the "
              "camera's tone curve is unknown). Ratios between bright and dark can't be trusted, and absorption and "
