@@ -71,6 +71,7 @@ void WalkedStep::Add(const Pixel& pixel, WalkedRows rows) {
   const auto whiten = [&](auto& m) { root.matrixL().solveInPlace(m); };
   Eigen::VectorXd residual = pixel.residual;
   Eigen::MatrixXd of_walks = pixel.of_walks;
+  if (of_walks.size() == 0) of_walks = Eigen::MatrixXd::Zero(residual.size(), residual.size());
   whiten(residual);
   whiten(of_walks);
   of_walks.transposeInPlace();

@@ -60,7 +60,7 @@ class WalkedStep {
   /// walks make. The derivatives must come from other walks than the prediction.
   struct Pixel {
     Eigen::VectorXd residual;
-    Eigen::MatrixXd covariance, of_walks;
+    Eigen::MatrixXd covariance, of_walks = {};  ///< of_walks empty: none
     /// How far the means of groups of the prediction's paths are off the mean of all, where pixels share walks: group
     /// g of every pixel with these. Empty: no other pixel has walks in common with this one.
     Eigen::MatrixXd off_by_group = {};
