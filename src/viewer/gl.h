@@ -11,6 +11,7 @@
 #include <string_view>
 #include <vector>
 
+#include "photo/image.h"
 #include "viewer/shown_channels.h"
 
 namespace crownfit {

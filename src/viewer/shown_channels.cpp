@@ -3,6 +3,9 @@
 #include <algorithm>
 #include <cmath>
 
+#include "capture/capture.h"
+#include "photo/photograph.h"
+
 namespace crownfit {
 
 ShownChannels ShownChannelsOf(const Capture& capture) {

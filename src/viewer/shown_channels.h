@@ -3,10 +3,10 @@
 
 #include <array>
 
-#include "capture/capture.h"
-#include "photo/photograph.h"
-
 namespace crownfit {
+
+struct Capture;
+struct Photograph;
 
 /// Indices of the channels that stand for red, green and blue: all of three; else those nearest to 600, 540 and 450 nm.
 using ShownChannels = std::array<int, 3>;
