@@ -70,7 +70,7 @@ int main() {
         const double cpu_s = CpuSeconds() - begin;
         double sum = 0, variance = 0, n = 0;
         for (const PixelEstimate& p : photo.pixels)
-          if (p.on_object) sum += p.mean.y, variance += p.variance().y, ++n;
+          if (p.on_object) sum += p.mean[1], variance += p.variance()[1], ++n;
         const double paths = n * options.paths_per_pixel, mean = sum / n, error = std::sqrt(variance) / n;
         // Standard deviation of one path, pixel by pixel, over the mean pixel.
         const double noise = error * std::sqrt(paths) / mean;

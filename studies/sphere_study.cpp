@@ -25,8 +25,8 @@ constexpr double kAbsorption[3][2] = {{0.005, 0.03}, {0.02, 0.1}, {0.06, 0.3}}; 
 const double kZoneEdges[] = {0, 15, 20, 40, 60, 80, 90, 100, 125, 160};
 
 struct Sums {
-  glm::dvec3 sum{0.0}, square{0.0};
-  void Add(const glm::dvec3& w) { sum += w, square += w * w; }
+  Spectrum sum, square;
+  void Add(const Spectrum& w) { sum += w, square += w * w; }
   void Add(const Sums& o) { sum += o.sum, square += o.square; }
 };
 
@@ -36,9 +36,11 @@ struct Exits {
 };
 
 Media TwoLayers() {
+  const Spectrum none(3, 0.0);
   Medium shell{1.63, 0.8, 0.0, glm::dvec3(0.24 / 0.2)}, core{1.54, 0.7, 0.0, glm::dvec3(1.96 / 0.3)};
-  for (int c = 0; c < 3; ++c) shell.absorption[c] = kAbsorption[c][0], core.absorption[c] = kAbsorption[c][1];
-  return Media({Medium(), shell, core});
+  shell.absorption = Spectrum::Of(3, [](int c) { return kAbsorption[c][0]; });
+  core.absorption = Spectrum::Of(3, [](int c) { return kAbsorption[c][1]; });
+  return Media({{1.0, 0.0, 0.0, none, none}, shell, core});
 }
 
 /// Photons on a sphere, from all directions alike or from +z.
@@ -53,7 +55,7 @@ Exits Illuminate(double shell_mm, bool uniform, size_t photons) {
     for (size_t i = b * kBatch; i < std::min(photons, (b + 1) * kBatch); ++i) {
       RandomStream random(Key(1, 0x737068ull, uniform, i));
       WalkState state;
-      state.Begin(media.size());
+      state.Begin(media.size(), media.has_textures());
       glm::dvec3 start, direction;
       if (uniform) {
         // By symmetry every photon may enter at the pole; it starts some distance back along its direction.
@@ -80,7 +82,7 @@ Exits Illuminate(double shell_mm, bool uniform, size_t photons) {
           },
           [](int medium) { return medium == kOutside; });
       if (!left) continue;
-      const glm::dvec3 w = media.Weight(state);
+      const Spectrum w = media.Weight(state);
       batches[b].all.Add(w);
       const double polar = std::acos(std::clamp(state.position.z / kRadius, -1.0, 1.0)) * 180 / std::numbers::pi;
       for (int z = 0; z < 9; ++z)
@@ -143,7 +145,7 @@ int main(int argc, char** argv) {
     const double from = kZoneEdges[row.zone] * std::numbers::pi / 180,
                  to = kZoneEdges[row.zone + 1] * std::numbers::pi / 180;
     const double per_photon = 0.5 / (std::cos(from) - std::cos(to));  // pi R^2 over the zone's area
-    const double value = exits.zone[row.zone].sum.y / n * per_photon,
+    const double value = exits.zone[row.zone].sum[1] / n * per_photon,
                  error = error_of(exits.zone[row.zone], 1) * per_photon;
     const double z = (value - row.exitance) / std::hypot(error, 0.005 * row.exitance, 0.0003);
     bad += std::abs(z) > 4;

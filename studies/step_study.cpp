@@ -17,6 +17,7 @@
 #include "fit_path/walked_step.h"
 #include "path/pooled_derivatives.h"
 #include "scene/crown_source.h"
+#include "support/channels.h"
 #include "support/known_scene.h"
 
 namespace {
@@ -52,29 +53,30 @@ std::vector<Compared> Compare(const PathPhotograph& observed, const PathPhotogra
   for (size_t p = 0; p < predicted.pixels.size(); ++p) {
     if (!predicted.pixels[p].on_object) continue;
     const int x = static_cast<int>(p) % kPixels, y = static_cast<int>(p) / kPixels;
-    std::array<double, 6> covariance{}, of_walks{};
-    glm::dvec3 mean(0.0);
+    PixelEstimate all{.mean = Spectrum(kChannels, 0.0), .covariance = ChannelCovariance(6)}, of_walks = all;
     double n = 0;
     for (int v = std::max(0, y - kReach); v <= std::min(kPixels - 1, y + kReach); ++v)
       for (int u = std::max(0, x - kReach); u <= std::min(kPixels - 1, x + kReach); ++u) {
         const size_t q = static_cast<size_t>(v) * kPixels + u;
         if (!predicted.pixels[q].on_object) continue;
         for (int k = 0; k < 6; ++k) {
-          covariance[k] += observed.pixels[q].covariance[k] + predicted.pixels[q].covariance[k];
-          of_walks[k] += predicted.pixels[q].covariance[k];
+          all.covariance[k] += observed.pixels[q].covariance[k] + predicted.pixels[q].covariance[k];
+          of_walks.covariance[k] += predicted.pixels[q].covariance[k];
         }
-        mean += predicted.pixels[q].mean, ++n;
+        all.mean += predicted.pixels[q].mean, ++n;
       }
-    for (auto* sums : {&covariance, &of_walks})
-      for (double& v : *sums) v /= n;
-    mean /= n;
-    glm::dvec3 residual = observed.pixels[p].mean - predicted.pixels[p].mean;
-    for (int c = 0; c < kChannels; ++c) {
-      const double sensor = std::hypot(kSensor * mean[c], kFloor);
-      covariance[c == 0 ? 0 : c == 1 ? 3 : 5] += sensor * sensor;
-      residual[c] += sensor * Gaussian(key, p * kChannels + c);
+    for (PixelEstimate* sums : {&all, &of_walks}) {
+      for (double& v : sums->covariance) v /= n;
+      sums->mean /= n;
     }
-    pixels.push_back({p, {{residual.x, residual.y, residual.z}, CovarianceOf(covariance), CovarianceOf(of_walks)}});
+    Eigen::Vector3d residual;
+    for (int c = 0; c < kChannels; ++c) {
+      const double sensor = std::hypot(kSensor * all.mean[c], kFloor);
+      all.covariance[PairOf(c, c, kChannels)] += sensor * sensor;
+      residual[c] =
+          observed.pixels[p].mean[c] - predicted.pixels[p].mean[c] + sensor * Gaussian(key, p * kChannels + c);
+    }
+    pixels.push_back({p, {residual, CovarianceOf(all), CovarianceOf(of_walks)}});
   }
   return pixels;
 }
@@ -90,8 +92,8 @@ WalkedStep::Solution Step(const LayeredBody& body, const Eigen::VectorXd& truth,
       return RenderByPaths(scene.capture, body, {}, material, 0, options, [](double) {});
     };
     const PathPhotograph observed = render(Moved(start, truth), 512, 1, false),
-                         predicted = render(start, 512, 2, false), derivatives = render(start, 1536, 3, true);
-    const PooledDerivatives derivatives(derivatives);
+                         predicted = render(start, 512, 2, false);
+    const PooledDerivatives derivatives(render(start, 1536, 3, true));
     const RowsOfSlopes rows(
         {{&derivatives, 1.0}},
         [](const DerivativeParameter& p, int channel) -> Eigen::RowVectorXd {

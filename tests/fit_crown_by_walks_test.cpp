@@ -15,6 +15,7 @@
 #include "plan/check_capture.h"
 #include "plan/start_state.h"
 #include "report/result_files.h"
+#include "support/channels.h"
 #include "support/rendered_truth.h"
 #include "support/synthetic_capture.h"
 #include "support/temporary_folder.h"
@@ -40,8 +41,8 @@ Capture Walked(const std::filesystem::path& folder, const std::vector<double>& e
       for (int c = 0; c < kChannels; ++c) {
         const double value = exposure * photo.pixels[p].mean[c], sensor = std::hypot(kNoise * value, kFloor);
         picture.values[3 * p + c] = static_cast<float>(value + sensor * Gaussian(Key(5, i, p), c));
-        variance.values[3 * p + c] = static_cast<float>(
-            sensor * sensor + exposure * exposure * of_walks[p][std::array{0, 3, 5}[static_cast<size_t>(c)]]);
+        variance.values[3 * p + c] =
+            static_cast<float>(sensor * sensor + exposure * exposure * of_walks[p][PairOf(c, c, kChannels)]);
       }
     PhotographFiles& files = capture.photographs[i].files;
     WriteImageFile(files.image, picture);
@@ -74,7 +75,7 @@ Coverage CoverageOf(const CrownFit& fit, const std::filesystem::path& folder) {
   for (const auto& p : fit.uncertainty.parameters) {
     if (p.status != Status::kFitted) continue;
     const auto& owner = p.layer == kSurfaceOwner ? truth.surface : truth.layers[p.layer];
-    for (size_t c = 0; c < p.value.size(); ++c) {
+    for (int c = 0; c < static_cast<int>(p.value.size()); ++c) {
       const double at = owner[p.quantity][c];
       ++coverage.fitted;
       coverage.held += p.low95[c] <= at && at <= p.high95[c];
@@ -136,8 +137,8 @@ TEST(FitByWalks, OneStepEstimatesTheDepartureFromAFalseLaw) {
   const TemporaryFolder folder;
   Capture capture = Walked(folder.path, {1.0, 1.0, 1.0, 1.0, 1.0, 1.0});
   Material material = ReadMaterialFile(folder.path / "truth.json", capture);
-  ChannelValues& dentine = material.layers[1][Quantity::kReducedScattering];
-  const ChannelValues truth = dentine;
+  Spectrum& dentine = material.layers[1][Quantity::kReducedScattering];
+  const Spectrum truth = dentine;
   dentine.fill(std::cbrt(truth[0] * truth[1] * truth[2]));
   capture.layers[1][Quantity::kReducedScattering].sharing = Sharing::kOneValue;
   const Capture freed = WithoutLaws(capture, material);

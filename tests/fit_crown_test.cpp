@@ -21,6 +21,7 @@
 #include "report/finding_words.h"
 #include "report/result_files.h"
 #include "scene/cast_capture.h"
+#include "support/channels.h"
 #include "support/rendered_truth.h"
 #include "support/synthetic_capture.h"
 #include "support/temporary_folder.h"
@@ -44,7 +45,7 @@ double WorstError(const CrownFit& fit, const std::filesystem::path& folder, int&
   for (const auto& p : fit.uncertainty.parameters) {
     if (p.status != Status::kFitted) continue;
     const auto& owner = p.layer == kSurfaceOwner ? truth.surface : truth.layers[p.layer];
-    for (size_t c = 0; c < p.value.size(); ++c, ++count)
+    for (int c = 0; c < static_cast<int>(p.value.size()); ++c, ++count)
       worst = std::max(worst, std::abs(p.value[c] / owner[p.quantity][c] - 1.0));
   }
   return worst;
@@ -59,7 +60,7 @@ void Keep(const std::vector<size_t>& photographs, Capture& capture, FitOptions& 
     if (row.owner == Owner::kLayer) {
       ParameterSpec& outer = capture.layers[0][row.quantity];
       if (!outer.fixed)
-        options.overrides.fix.push_back({capture.layers[0].name + "." + std::string(row.key), outer.value});
+        options.overrides.fix.push_back({capture.layers[0].name + "." + std::string(row.key), outer.value.list()});
     }
 }
 
@@ -90,8 +91,8 @@ TEST_F(SelfConsistency, FreeThicknessConvergesByRecasting) {
   const Capture capture = Make({.pixels = 24, .initial_factor = 1.5, .free_thickness = true});
   const Material truth = TruthOf(capture);
   FitOptions options;  // six derivatives in place of thirteen: half the time
-  options.overrides.fix = {{"surface.roughness", truth.surface[Quantity::kRoughness]},
-                           {"enamel.reduced_scattering_per_mm", truth.layers[0][Quantity::kReducedScattering]}};
+  options.overrides.fix = {{"surface.roughness", truth.surface[Quantity::kRoughness].list()},
+                           {"enamel.reduced_scattering_per_mm", truth.layers[0][Quantity::kReducedScattering].list()}};
   const CrownFit fit = Fit(capture, options);
   int count = 0;
   EXPECT_LT(WorstError(fit, folder.path, count), 0.01);
@@ -108,7 +109,7 @@ TEST_F(SelfConsistency, FreeThicknessEscapesTheEqualOpticalDepthMinimum) {
   std::filesystem::copy(CROWNFIT_DATASETS "/disc", folder.path, std::filesystem::copy_options::recursive);
   Capture capture = ReadCapture(folder.path);
   for (PhotographSpec& p : capture.photographs) p.camera = WithPixels(p.camera, 24, 24, 4.0, 4.0);
-  const auto set = [&](Quantity q, const std::array<double, 3>& value, bool is_free) {
+  const auto set = [&](Quantity q, const Spectrum& value, bool is_free) {
     ParameterSpec& spec = capture.layers[0][q];
     spec.value = value;
     spec.fixed = !is_free;
@@ -330,7 +331,7 @@ TEST_F(SelfConsistency, IntervalsCoverTheTruthUnderNoise) {
   for (const auto& p : fit.uncertainty.parameters) {
     if (p.stddev.empty()) continue;
     const auto& owner = p.layer == kSurfaceOwner ? truth.surface : truth.layers[p.layer];
-    for (size_t c = 0; c < p.value.size(); ++c, ++count)
+    for (int c = 0; c < static_cast<int>(p.value.size()); ++c, ++count)
       inside += p.low95[c] <= owner[p.quantity][c] && owner[p.quantity][c] <= p.high95[c];
   }
   EXPECT_EQ(count, 13);

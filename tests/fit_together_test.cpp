@@ -67,10 +67,11 @@ class TwoCaptures : public testing::Test {
     options_.model = Model::kShader;
     options_.profile_points = 0;
     const Material truth = TruthOf(all_);
-    options_.overrides.fix = {{"surface.roughness", truth.surface[Quantity::kRoughness]},
-                              {"enamel.reduced_scattering_per_mm", truth.layers[0][Quantity::kReducedScattering]},
-                              {"enamel.absorption_per_mm", truth.layers[0][Quantity::kAbsorption]},
-                              {"dentine.reduced_scattering_per_mm", truth.layers[1][Quantity::kReducedScattering]}};
+    options_.overrides.fix = {
+        {"surface.roughness", truth.surface[Quantity::kRoughness].list()},
+        {"enamel.reduced_scattering_per_mm", truth.layers[0][Quantity::kReducedScattering].list()},
+        {"enamel.absorption_per_mm", truth.layers[0][Quantity::kAbsorption].list()},
+        {"dentine.reduced_scattering_per_mm", truth.layers[1][Quantity::kReducedScattering].list()}};
   }
   Capture With(const std::vector<size_t>& photographs, const char* name) const {
     Capture capture = all_;
@@ -119,7 +120,7 @@ TEST_F(TwoCaptures, JointFitMatchesOneFitOfAllPhotographs) {
 TEST_F(TwoCaptures, DifferentMaterialsAreDetected) {
   Capture other = With({1, 3}, "other");
   Material darker = TruthOf(all_);
-  for (double& a : darker.layers[1][Quantity::kAbsorption]) a *= 3.0;
+  darker.layers[1][Quantity::kAbsorption] *= 3.0;
   RenderTruth(other, darker);
   const std::vector<CrownFit> fits = FitTogether({With({0, 2}, "first"), other}, options_, silent_);
   EXPECT_EQ(std::ranges::count(fits[0].caveats, FindingKind::kCapturesDisagree, &Finding::kind), 2)

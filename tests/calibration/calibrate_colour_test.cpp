@@ -118,7 +118,9 @@ TEST(CalibrateColour, AKnownCameraIsRecoveredFromAnyAngle) {
     EXPECT_LT(estimate->leave_one_out, 0.6) << turn;
     EXPECT_EQ(estimate->used.size(), 24u);
     EXPECT_FALSE(estimate->transform.root_polynomial) << "a matrix is the truth";
-    const glm::dmat3 identity = estimate->transform.matrix * (scene.level * kSensorFromRgb);
+    const std::vector<glm::dvec3>& columns = estimate->transform.columns;
+    ASSERT_EQ(columns.size(), 3u);
+    const glm::dmat3 identity = glm::dmat3(columns[0], columns[1], columns[2]) * (scene.level * kSensorFromRgb);
     for (int c = 0; c < 3; ++c)
       for (int r = 0; r < 3; ++r) EXPECT_NEAR(identity[c][r], c == r, 0.02) << turn;
     EXPECT_NEAR(estimate->tone_slope, 1.0, 0.02);
@@ -201,7 +203,7 @@ TEST(CalibrateColour, GreyCardGivesOnlyTheWhiteBalance) {
   EXPECT_TRUE(product.refusals.empty());
   const ColourTransform transform = TransformIn(product);
   for (int c = 0; c < 3; ++c) EXPECT_NEAR(transform(grey)[c], 0.18, 3e-4);
-  EXPECT_EQ(transform.matrix[1][0], 0.0);
+  EXPECT_EQ(transform.columns[1][0], 0.0);
   EXPECT_TRUE(AnyContains(product.notes, "only the white balance"));
 }
 

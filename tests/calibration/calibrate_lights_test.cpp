@@ -126,7 +126,7 @@ Image CardPicture(const LightShape& lamp, const RigidTransform& camera_from_card
       std::vector<LightSample> samples;
       const glm::dvec3 normal = camera_from_card.Direction({0, 0, -1});
       SampleLight(lamp, t * d, normal, 6, samples);
-      glm::dvec3 sum(0.0);
+      Spectrum sum;
       for (const auto& s : samples) sum += s.weight * std::max(0.0, glm::dot(s.direction, normal));
       for (int v = y; v < y + 4; ++v)
         for (int u = x; u < x + 4; ++u)

@@ -15,6 +15,7 @@
 #include "optics/shading_terms.h"
 #include "path/slab_walk.h"
 #include "photo/colour_difference.h"
+#include "support/channels.h"
 #include "support/temporary_folder.h"
 
 namespace crownfit {
@@ -161,10 +162,10 @@ TEST(Colour, LabRoundTrips) {
 
 TEST(Colour, ReflectanceRoundTripsThroughAColourFile) {
   BandColour colour;
-  colour.rgb_from_sensor.matrix = glm::dmat3({1.6, -0.3, 0.0}, {-0.5, 1.5, -0.4}, {-0.1, -0.2, 1.4});
+  colour.rgb_from_sensor.columns = {{1.6, -0.3, 0.0}, {-0.5, 1.5, -0.4}, {-0.1, -0.2, 1.4}};
   colour.white_sensor = {0.4, 0.8, 0.6};
-  const glm::dvec3 bands(0.6, 0.45, 0.3);
-  EXPECT_LT(glm::length(colour.Reflectance(colour.LinearRgb(bands)) - bands), 1e-9);
+  const Spectrum bands{0.6, 0.45, 0.3};
+  EXPECT_LT(Distance(colour.Reflectance(colour.LinearRgb(bands)), bands), 1e-9);
 }
 
 TEST(Prediction, TranslucencyFallsAlmostExponentiallyWithThickness) {
@@ -279,7 +280,7 @@ TEST(Prediction, IntervalsFollowMaterialStandardDeviations) {
   EXPECT_FALSE(Predict(q).groups[0]["tp00"].stddev) << "without uncertainty there is no interval";
   const auto tp = [&](double scattering_factor) {
     FlatQuestion moved = q;
-    for (double& s : moved.material.material.layers[0][Quantity::kReducedScattering]) s *= scattering_factor;
+    moved.material.material.layers[0][Quantity::kReducedScattering] *= scattering_factor;
     return Predict(moved).groups[0]["tp00"].value;
   };
   // One shared scattering with a standard deviation of 5 %, by finite differences.

@@ -10,12 +10,14 @@
 #include "exchange/equivalents.h"
 #include "optics/adding_doubling.h"
 #include "scene/light_samples.h"
+#include "support/channels.h"
 
 namespace crownfit {
 namespace {
 
 ExportScene TwoLayers() {
   ExportScene scene;
+  scene.channel_names = {"R", "G", "B"};
   scene.roughness = 0.2;
   scene.layers = {{"enamel", 1.63, 0.68, 0.0, glm::dvec3(6.25), {0.01, 0.02, 0.05}, 0.7},
                   {"dentine", 1.54, 0.93, 0.1, glm::dvec3(12, 14, 16), {0.03, 0.07, 0.2}, 2.0}};
@@ -31,7 +33,7 @@ ExportScene Scaled(ExportScene scene, double size) {
   return scene;
 }
 
-double LargestOff(const glm::dvec3& a, const glm::dvec3& b) {
+double LargestOff(const Spectrum& a, const Spectrum& b) {
   double off = 0;
   for (int c = 0; c < kChannels; ++c) off = std::max(off, std::abs(a[c] / b[c] - 1.0));
   return off;
@@ -48,7 +50,7 @@ TEST(Equivalents, SharesAreScaleInvariantAndPathsScaleWithLength) {
 
 TEST(Equivalents, OneMediumMatchesTheLayeredReflectance) {
   ExportScene scene = TwoLayers();
-  const glm::dvec3 layers = TranslucencyOf(scene).reflectance;
+  const Spectrum layers = TranslucencyOf(scene).reflectance;
   scene.layers = {OneMediumFor(scene)};
   EXPECT_LT(LargestOff(TranslucencyOf(scene).reflectance, layers), 1e-6);
   EXPECT_DOUBLE_EQ(*scene.layers[0].thickness_mm, 2.7);
@@ -73,7 +75,7 @@ TEST(Equivalents, MultipleScatteringAlbedoMatchesIndexMatchedHalfSpace) {
       layer.asymmetry = g;
       layer.scattering_per_mm = glm::dvec3(albedo / (1 - g));
       layer.absorption_per_mm = glm::dvec3(1 - albedo);
-      EXPECT_NEAR(MultipleScatteringAlbedo(layer).x, SolveByAddingDoubling(slab).value.reflectance_diffuse, 0.002)
+      EXPECT_NEAR(MultipleScatteringAlbedo(layer)[1], SolveByAddingDoubling(slab).value.reflectance_diffuse, 0.002)
           << "g " << g << ", reduced albedo " << albedo;
     }
 }
@@ -89,7 +91,7 @@ double IrradianceOf(const ExportedLamp& lamp, const glm::dvec3& normal) {
     const double d = glm::length(way);
     sum += std::max(0.0, -glm::dot(area, way / d)) * std::max(0.0, glm::dot(normal, way / d)) / (d * d);
   }
-  return lamp.radiance.x * sum;
+  return lamp.radiance[0] * sum;
 }
 
 TEST(ExportedLamps, FlatAndDistantLampsGiveTheirStatedIrradiance) {

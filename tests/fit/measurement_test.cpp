@@ -19,6 +19,7 @@
 #include "optics/flat_reading.h"
 #include "optics/material_file.h"
 #include "report/result_files.h"
+#include "support/channels.h"
 #include "support/temporary_folder.h"
 
 namespace crownfit {
@@ -40,12 +41,10 @@ Capture OneLayer(double ior, double g) {
   return capture;
 }
 
-Material Truth(const Capture& capture, const glm::dvec3& reduced_scattering, const glm::dvec3& absorption) {
+Material Truth(const Capture& capture, const Spectrum& reduced_scattering, const Spectrum& absorption) {
   Material material = StatedMaterial(capture);
-  for (int c = 0; c < kChannels; ++c) {
-    material.layers[0][Quantity::kReducedScattering][c] = reduced_scattering[c];
-    material.layers[0][Quantity::kAbsorption][c] = absorption[c];
-  }
+  material.layers[0][Quantity::kReducedScattering] = reduced_scattering;
+  material.layers[0][Quantity::kAbsorption] = absorption;
   return material;
 }
 
@@ -65,11 +64,7 @@ void TakeReadings(Capture& capture, const Material& material, uint64_t seed) {
   }
 }
 
-Reading Known(double stddev) {
-  Reading r;
-  r.stddev.fill(stddev);
-  return r;
-}
+Reading Known(double stddev) { return {Spectrum(kChannels, 0.0), Spectrum(kChannels, stddev)}; }
 
 FlatMeasurement TotalsOf(double mm, double stddev) {
   FlatMeasurement m;
@@ -149,17 +144,15 @@ TEST(MeasurementFit, RecoversCoefficientsFromPrahlAddingDoublingTotals) {
   // solution for the first and the seventh, which hardly absorb.
   const struct {
     double mm;
-    glm::dvec3 scattering, absorption, r, t;
+    Spectrum scattering, absorption, r, t;
   } rows[] = {{0.5, {2, 5, 10}, {0.01, 0.01, 0.1}, {0.399823, 0.530936, 0.549507}, {0.577123, 0.444560, 0.249045}},
               {1.0, {2, 5, 10}, {0.03, 0.3, 0.3}, {0.445723, 0.326420, 0.429449}, {0.423661, 0.081055, 0.032736}},
               {2.0, {10, 5, 2}, {0.01, 0.01, 0.1}, {0.808852, 0.719288, 0.351562}, {0.103770, 0.189936, 0.144718}}};
   for (const auto& row : rows) {
     Capture capture = OneLayer(1.54, 0.8);
     capture.measurements = {TotalsOf(row.mm, 3e-5)};  // the difference between 24 and 64 angles
-    for (int c = 0; c < kChannels; ++c) {
-      capture.measurements[0].reflectance->value[c] = row.r[c];
-      capture.measurements[0].transmittance->value[c] = row.t[c];
-    }
+    capture.measurements[0].reflectance->value = row.r;
+    capture.measurements[0].transmittance->value = row.t;
     const CrownFit fit = Fit(capture);
     EXPECT_TRUE(fit.usable);
     for (int c = 0; c < kChannels; ++c) {
@@ -181,7 +174,7 @@ TEST(MeasurementFit, IntervalsHaveNominalCoverage) {
     const CrownFit fit = Fit(capture);
     ASSERT_TRUE(fit.converged);
     for (const FittedParameter& p : fit.uncertainty.parameters)
-      for (size_t c = 0; c < p.stddev.size(); ++c, ++count)
+      for (int c = 0; c < static_cast<int>(p.stddev.size()); ++c, ++count)
         held += p.low95[c] <= truth.layers[0][p.quantity][c] && truth.layers[0][p.quantity][c] <= p.high95[c];
   }
   std::printf("%d of %d intervals hold the truth\n", held, count);
@@ -255,7 +248,7 @@ TEST(MeasurementFit, SharedScatteringIsRejectedOnlyIfItIsWrong) {
   Progress quiet(ProgressMode::kNone);
   FitOptions options;
   options.profile_points = 0;
-  const auto fit = [&](const glm::dvec3& scattering, uint64_t seed) {
+  const auto fit = [&](const Spectrum& scattering, uint64_t seed) {
     TakeReadings(capture, Truth(capture, scattering, {0.02, 0.04, 0.12}), seed);
     return FitCrown(capture, options, quiet);
   };
@@ -293,7 +286,7 @@ TEST(MeasurementFit, ApertureColoursOverBlackAndWhiteGiveBothCoefficients) {
   TakeReadings(capture, truth, 0);
   const CrownFit fit = Fit(capture);
   for (const FittedParameter& p : fit.uncertainty.parameters)
-    for (size_t c = 0; c < p.stddev.size(); ++c) {
+    for (int c = 0; c < static_cast<int>(p.stddev.size()); ++c) {
       EXPECT_NEAR(p.value[c], truth.layers[0][p.quantity][c], 0.02 * p.value[c]) << p.name;
       EXPECT_GT(p.stddev[c], 0.02 * p.value[c]) << "edge loss is modelled only to within 5 %";
     }
@@ -344,7 +337,7 @@ TEST(MeasurementFit, AHeldOutReadingIsPredictedAndNotFitted) {
   capture.measurements = {TotalsOf(0.5, 0.003), TotalsOf(2.0, 0.003)};
   TakeReadings(capture, truth, 0);
   capture.measurements[1].is_holdout = true;
-  for (double& v : capture.measurements[1].reflectance->value) v += 0.1;
+  capture.measurements[1].reflectance->value += Spectrum(0.1);
   const CrownFit fit = Fit(capture);
   EXPECT_LT(fit.uncertainty.reduced_chi2, 1e-3) << "the held-out reading was fitted";
   ASSERT_EQ(fit.readings.size(), 4u);
@@ -515,6 +508,7 @@ TEST(RxtFile, ErrorsNameTheLine) {
 TEST(RxtFile, FitOfAnExportedFileRecoversTheMaterial) {
   const TemporaryFolder folder;
   ExportScene scene;
+  scene.channel_names = {"R", "G", "B"};
   scene.wavelengths_nm = {600, 540, 450};
   ExportedLayer layer{"ceramic", 1.54, 0.8, 0.0, glm::dvec3(10, 11, 14), glm::dvec3(0.02, 0.05, 0.2), {}};
   scene.layers = {layer};
@@ -543,7 +537,7 @@ TEST(RxtFile, BandsAreInterpolatedOrRowsAreSelected) {
   EXPECT_THROW(InitMeasuredCapture({rxt}, folder.path), InputError) << "two rows, none selected";
   EXPECT_THROW(InitMeasuredCapture({rxt, {}, {3}}, folder.path), InputError) << "there are only two rows";
   InitMeasuredCapture({rxt, {}, {2}}, folder.path);
-  EXPECT_EQ(ReadCapture(folder.path).measurements[0].transmittance->value, (std::array{0.2, 0.2, 0.2}));
+  EXPECT_EQ(ReadCapture(folder.path).measurements[0].transmittance->value, (Spectrum{0.2, 0.2, 0.2}));
 }
 
 }  // namespace

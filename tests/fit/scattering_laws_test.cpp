@@ -8,6 +8,7 @@
 
 #include "base/error.h"
 #include "capture/capture.h"
+#include "support/channels.h"
 #include "support/synthetic_capture.h"
 #include "support/temporary_folder.h"
 
@@ -85,20 +86,20 @@ TEST(Sharing, OptionSetsTheLawAndStartsOnIt) {
   const std::string name = stated.layers[1].name + ".reduced_scattering_per_mm";
   ParameterSpec& spec = stated.layers[1][Quantity::kReducedScattering];
   spec.value = {1.9, 2.2, 2.3}, spec.sharing = Sharing::kNone;
-  const ChannelValues value = spec.value;
+  const Spectrum value = spec.value;
   for (const auto& [sharing, less] : {std::pair{Sharing::kNone, 0}, {Sharing::kPowerLaw, 1}, {Sharing::kOneValue, 2}}) {
     Capture capture = stated;
     ApplyOverrides(capture, {{}, {}, {{name, sharing}}});
     const FreeParameters free = FreeParametersOf(capture);
     EXPECT_EQ(free.count(), FreeParametersOf(stated).count() - less) << Word(sharing);
-    const ChannelValues start = MaterialAt(free, StartVector(free)).layers[1][Quantity::kReducedScattering];
+    const Spectrum start = MaterialAt(free, StartVector(free)).layers[1][Quantity::kReducedScattering];
     double mean = 0;  // mean of logarithms, which every law preserves
     for (int c = 0; c < kChannels; ++c) mean += std::log(start[c] / value[c]);
     EXPECT_NEAR(mean, 0.0, 1e-12) << Word(sharing);
   }
   Capture capture = stated;
   EXPECT_THROW(ApplyOverrides(capture, {{}, {}, {{"surface.roughness", Sharing::kNone}}}), InputError);
-  EXPECT_THROW(ApplyOverrides(capture, {{{name, value}}, {}, {{name, Sharing::kNone}}}), InputError);
+  EXPECT_THROW(ApplyOverrides(capture, {{{name, value.list()}}, {}, {{name, Sharing::kNone}}}), InputError);
 }
 
 }  // namespace

@@ -10,6 +10,7 @@
 
 #include "base/random.h"
 #include "fit/neighbouring_noise.h"
+#include "support/channels.h"
 
 namespace crownfit {
 namespace {
@@ -17,7 +18,7 @@ namespace {
 struct Scene {
   PhotographCast cast;
   FitPixels pixels;
-  std::vector<glm::dvec3> truth;  ///< per pixel of the cast
+  std::vector<Spectrum> truth;  ///< per pixel of the cast
 };
 
 /// A square of pixels, `stride` apart, whose light is a ramp with a highlight.
@@ -29,7 +30,7 @@ Scene Square(int side, int stride) {
       pixel.x = stride * x, pixel.y = stride * y;
       const double across = static_cast<double>(x) / side, down = static_cast<double>(y) / side;
       const double highlight = 20.0 * std::exp(-200.0 * (std::pow(across - 0.5, 2) + std::pow(down - 0.3, 2)));
-      s.truth.push_back((0.2 + across + highlight) * glm::dvec3(1.0, 0.8, 0.5));
+      s.truth.push_back((0.2 + across + highlight) * Spectrum{1.0, 0.8, 0.5});
     }
   FitPixels& p = s.pixels;
   p.pixels.resize(s.truth.size());
@@ -43,12 +44,12 @@ Scene Square(int side, int stride) {
 }
 
 /// Noise-weighted brightness of the green pixels relative to the truth, and its error.
-std::pair<double, double> Level(const Scene& s, const std::vector<glm::dvec3>& stddev) {
+std::pair<double, double> Level(const Scene& s, const std::vector<Spectrum>& stddev) {
   double weight = 0, sum = 0;
   for (size_t i = 0; i < s.truth.size(); ++i) {
-    const double w = 1.0 / (stddev[i].y * stddev[i].y);
-    weight += w * s.truth[i].y * s.truth[i].y;
-    sum += w * s.truth[i].y * s.pixels.values[i].y;
+    const double w = 1.0 / (stddev[i][1] * stddev[i][1]);
+    weight += w * s.truth[i][1] * s.truth[i][1];
+    sum += w * s.truth[i][1] * s.pixels.values[i][1];
   }
   return {sum / weight, 1.0 / std::sqrt(weight)};
 }
@@ -59,14 +60,14 @@ TEST(NoiseOfNeighbours, LevelIsUnbiasedWithPerPixelVariances) {
   constexpr int kPaths = 8;
   Scene s = Square(60, 1);
   for (size_t i = 0; i < s.truth.size(); ++i) {
-    glm::dvec3 mean(0.0), square(0.0);
+    Spectrum mean, square;
     for (int path = 0; path < kPaths; ++path) {
-      const glm::dvec3 found = -std::log(1.0 - Uniform(Key(3, i), path)) * s.truth[i];
+      const Spectrum found = -std::log(1.0 - Uniform(Key(3, i), path)) * s.truth[i];
       mean += found / static_cast<double>(kPaths);
       square += found * found / static_cast<double>(kPaths);
     }
     s.pixels.values.push_back(mean);
-    s.pixels.stddev.push_back(glm::sqrt((square - mean * mean) / (kPaths - 1.0)));
+    s.pixels.stddev.push_back(Sqrt((square - mean * mean) / (kPaths - 1.0)));
   }
   EXPECT_LT(Level(s, s.pixels.stddev).first, 0.8) << "per-pixel variances bias it dark";
   const auto [level, error] = Level(s, NoiseOfNeighbours(s.pixels, s.cast, s.pixels.stddev, s.truth));
@@ -80,7 +81,7 @@ TEST(NoiseOfNeighbours, LevelIsUnbiasedWithSmoothedVariances) {
   constexpr int kPaths = 256, kSide = 60, kReach = 5;
   constexpr double kChance = 1.0 / 90.0;
   Scene s = Square(kSide, 1);
-  std::fill(s.truth.begin(), s.truth.end(), glm::dvec3(1.0));
+  std::fill(s.truth.begin(), s.truth.end(), Spectrum(kChannels, 1.0));
   std::vector<double> variance;
   for (size_t i = 0; i < s.truth.size(); ++i) {
     double mean = 0, square = 0;
@@ -90,7 +91,7 @@ TEST(NoiseOfNeighbours, LevelIsUnbiasedWithSmoothedVariances) {
       mean += found / kPaths;
       square += found * found / kPaths;
     }
-    s.pixels.values.emplace_back(mean);
+    s.pixels.values.emplace_back(kChannels, mean);
     variance.push_back((square - mean * mean) / (kPaths - 1.0));
   }
   for (int y = 0; y < kSide; ++y)
@@ -102,9 +103,9 @@ TEST(NoiseOfNeighbours, LevelIsUnbiasedWithSmoothedVariances) {
           sum += variance[static_cast<size_t>(v * kSide + u)];
           ++count;
         }
-      s.pixels.stddev.emplace_back(std::sqrt(sum / count));
+      s.pixels.stddev.emplace_back(kChannels, std::sqrt(sum / count));
     }
-  const double expected = Level(s, std::vector<glm::dvec3>(s.truth.size(), glm::dvec3(1.0))).first;
+  const double expected = Level(s, std::vector<Spectrum>(s.truth.size(), Spectrum(kChannels, 1.0))).first;
   EXPECT_NEAR(Level(s, NoiseOfNeighbours(s.pixels, s.cast, s.pixels.stddev, s.truth)).first, expected, 0.003);
 }
 
@@ -112,28 +113,28 @@ TEST(NoiseOfNeighbours, FollowsAnyPowerLawOfTheSignal) {
   for (const double power : {0.0, 1.0, 2.0})  // read noise, shot noise, noise proportional to the light
     for (const int stride : {1, 7}) {
       Scene s = Square(40, stride);
-      for (const glm::dvec3& truth : s.truth)
-        s.pixels.stddev.push_back(0.01 * glm::pow(truth, glm::dvec3(0.5 * power)));
+      for (const Spectrum& truth : s.truth)
+        s.pixels.stddev.push_back(0.01 * truth.Mapped([&](double v) { return std::pow(v, 0.5 * power); }));
       const auto found = NoiseOfNeighbours(s.pixels, s.cast, s.pixels.stddev, s.truth);
       for (size_t i = 0; i < found.size(); ++i)
-        EXPECT_NEAR(found[i].y / s.pixels.stddev[i].y, 1.0, 1e-9) << power << " " << stride;
+        EXPECT_NEAR(found[i][1] / s.pixels.stddev[i][1], 1.0, 1e-9) << power << " " << stride;
     }
 }
 
 TEST(NoiseOfNeighbours, FallsBackToThePixelWithoutNeighbours) {
   Scene s = Square(2, 1);
-  s.pixels.stddev = {glm::dvec3(0.1), glm::dvec3(0.2), glm::dvec3(0.3), glm::dvec3(0.4)};
+  for (const double v : {0.1, 0.2, 0.3, 0.4}) s.pixels.stddev.emplace_back(kChannels, v);
   EXPECT_EQ(NoiseOfNeighbours(s.pixels, s.cast, s.pixels.stddev, s.truth), s.pixels.stddev);
 }
 
 TEST(OverNearest, AveragesAPixelAndItsNearestNeighbours) {
   for (const int stride : {1, 2, 4}) {
     Scene s = Square(12, stride);
-    std::vector<glm::dvec3> ramp;
-    for (const PixelCast& pixel : s.cast.pixels) ramp.emplace_back(pixel.x + 100.0 * pixel.y);
+    std::vector<Spectrum> ramp;
+    for (const PixelCast& pixel : s.cast.pixels) ramp.emplace_back(kChannels, pixel.x + 100.0 * pixel.y);
     const auto found = OverNearest(s.pixels, s.cast, ramp);
-    EXPECT_NEAR(found[5 * 12 + 5].x, ramp[5 * 12 + 5].x, 1e-9) << stride;
-    EXPECT_NEAR(found[5 * 12].x, ramp[5 * 12].x + 0.5 * stride, 1e-9) << stride << ", at the rim";
+    EXPECT_NEAR(found[5 * 12 + 5][0], ramp[5 * 12 + 5][0], 1e-9) << stride;
+    EXPECT_NEAR(found[5 * 12][0], ramp[5 * 12][0] + 0.5 * stride, 1e-9) << stride << ", at the rim";
   }
   const Scene far = Square(12, 20);
   EXPECT_EQ(OverNearest(far.pixels, far.cast, far.truth), far.truth) << "it has no neighbour";
@@ -150,17 +151,17 @@ PathPhotograph Walked(const Scene& s, int side, uint64_t draw) {
   for (size_t i = 0; i < s.truth.size(); ++i) {
     PixelEstimate& pixel = walked.pixels.emplace_back();
     pixel.on_object = true;
-    glm::dvec3 square(0.0);
+    Spectrum square;
     for (int path = 0; path < kPaths; ++path) {
       RandomStream random(Key(draw, i, path));
-      glm::dvec3 found(random.Next() < kChance ? -std::log(1.0 - random.Next()) / kChance : 0.0);
+      Spectrum found(kChannels, random.Next() < kChance ? -std::log(1.0 - random.Next()) / kChance : 0.0);
       for (int c = 0; c < kChannels; ++c) found[c] = s.truth[i][c] * (found[c] + kOfOneChannel * (random.Next() - 0.5));
-      walked.group_values.emplace_back(found);
+      walked.group_values.push_back(found);
       pixel.mean += found / static_cast<double>(kPaths);
       square += found * found / static_cast<double>(kPaths);
     }
-    const glm::dvec3 variance = (square - pixel.mean * pixel.mean) / (kPaths - 1.0);
-    pixel.covariance = {variance.x, 0, 0, variance.y, 0, variance.z};
+    const Spectrum variance = (square - pixel.mean * pixel.mean) / (kPaths - 1.0);
+    pixel.covariance = {variance[0], 0, 0, variance[1], 0, variance[2]};
     walked.rendered.push_back(i);
     ranks->push_back(static_cast<uint32_t>(i));
   }

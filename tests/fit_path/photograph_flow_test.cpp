@@ -16,6 +16,7 @@
 #include "fit/compare_photographs.h"
 #include "scene/cast_capture.h"
 #include "shader/predict.h"
+#include "support/channels.h"
 #include "support/synthetic_capture.h"
 #include "support/temporary_folder.h"
 
@@ -23,7 +24,7 @@ namespace crownfit {
 namespace {
 
 /// Per pixel of a cast.
-using Picture = std::vector<glm::dvec3>;
+using Picture = std::vector<Spectrum>;
 
 /// The front photograph of an incisor whose pose may be wrong by 0.15 mm.
 class PhotographFlow : public testing::Test {
@@ -130,12 +131,12 @@ TEST_F(PhotographFlow, IsThatOfWalksWhereThePhotographIsNoise) {
   const auto noise = [&](size_t k, uint64_t c) {
     return 0.3 * shaded[k][static_cast<int>(c)] * Gaussian(Key(7, c), k);
   };
-  for (size_t k = 0; k < noisy.size(); ++k) noisy[k] += glm::dvec3(noise(k, 0), noise(k, 1), noise(k, 2));
+  for (size_t k = 0; k < noisy.size(); ++k) noisy[k] += Spectrum{noise(k, 0), noise(k, 1), noise(k, 2)};
   Photographed(noisy, 0.01f);
   KnownPicture walked;
   for (const int k : at_.pixels[0].pixels) {
     walked.values.push_back(shaded[k]);
-    walked.variances.emplace_back(1e-6);
+    walked.variances.emplace_back(kChannels, 1e-6);
   }
   // Over the rim the photograph shows more of a pixel's neighbourhood than walks know.
   const std::vector<int> inside = RowsAmidOthers();
@@ -156,8 +157,8 @@ TEST_F(PhotographFlow, OfAPaintedToothIsThePaintsOwn) {
       glm::dvec3 point(0.0);
       for (int k = 0; k < 3 && pixel.at.exists(); ++k)
         point += static_cast<double>(pixel.at.weights[k]) * cast.crown->fine.vertices[pixel.at.vertices[k]];
-      picture.emplace_back(1.0 + 0.5 * std::sin(2.0 * point.x), 1.0 + 0.5 * std::sin(2.0 * point.y),
-                           1.0 + 0.5 * std::sin(point.x + point.y));
+      picture.push_back({1.0 + 0.5 * std::sin(2.0 * point.x), 1.0 + 0.5 * std::sin(2.0 * point.y),
+                         1.0 + 0.5 * std::sin(point.x + point.y)});
     }
     return picture;
   };
@@ -169,7 +170,7 @@ TEST_F(PhotographFlow, OfAPaintedToothIsThePaintsOwn) {
   KnownPicture walked;
   for (const int k : p.pixels) {
     walked.values.push_back(paint[k]);
-    walked.variances.emplace_back(1e-12);
+    walked.variances.emplace_back(kChannels, 1e-12);
   }
   Photographed(paint, 1e6f);  // tells nothing
   ASSERT_EQ(at_.pixels[0].pixels, p.pixels);

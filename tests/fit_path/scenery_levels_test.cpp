@@ -8,6 +8,7 @@
 #include "path/path_derivatives.h"
 #include "path/path_photograph.h"
 #include "scene/cast_capture.h"
+#include "support/channels.h"
 #include "support/synthetic_capture.h"
 #include "support/temporary_folder.h"
 

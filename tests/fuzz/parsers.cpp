@@ -97,6 +97,8 @@ void ReadColmapBinary(const Path& images) {
   (void)ReadColmap(images.parent_path());
 }
 
+void ReadRig(const Path& file) { (void)ReadLightRig(file); }
+
 void ReadScene(const Path& file) {
   for (const ImportedView& view : ReadMitsuba(file, 1.0).views)
     Check(view.camera.fx > 0 && view.camera.width > 0, "a view that is read has a camera");
@@ -105,6 +107,11 @@ void ReadScene(const Path& file) {
 template <auto Read>
 void Ignore(const Path& file) {
   (void)Read(file);
+}
+
+template <auto Read>
+void IgnoreOfThreeChannels(const Path& file) {
+  (void)Read(file, 3);
 }
 
 constexpr Parser kParsers[] = {
@@ -116,9 +123,9 @@ constexpr Parser kParsers[] = {
     {"manifest_json", "manifest.json", ReadManifestFile},
     {"manifest_csv", "manifest.csv", ReadManifestFile},
     {"camera", "camera.json", Ignore<ReadCamera>},
-    {"light_rig", "light_rig.json", Ignore<ReadLightRig>},
-    {"colour", "colour.json", Ignore<ReadColourTransform>},
-    {"noise", "noise.json", Ignore<ReadSensorNoise>},
+    {"light_rig", "light_rig.json", ReadRig},
+    {"colour", "colour.json", IgnoreOfThreeChannels<ReadColourTransform>},
+    {"noise", "noise.json", IgnoreOfThreeChannels<ReadSensorNoise>},
     {"blur", "blur.json", Ignore<ReadBlur>},
     {"poses", "poses.json", Ignore<ReadPoses>},
     {"transforms", "transforms.json", Ignore<ReadNerfTransforms>},

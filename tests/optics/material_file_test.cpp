@@ -169,7 +169,7 @@ TEST(MaterialFile, OtherBandsAreRefused) {
   EXPECT_NO_THROW(ReadMaterialRecord(file, capture));
   write("450", "540", "600");
   EXPECT_THROW(ReadMaterialRecord(file, capture), InputError) << "the same bands in another order";
-  EXPECT_EQ(ReadMaterialRecord(file).wavelengths_nm, (std::array{450.0, 540.0, 600.0}))
+  EXPECT_EQ(ReadMaterialRecord(file).wavelengths_nm, (std::vector{450.0, 540.0, 600.0}))
       << "without a capture, the file's own bands hold";
 }
 

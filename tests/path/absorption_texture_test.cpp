@@ -13,6 +13,7 @@
 #include "path/path_photograph.h"
 #include "photo/image_io.h"
 #include "shader/predict.h"
+#include "support/channels.h"
 #include "support/known_scene.h"
 #include "support/shapes.h"
 #include "support/temporary_folder.h"
@@ -70,9 +71,9 @@ TEST(AbsorptionTexture, ColoursOfEightBitsStandForZeroToOne) {
       }
       ply.close();
       const auto texture = box.Read(box.folder.path / "box.ply", {{}, {"red", "green", "blue"}, 0, 2});
-      EXPECT_NEAR(texture.At({1, 1, 0}).x, 2.0, 1e-5) << type;
-      EXPECT_NEAR(texture.At({1, 1, 0}).y, 2.0 / 5, 1e-5) << type;
-      EXPECT_NEAR(texture.At({1, 1, 0}).z, 6.0, 1e-5) << "a float stands for itself";
+      EXPECT_NEAR(texture.At({1, 1, 0})[0], 2.0, 1e-5) << type;
+      EXPECT_NEAR(texture.At({1, 1, 0})[1], 2.0 / 5, 1e-5) << type;
+      EXPECT_NEAR(texture.At({1, 1, 0})[2], 6.0, 1e-5) << "a float stands for itself";
     }
 }
 
@@ -81,7 +82,7 @@ TEST(AbsorptionTexture, ALinearFactorIntegratesToItsMeanTimesTheLength) {
   const auto texture = box.FromProperty([](const glm::dvec3& p) { return 2.0 + 0.25 * p.x; });
   const glm::dvec3 along = glm::normalize(glm::dvec3(1, 0.2, -0.1));
   for (const double length : {0.01, 0.3, 2.0})
-    EXPECT_NEAR(texture.Along({-1, 0, -0.2}, along, length).y, length * (2.0 + 0.25 * (-1 + 0.5 * length * along.x)),
+    EXPECT_NEAR(texture.Along({-1, 0, -0.2}, along, length)[1], length * (2.0 + 0.25 * (-1 + 0.5 * length * along.x)),
                 1e-5 * length);
 }
 
@@ -114,9 +115,9 @@ TEST(AbsorptionTexture, ImageFollowsPlyAndObjTextureCoordinates) {
   for (const char* file : {"box.ply", "box.obj"}) {
     const auto texture = box.Read(box.folder.path / file, spec);
     const glm::dvec3 p(1.5, -2.5, 0);
-    EXPECT_NEAR(texture.At(p).x, 1 + 4 * (1 - uv(p).x), 1e-3) << file;
-    EXPECT_NEAR(texture.At(p).y, 1 + 4 * uv(p).y, 1e-3) << file;
-    EXPECT_NEAR(texture.At(p).z, 3.0, 1e-5) << file;
+    EXPECT_NEAR(texture.At(p)[0], 1 + 4 * (1 - uv(p).x), 1e-3) << file;
+    EXPECT_NEAR(texture.At(p)[1], 1 + 4 * uv(p).y, 1e-3) << file;
+    EXPECT_NEAR(texture.At(p)[2], 3.0, 1e-5) << file;
   }
 }
 
@@ -163,11 +164,11 @@ TEST(AbsorptionTexture, UniformTextureEqualsScaledAbsorptionInBothModels) {
     return PredictPixels(scene.capture, state, 0, StatedMaterial(scene.capture), StatedLightScales(scene.capture), 0);
   };
   const PathPhotograph a = walked(textured), b = walked(plain);  // identical paths
-  for (size_t p = 0; p < a.pixels.size(); ++p) EXPECT_NEAR(a.pixels[p].mean.y, b.pixels[p].mean.y, 1e-4);
+  for (size_t p = 0; p < a.pixels.size(); ++p) EXPECT_NEAR(a.pixels[p].mean[1], b.pixels[p].mean[1], 1e-4);
   const auto c = predicted(textured), d = predicted(plain);
   // The shader attenuates light by its mean path in the layer. More absorption shortens that path: 2 % at three times
   // as much.
-  for (size_t p = 0; p < c.size(); ++p) EXPECT_NEAR(c[p].y, d[p].y, 0.03 * d[p].y);
+  for (size_t p = 0; p < c.size(); ++p) EXPECT_NEAR(c[p][1], d[p][1], 0.03 * d[p][1]);
 }
 
 }  // namespace

@@ -7,6 +7,7 @@
 #include <numbers>
 
 #include "path/light_field.h"
+#include "support/channels.h"
 #include "support/shapes.h"
 #include "support/walked.h"
 
@@ -132,17 +133,17 @@ TEST(LightFields, DerivativesMatchFiniteDifferences) {
     for (const Quantity q : {Quantity::kReducedScattering, Quantity::kAbsorption}) {
       const auto moved = [&](double step) {
         Material m = block.material;
-        for (double& v : m.layers[layer][q]) v *= std::exp(step);
+        m.layers[layer][q] *= std::exp(step);
         return fields(m, false);
       };
       constexpr double kStep = 0.04;  // fields are single precision; Richardson extrapolation removes the step's error
       const LightFields up = moved(kStep), down = moved(-kStep), far_up = moved(2 * kStep),
                         far_down = moved(-2 * kStep);
       for (const glm::dvec3& p : places) {
-        const glm::dvec3 difference =
+        const Spectrum difference =
             (8.0 * (at(up, p) - at(down, p)) - (at(far_up, p) - at(far_down, p))) / (12.0 * kStep);
         const LatticeStencil s = *exact.At(p);
-        const glm::dvec3 slope =
+        const Spectrum slope =
             q == Quantity::kAbsorption ? exact.ByAbsorption(0, layer, s) : exact.ByScattering(0, layer, s);
         for (int c = 0; c < kChannels; ++c)
           EXPECT_NEAR(slope[c] / at(exact, p)[c], difference[c] / at(exact, p)[c], 2e-5)
@@ -188,7 +189,7 @@ TEST(Diffusion, WhiteFurnaceIsWhite) {
     const PathPhotograph photo =
         RenderByPaths(scene.capture, body, {}, StatedMaterial(scene.capture), 0, options, [](double) {});
     double sum = 0;
-    for (const PixelEstimate& p : photo.pixels) sum += p.mean.y / static_cast<double>(photo.pixels.size());
+    for (const PixelEstimate& p : photo.pixels) sum += p.mean[1] / static_cast<double>(photo.pixels.size());
     EXPECT_NEAR(sum, 1.0, 0.012) << "roughness " << roughness;
   }
 }
@@ -209,8 +210,8 @@ Blocks Compare(const PathPhotograph& truth, const PathPhotograph& model, int sid
     if (!truth.pixels[i].on_object) continue;
     const auto [x, y] = std::pair(static_cast<int>(i) % truth.width, static_cast<int>(i) / truth.width);
     for (Sum* s : {&sums[{x / side, y / side}], &all}) {
-      s->truth += truth.pixels[i].mean.y, s->model += model.pixels[i].mean.y;
-      s->variance += truth.pixels[i].variance().y + model.pixels[i].variance().y;
+      s->truth += truth.pixels[i].mean[1], s->model += model.pixels[i].mean[1];
+      s->variance += truth.pixels[i].variance()[1] + model.pixels[i].variance()[1];
       ++s->pixels;
     }
   }

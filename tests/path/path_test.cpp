@@ -99,9 +99,9 @@ TEST(Path, TracingAndLightSamplingMethodsAgree) {
     for (const PathPhotograph* other : {&b, &c}) {
       double difference = 0, variance = 0, sum = 0;
       for (size_t p = 0; p < a.pixels.size(); ++p) {
-        difference += other->pixels[p].mean.y - a.pixels[p].mean.y;
-        sum += a.pixels[p].mean.y;
-        variance += other->pixels[p].variance().y + a.pixels[p].variance().y;
+        difference += other->pixels[p].mean[1] - a.pixels[p].mean[1];
+        sum += a.pixels[p].mean[1];
+        variance += other->pixels[p].variance()[1] + a.pixels[p].variance()[1];
       }
       EXPECT_LT(std::abs(difference), 3.5 * std::sqrt(variance)) << roughness << (other == &b ? " rays" : " chance");
       EXPECT_LT(std::sqrt(variance), 0.03 * sum);
@@ -151,12 +151,12 @@ TEST(Path, SharedPathsAgreeWithSeparatePaths) {
       for (size_t p = 0; p < alone.pixels.size(); ++p) {
         const PixelEstimate &a = together[i].pixels[p], &b = alone.pixels[p];
         EXPECT_EQ(a.on_object, b.on_object);
-        if (!(std::sqrt(b.variance().y) < 0.2 * b.mean.y)) continue;  // a few bright paths give no reliable error
-        square += (a.mean.y - b.mean.y) * (a.mean.y - b.mean.y) / (a.variance().y + b.variance().y);
+        if (!(std::sqrt(b.variance()[1]) < 0.2 * b.mean[1])) continue;  // a few bright paths give no reliable error
+        square += (a.mean[1] - b.mean[1]) * (a.mean[1] - b.mean[1]) / (a.variance()[1] + b.variance()[1]);
         ++values;
         for (size_t g = 0; g < alone.groups; ++g) {
           const size_t k = 2 * (p * alone.groups + g);
-          slope.Add(together[i].derivatives[k].absorption.y - alone.derivatives[k].absorption.y);
+          slope.Add(together[i].derivatives.absorption.at(k, 1) - alone.derivatives.absorption.at(k, 1));
         }
       }
       EXPECT_GT(values, 12);
@@ -178,7 +178,7 @@ std::array<double, 3> LevelsByFilter(KnownScene scene, double memory_events) {
       RenderTogether(capture, BodyOf(scene), scene.scenery, StatedMaterial(capture), {0, 1, 2},
                      PathOptions{.paths_per_pixel = 1000}, [](double) {});
   for (size_t i = 0; i < 3; ++i)
-    for (const PixelEstimate& p : together[i].pixels) levels[i] += p.mean.y;
+    for (const PixelEstimate& p : together[i].pixels) levels[i] += p.mean[1];
   return levels;
 }
 
@@ -398,7 +398,7 @@ TEST(Path, IsReciprocalInLampAndCamera) {
         RenderByPaths(scene.capture, body, {}, StatedMaterial(scene.capture), 0, {3000, seed, 0, 0}, [](double) {});
     Mean mean;
     double variance = 0;
-    for (const PixelEstimate& p : photo.pixels) mean.Add(p.mean.y), variance += p.covariance[3];
+    for (const PixelEstimate& p : photo.pixels) mean.Add(p.mean[1]), variance += p.covariance[3];
     mean.stated = std::sqrt(variance) / mean.n;
     return mean;
   };

@@ -319,7 +319,7 @@ TEST(Path, WhiteTileFollowsTheDocumentedRadiometry) {
                                                {1000, 1, 0, 0}, [](double) {});
     Mean mean;
     double variance = 0;
-    for (const PixelEstimate& p : photo.pixels) mean.Add(p.mean.y), variance += p.covariance[3];
+    for (const PixelEstimate& p : photo.pixels) mean.Add(p.mean[1]), variance += p.covariance[3];
     mean.stated = std::sqrt(variance) / mean.n;
     return mean;
   };

@@ -78,11 +78,11 @@ TEST(Colour, BlocksAverageNoiseAndPixelsDoNot) {
 }
 
 TEST(Colour, OnlyRedGreenBlueInThisOrderAreAccepted) {
-  EXPECT_TRUE(AreRedGreenBlue({600, 540, 450}));
-  EXPECT_TRUE(AreRedGreenBlue({610, 560, 465}));
-  EXPECT_FALSE(AreRedGreenBlue({540, 600, 450}));
-  EXPECT_FALSE(AreRedGreenBlue({940, 850, 705}));
-  EXPECT_FALSE(AreRedGreenBlue({540, 540, 540}));
+  EXPECT_TRUE(AreRedGreenBlue(std::array{600.0, 540.0, 450.0}));
+  EXPECT_TRUE(AreRedGreenBlue(std::array{610.0, 560.0, 465.0}));
+  EXPECT_FALSE(AreRedGreenBlue(std::array{540.0, 600.0, 450.0}));
+  EXPECT_FALSE(AreRedGreenBlue(std::array{940.0, 850.0, 705.0}));
+  EXPECT_FALSE(AreRedGreenBlue(std::array{540.0, 540.0, 540.0}));
 }
 
 }  // namespace

@@ -14,6 +14,7 @@
 #include "plan/foresee_photographs.h"
 #include "plan/scene_requirements.h"
 #include "scene/cast_capture.h"
+#include "support/channels.h"
 #include "support/synthetic_capture.h"
 #include "support/temporary_folder.h"
 

@@ -34,7 +34,7 @@ double WhiteTile(const LightShape& light, int strata = 8, double intensity_scale
   const PhotographCast cast = scene.Cast(*scene.Build(), options);
   EXPECT_EQ(cast.background.size(), 16u);
   double sum = 0;
-  for (const auto& pixel : cast.background) sum += pixel.value.y / static_cast<double>(cast.background.size());
+  for (const auto& pixel : cast.background) sum += pixel.value[1] / static_cast<double>(cast.background.size());
   return sum;
 }
 
@@ -75,7 +75,7 @@ TEST(Radiometry, EnvironmentFollowsOpenExrOrientation) {
   const auto lit = [](double u, double v, const glm::dvec3& direction) {
     const auto light =
         Panorama(32, [&](int x, int y) { return std::hypot(x + 0.5 - 64 * u, y + 0.5 - 32 * v) < 3 ? 1.0f : 0.0f; });
-    return light.map->Radiance(direction).x;
+    return light.map->Radiance(direction)[0];
   };
   EXPECT_EQ(lit(0.5, 0.5, {0, 0, 1}), 1.0);
   EXPECT_EQ(lit(0.25, 0.5, {1, 0, 0}), 1.0);
@@ -90,8 +90,8 @@ TEST(Radiometry, EnvironmentTurnsWithItsFrame) {
   quarter.rotation = glm::dmat3(glm::dvec3(0, 1, 0), glm::dvec3(-1, 0, 0), glm::dvec3(0, 0, 1));
   const LightShape turned = Transformed(light, quarter);
   const glm::dvec3 direction = glm::normalize(glm::dvec3(0.3, -0.5, 0.7));
-  EXPECT_EQ(LightAlong(turned, glm::dvec3(0.0), quarter.Direction(direction))->radiance.x,
-            LightAlong(light, glm::dvec3(0.0), direction)->radiance.x);
+  EXPECT_EQ(LightAlong(turned, glm::dvec3(0.0), quarter.Direction(direction))->radiance[0],
+            LightAlong(light, glm::dvec3(0.0), direction)->radiance[0]);
 }
 
 TEST(Radiometry, EnvironmentSamplingDensityMatchesItsRadiance) {
@@ -104,12 +104,12 @@ TEST(Radiometry, EnvironmentSamplingDensityMatchesItsRadiance) {
     for (int i = 0; i < n; ++i) {
       const double u = (i + 0.5) / n, v = (j + 0.5) / n, height = 1 - 2 * v, s = std::sqrt(1 - height * height);
       const glm::dvec3 even(s * std::sin(2 * kPi * u), height, s * std::cos(2 * kPi * u));
-      const double value = light.map->Radiance(even).x;
+      const double value = light.map->Radiance(even)[0];
       lit += (value > 0) * 4 * kPi / (n * n);
       integral += value * even.x * even.x * 4 * kPi / (n * n);
       const glm::dvec3 drawn = light.map->Sample({u, v});
       lit_sampled += 1.0 / light.map->Density(drawn) / (n * n);
-      integral_sampled += light.map->Radiance(drawn).x * drawn.x * drawn.x / light.map->Density(drawn) / (n * n);
+      integral_sampled += light.map->Radiance(drawn)[0] * drawn.x * drawn.x / light.map->Density(drawn) / (n * n);
     }
   }
   EXPECT_NEAR(lit_sampled / lit, 1.0, 0.02);
@@ -117,8 +117,8 @@ TEST(Radiometry, EnvironmentSamplingDensityMatchesItsRadiance) {
 }
 
 /// Irradiance of an environment, per channel: by its far lamps, and by a sum over its pixels.
-std::pair<glm::dvec3, glm::dvec3> CutAndSummed(const EnvironmentMap& map, size_t lamps, const glm::dvec3& normal) {
-  glm::dvec3 cut(0.0), summed(0.0);
+std::pair<Spectrum, Spectrum> CutAndSummed(const EnvironmentMap& map, size_t lamps, const glm::dvec3& normal) {
+  Spectrum cut, summed;
   for (const EnvironmentMap::FarLamp& l : map.FarLamps(lamps))
     cut += std::max(0.0, glm::dot(l.direction, normal)) * l.irradiance;
   const int rows = 512;
@@ -155,9 +155,9 @@ TEST(Radiometry, FarLampsPreserveTheFirstMomentOfLight) {
       ASSERT_EQ(light.map->FarLamps(lamps).size(), std::bit_floor(lamps));
       // The light's first moment, which any cut keeps.
       glm::dvec3 first(0.0);
-      for (const EnvironmentMap::FarLamp& l : light.map->FarLamps(lamps)) first += l.direction * l.irradiance.x;
+      for (const EnvironmentMap::FarLamp& l : light.map->FarLamps(lamps)) first += l.direction * l.irradiance[0];
       glm::dvec3 whole(0.0);
-      for (const EnvironmentMap::FarLamp& l : light.map->FarLamps(1)) whole += l.direction * l.irradiance.x;
+      for (const EnvironmentMap::FarLamp& l : light.map->FarLamps(1)) whole += l.direction * l.irradiance[0];
       EXPECT_NEAR(glm::distance(first, whole), 0.0, 1e-9);
     }
   }
@@ -197,8 +197,8 @@ TEST(Radiometry, GlossSamplesIntegrateIrradianceAndLobe) {
       SampleAllAroundForGloss(DomeLight{glm::dvec3(1.0 / kPi)}, normal, view, roughness, kStrata, samples);
       for (const auto& s : samples) {
         const glm::dvec3 half = glm::normalize(s.direction + view);
-        irradiance += s.weight.x * glm::dot(s.direction, normal);
-        largest = std::max(largest, s.weight.x * glm::dot(s.direction, normal) *
+        irradiance += s.weight[0] * glm::dot(s.direction, normal);
+        largest = std::max(largest, s.weight[0] * glm::dot(s.direction, normal) *
                                         Terms<double>::SurfaceReflection(s.direction.z, cos_view, half.z,
                                                                          glm::dot(s.direction, half), roughness, 1.5));
       }

@@ -30,7 +30,7 @@ double CentrePixel(const KnownScene& scene, const CastState& state, const Materi
   const auto values = PredictPixels(scene.capture, state, 0, material, StatedLightScales(scene.capture), 0);
   const int middle = scene.capture.photographs[0].camera.width / 2;
   for (size_t i = 0; i < values.size(); ++i)
-    if (state.photographs[0].pixels[i].x == middle && state.photographs[0].pixels[i].y == middle) return values[i].y;
+    if (state.photographs[0].pixels[i].x == middle && state.photographs[0].pixels[i].y == middle) return values[i][1];
   return std::nan("");
 }
 
@@ -67,7 +67,7 @@ TEST(Meshes, FinerFaceWithCornersOnItsNeighboursEdgesChangesNoPixel) {
     const auto values =
         PredictPixels(scene.capture, state, 0, StatedMaterial(scene.capture), StatedLightScales(scene.capture), 0);
     std::vector<double> green;
-    for (const glm::dvec3& v : values) green.push_back(v.y);
+    for (const Spectrum& v : values) green.push_back(v[1]);
     return green;
   };
   const std::vector<double> whole = picture(16, 16), cracked = picture(8, 16);
@@ -285,8 +285,8 @@ TEST(Shadow, ScatteringBlursTheShadowEdge) {
     double dark = 0, lit = 0;
     for (size_t i = 0; i < values.size(); ++i) {
       const PixelCast& p = state.photographs[0].pixels[i];
-      if (p.x == 8) dark += values[i].y;  // 1.9 mm into the shadow
-      if (p.x == 31) lit += values[i].y;
+      if (p.x == 8) dark += values[i][1];  // 1.9 mm into the shadow
+      if (p.x == 31) lit += values[i][1];
     }
     return dark / lit;
   };

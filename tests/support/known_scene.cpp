@@ -56,14 +56,14 @@ PhotographCast KnownScene::Cast(const Crown& crown, const CastOptions& options) 
 
 KnownScene SmoothIncisor(int pixels, bool has_softbox, std::optional<TriangleMesh> crown) {
   KnownScene scene(crown ? std::move(*crown) : Incisor(), 2, 0.9, pixels, 12.0);
-  const double common[2][3] = {{1.63, 0.68, 6.6 * 0.32}, {1.54, 0.93, 28 * 0.07}},
-               absorption[2][3] = {{0.01, 0.03, 0.08}, {0.03, 0.1, 0.3}};
+  const double common[2][3] = {{1.63, 0.68, 6.6 * 0.32}, {1.54, 0.93, 28 * 0.07}};
+  const Spectrum absorption[2] = {{0.01, 0.03, 0.08}, {0.03, 0.1, 0.3}};
   for (int l = 0; l < 2; ++l) {
     LayerSpec& layer = scene.capture.layers[l];
     layer[Quantity::kIor].value.fill(common[l][0]);
     layer[Quantity::kAsymmetry].value.fill(common[l][1]);
     layer[Quantity::kReducedScattering].value.fill(common[l][2]);
-    std::copy_n(absorption[l], kChannels, layer[Quantity::kAbsorption].value.begin());
+    layer[Quantity::kAbsorption].value = absorption[l];
   }
   scene.capture.surface[static_cast<size_t>(Quantity::kRoughness)].value.fill(0.0);
   if (has_softbox) scene.Light(DiskLight{{130, 0, 130}, {-1, 0, -1}, glm::dvec3(1.0), 0.0, 66.9});

@@ -39,7 +39,7 @@ inline Mean RenderedMean(const KnownScene& scene, int paths, uint64_t seed = 1) 
   Mean mean;
   double variance = 0;
   for (const PixelEstimate& p : photo.pixels)
-    if (p.on_object) mean.Add(p.mean.y), variance += p.covariance[3];
+    if (p.on_object) mean.Add(p.mean[1]), variance += p.covariance[3];
   mean.stated = std::sqrt(variance) / mean.n;
   return mean;
 }

@@ -32,7 +32,7 @@ class BothWays {
     material_ = StatedMaterial(capture_);
     thickness_ = StatedThicknesses(capture_);
     crown_ = BuildCrown(capture_, input_.source, thickness_, 0);
-    renderer_.emplace(crown_);
+    renderer_.emplace(crown_, ShownChannelsOf(capture_));
     renderer_->SetMaterial(capture_, material_, thickness_);
   }
   Pair Photograph(size_t i, const ShownTerms& terms = {}) {
@@ -60,8 +60,8 @@ class BothWays {
     double greatest = 0;
     std::vector<double> differences;
     for (const BackgroundPixel& pixel : cast.background) {
-      greatest = std::max(greatest, pixel.value.y);
-      differences.push_back(std::abs(gpu.at(pixel.x, pixel.y, 1) - pixel.value.y));
+      greatest = std::max(greatest, pixel.value[1]);
+      differences.push_back(std::abs(gpu.at(pixel.x, pixel.y, 1) - pixel.value[1]));
     }
     for (double& d : differences) d /= greatest;
     std::sort(differences.begin(), differences.end());
