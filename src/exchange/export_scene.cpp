@@ -100,7 +100,7 @@ void LeaveOutWhatOthersLack(Capture& capture, Material& material, std::vector<st
       say("layer " + layer.name + ": absorption_texture (the exported absorption is even)");
       layer.absorption_texture.reset();
     }
-  double& wetness = material.surface[Quantity::kWetness][0];
+  const double wetness = std::as_const(material.surface)[Quantity::kWetness][0];
   if (wetness > 0) say(Printed("wetness %.3g (the exported surface is dry)", wetness));
   material.surface[Quantity::kWetness].fill(0.0);
   for (BackingSpec& backing : capture.backings)

@@ -105,7 +105,7 @@ std::vector<PhotographResult> ComparePhotographs(const CrownInput& input, const 
     r.saturated_pixels = photo.saturated_pixels;
     r.rgb_from_sensor = spec.rgb_from_sensor;
     r.photograph = photo.linear;
-    r.prediction = Image(photo.linear.width, photo.linear.height, 3);
+    r.prediction = Image(photo.linear.width, photo.linear.height, photo.linear.channels);
     r.compared.assign(photo.usable.size(), 0);
     const auto [values, variances] = predict(i);
 

@@ -22,7 +22,7 @@ struct Material {
   };
   std::vector<Layer> layers;  ///< outermost first
   Layer surface;              ///< only the surface's rows are used
-  int channels() const { return surface.values[0].size(); }
+  int channels() const { return (layers.empty() ? surface : layers[0])[Quantity::kReducedScattering].size(); }
 };
 
 /// Initial and fixed values of a capture.

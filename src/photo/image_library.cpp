@@ -189,8 +189,11 @@ class OpenImageIo : public ImageLibrary {
     if (!input) DamagedImage(file, OIIO::geterror());
     const OIIO::ImageSpec spec = input->spec();
     const std::string format = input->format_name();
-    const std::vector<int> chosen = format == "openexr" ? PlacesOf(channels, spec.channelnames) : std::vector<int>();
+    std::vector<int> chosen = format == "openexr" ? PlacesOf(channels, spec.channelnames) : std::vector<int>();
     CheckHeader(file, format, spec, channels.size(), !chosen.empty(), limits);
+    const bool has_alpha_beside = !chosen.empty() && spec.alpha_channel >= 0 &&
+                                  std::find(chosen.begin(), chosen.end(), spec.alpha_channel) == chosen.end();
+    if (has_alpha_beside) chosen.push_back(spec.alpha_channel);
     DecodedImage found{};
     found.width = spec.width;
     found.height = spec.height;
@@ -201,7 +204,9 @@ class OpenImageIo : public ImageLibrary {
                      : spec.alpha_channel == 3                ? 4
                      : static_cast<int>(channels.size()) == 4 ? 4
                                                               : 3;
-    found.alpha_channel = chosen.empty() && spec.alpha_channel < found.channels ? spec.alpha_channel : -1;
+    found.alpha_channel = has_alpha_beside                                        ? found.channels - 1
+                          : chosen.empty() && spec.alpha_channel < found.channels ? spec.alpha_channel
+                                                                                  : -1;
     found.is_jpeg = format == "jpeg";
     found.bits = static_cast<int>(8 * spec.format.basesize());
     found.is_integer = !spec.format.is_floating_point();

@@ -13,6 +13,7 @@
 #include "photo/photograph.h"
 #include "support/real_data.h"
 #include "support/rendered_target.h"
+#include "support/temporary_folder.h"
 
 namespace crownfit {
 namespace {
@@ -238,21 +239,49 @@ TEST(ExposureSeries, RecoversTheResponseOfAnEncodingCamera) {
           << v << " " << c;
 }
 
+/// The series of one band, from the shortest exposure to the longest.
+ExposureSeries SeriesOf(const std::filesystem::path& real, const std::string& band) {
+  std::map<double, std::filesystem::path> frames;
+  for (const auto& entry : std::filesystem::directory_iterator(real / "captured")) {
+    const std::string name = entry.path().filename().string(), start = "d2_colorChecker30cm_" + band + "nm_";
+    if (name.starts_with(start)) frames[std::stod(name.substr(start.size()))] = entry.path();
+  }
+  ExposureSeries series;
+  for (const auto& [time, file] : frames) {
+    series.times.push_back(time);
+    series.photographs.push_back(ReadImageFile(file).image);
+  }
+  return series;
+}
+
+TEST(ExposureSeriesReal, SevenFilteredBandsAreOnePhotographOfSevenChannels) {
+  REQUIRE_REAL_DATA("colorchecker-flea3-bracket");
+  const TemporaryFolder folder;
+  PhotographFiles files;
+  files.channel_names.clear();
+  std::vector<MergedExposures> merged;
+  for (const char* band : {"700", "650", "600", "550", "500", "450", "400"}) {
+    const ExposureSeries series = SeriesOf(real, band);
+    ASSERT_EQ(series.photographs.size(), 7u) << band;
+    merged.push_back(MergeExposures(series));
+    files.channel_names.push_back(std::string(band) + " nm");
+    files.planes.push_back(folder.path / (std::string(band) + ".exr"));
+    WriteImageFile(files.planes.back(), merged.back().linear, false, {"Y"});
+  }
+  files.image = files.planes[0];
+  const Photograph photo = ReadPhotograph(files);
+  ASSERT_EQ(photo.linear.channels, 7);
+  for (int c = 0; c < 7; ++c)
+    for (size_t p = 0; p < photo.usable.size(); ++p)
+      ASSERT_EQ(photo.linear.values[7 * p + c], merged[static_cast<size_t>(c)].linear.values[p]) << c;
+}
+
 TEST(ExposureSeriesReal, MachineVisionFramesAreLinearAndMerge) {
   REQUIRE_REAL_DATA("colorchecker-flea3-bracket");
   const Image labels = ReadImageFile(real / "labels/d2_colorChecker30cm_550nm_labels.png").image;
-  for (const std::string band : {"450", "550", "650"}) {
-    std::map<double, std::filesystem::path> frames;
-    for (const auto& entry : std::filesystem::directory_iterator(real / "captured")) {
-      const std::string name = entry.path().filename().string(), start = "d2_colorChecker30cm_" + band + "nm_";
-      if (name.starts_with(start)) frames[std::stod(name.substr(start.size()))] = entry.path();
-    }
-    ASSERT_EQ(frames.size(), 7u);
-    ExposureSeries series;
-    for (const auto& [time, file] : frames) {
-      series.times.push_back(time);
-      series.photographs.push_back(ReadImageFile(file).image);
-    }
+  for (const std::string band : {"450", "500", "550", "600", "650"}) {  // 400 and 700 nm are too dark to compare
+    const ExposureSeries series = SeriesOf(real, band);
+    ASSERT_EQ(series.photographs.size(), 7u);
     std::vector<std::pair<const Image*, const Image*>> pairs;
     for (size_t k = 0; k + 1 < series.photographs.size(); ++k)
       pairs.emplace_back(&series.photographs[k], &series.photographs[k + 1]);
@@ -284,7 +313,8 @@ TEST(ExposureSeriesReal, MachineVisionFramesAreLinearAndMerge) {
     std::map<std::tuple<int, int, size_t>, std::vector<double>> ratios;  // by colour position, longest exposure
     for (int patch = 1; patch <= 24; ++patch) {
       // Position of the band's colour in the GBRG mosaic.
-      const int y = band == "650", x = band == "450";
+      const double nm = std::stod(band);
+      const int y = nm >= 600, x = nm <= 450;
       size_t longest = 0;
       for (size_t k = 0; k < 7; ++k)
         if (median(series.photographs[k], patch, y, x) < 0.95) longest = k;

@@ -27,10 +27,8 @@ MaterialRecord OneLayer(double ior, const glm::dvec3& reduced_scattering, const 
   layer.name = "ceramic";
   for (size_t i = 0; i < kParameters.size(); ++i) layer.values[i].fill(kParameters[i].initial);
   layer[Quantity::kIor].fill(ior);
-  for (int c = 0; c < 3; ++c) {
-    layer[Quantity::kReducedScattering][c] = reduced_scattering[c];
-    layer[Quantity::kAbsorption][c] = absorption[c];
-  }
+  layer[Quantity::kReducedScattering] = reduced_scattering;
+  layer[Quantity::kAbsorption] = absorption;
   record.material.layers = {layer};
   record.layers.resize(1);
   return record;

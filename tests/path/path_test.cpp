@@ -45,6 +45,41 @@ TEST(Path, UnitsOfLengthDoNotMatter) {
   EXPECT_NEAR(a.value(), b.value(), 4 * std::hypot(a.stated, b.stated));
 }
 
+/// A channel's mean over the picture, and the variance of that mean.
+std::array<double, 2> MeanOfChannel(const PathPhotograph& photo, int channel) {
+  double mean = 0, variance = 0;
+  const double n = static_cast<double>(photo.pixels.size());
+  for (const PixelEstimate& p : photo.pixels) mean += p.mean[channel] / n, variance += p.variance()[channel] / (n * n);
+  return {mean, variance};
+}
+
+TEST(Path, EachOfManyChannelsIsRenderedAsIfItWereAlone) {
+  const std::vector<double> scattering{0.3, 0.5, 1.0, 1.8, 3.0}, absorption{0.3, 0.02, 0.1, 0.01, 0.05};
+  const auto of_channels = [](const std::vector<double>& of_outer, const std::vector<double>& of_absorption) {
+    KnownScene scene = Bead();
+    Capture& capture = scene.capture;
+    const int channels = static_cast<int>(of_outer.size());
+    capture.channel_names.clear();
+    for (int c = 0; c < channels; ++c) capture.channel_names.push_back(std::to_string(c));
+    capture.wavelengths_nm.assign(of_outer.size(), 540.0);
+    std::get<DiskLight>(capture.lights[0].shape).radiance = Spectrum(2.0);
+    std::get<DomeLight>(capture.lights[1].shape).radiance = Spectrum(0.1);
+    for (LayerSpec& layer : capture.layers)
+      for (ParameterSpec& spec : layer.parameters) spec.value = Spectrum(channels, spec.value[0]);
+    for (ParameterSpec& spec : capture.surface) spec.value = Spectrum(channels, spec.value[0]);
+    capture.layers[0][Quantity::kReducedScattering].value = Spectrum(of_outer);
+    capture.layers[0][Quantity::kAbsorption].value = Spectrum(of_absorption);
+    return RenderByPaths(capture, BodyOf(scene), {}, StatedMaterial(capture), 0, {4000, 1, 0, 0}, [](double) {});
+  };
+  const PathPhotograph together = of_channels(scattering, absorption);
+  for (size_t c = 0; c < scattering.size(); ++c) {
+    const auto [mean, variance] = MeanOfChannel(together, static_cast<int>(c));
+    const auto [alone, of_alone] = MeanOfChannel(of_channels({scattering[c]}, {absorption[c]}), 0);
+    EXPECT_NEAR(mean, alone, 4 * std::sqrt(variance + of_alone)) << "channel " << c;
+    EXPECT_LT(std::sqrt(variance), 0.02 * mean) << "tenfold scattering keeps the weights bounded";
+  }
+}
+
 TEST(Path, SamePictureForAnyNumberOfThreads) {
   const KnownScene scene = Bead();
   const LayeredBody body = BodyOf(scene);
