@@ -5,7 +5,7 @@ The bundled disc is made again with other numbers of channels between 400 and 70
 scattering: the time to render by `path`, relative to three channels, and, with --fit, how far the fitted values are from
 the truth.
 
-    studies/channel_study.py build/release/crownfit -o FOLDER [--channels 1,3,16] [--paths 64] [--fit]
+    ./dev bench channels [-- --channels 1,3,16 --paths 64 --fit]
 """
 
 import argparse
@@ -15,6 +15,8 @@ import pathlib
 import resource
 import shutil
 import subprocess
+
+import tables
 
 DISC = pathlib.Path(__file__).resolve().parent.parent / "datasets_synthetic" / "disc"
 
@@ -118,9 +120,7 @@ def main():
     parser.add_argument("--fit", action="store_true")
     asked = parser.parse_args()
     crownfit = asked.crownfit.resolve()
-    print("| channels | scattering | render by path, s | over three | fit, s | scattering off by | absorption off by "
-          "| intervals that hold |\n|---|---|---|---|---|---|---|---|")
-    of_three = {}
+    of_three, rows = {}, []
     for channels in sorted({3} | {int(n) for n in asked.channels.split(",")}, key=lambda n: (n != 3, n)):
         for law in ("alike", "tenfold") if channels > 1 else ("alike",):
             folder = asked.output / f"{channels}_{law}"
@@ -134,13 +134,19 @@ def main():
             seconds = run(*render, count) - start
             if channels == 3:
                 of_three[law] = seconds
-            row = f"| {channels} | {law} | {seconds:.1f} | {seconds / of_three[law]:.2f} |"
+            row = [channels, law, f"{seconds:.1f}", f"{seconds / of_three[law]:.2f}", "-", "-", "-", "-"]
             if asked.fit:
                 cost, of_scattering, of_absorption, held, values = fit_row(crownfit, folder, shared)
-                row += f" {cost:.0f} | {100 * of_scattering:.1f} % | {100 * of_absorption:.1f} % | {held} of {values} |"
-            else:
-                row += " - | - | - | - |"
-            print(row, flush=True)
+                row[4:] = [f"{cost:.0f}", f"{100 * of_scattering:.1f} %", f"{100 * of_absorption:.1f} %", f"{held} of {values}"]
+            print(*row, sep=" | ", flush=True)
+            rows.append(row)
+    tables.write(
+        "channels", title="Channels", shows="What channels cost, and whether many are recovered as three are: the bundled disc made again.",
+        command="./dev bench channels -- --fit" if asked.fit else "./dev bench channels",
+        columns=["channels", "scattering", "render by `path`, s", "over three", "fit, s", "scattering off by", "absorption off by",
+                 "intervals that hold"], rows=rows,
+        notes=[f"Rendered with {asked.paths} paths a pixel; where channels scatter differently, with as many for each channel as three have.",
+               "Alike: 3 / mm in every channel. Tenfold: from 1 to 10 / mm. Seconds of processor time."])
 
 
 if __name__ == "__main__":

@@ -27,7 +27,8 @@ std::string Copied(const Path& from, const Path& folder, const std::string& name
   return name;
 }
 
-Object LayerJson(const std::string& name) {
+/// `channels`: their number, 0: red, green and blue.
+Object LayerJson(const std::string& name, size_t channels) {
   // Refractive indices and asymmetries: Zijp 2001; Fried et al. 1995. Starts lie in the middle of the published ranges.
   const bool enamel = name == "enamel", dentine = name == "dentine";
   return {{"name", name},
@@ -37,9 +38,10 @@ Object LayerJson(const std::string& name) {
           {"g", Object{{"fixed", enamel    ? 0.68
                                  : dentine ? 0.93
                                            : 0.8}}},
-          {"reduced_scattering_per_mm", Object{{"initial", 2.0}, {"shared", "power_law"}}},
-          {"absorption_per_mm", Object{{"initial", enamel ? std::vector<double>{0.01, 0.02, 0.05}
-                                                          : std::vector<double>{0.03, 0.06, 0.15}}}}};
+          {"reduced_scattering_per_mm", Object{{"initial", 2.0}, {"shared", channels == 1 ? "channels" : "power_law"}}},
+          {"absorption_per_mm", Object{{"initial", channels > 0 ? std::vector<double>(channels, enamel ? 0.02 : 0.06)
+                                                   : enamel     ? std::vector<double>{0.01, 0.02, 0.05}
+                                                                : std::vector<double>{0.03, 0.06, 0.15}}}}};
 }
 
 /// Names of the cameras' files, by photograph; equal cameras share one. And the poses.
@@ -100,7 +102,7 @@ Object ObjectJson(const CaptureParts& parts, const Path& folder) {
   for (const auto& [name, file] : parts.meshes) all.emplace_back(name, file);
   for (const auto& name : parts.more_layers) all.emplace_back(name, std::nullopt);
   for (size_t i = 0; i < all.size(); ++i) {
-    Object layer = LayerJson(all[i].first);
+    Object layer = LayerJson(all[i].first, parts.channels.size());
     for (const auto& [name, keys] : parts.layer_keys)
       if (name == all[i].first) Replace(layer, keys);
     if (all[i].second)
@@ -148,6 +150,7 @@ void InitCapture(const CaptureParts& parts, const Path& folder) {
     RequireKnown(filter, {"none", "cross", "parallel"}, "--polarisation");
   }
   for (const auto& [name, file] : parts.masks) RequireKnown(name, photographs, "--mask");
+  for (const auto& [name, file] : parts.variances) RequireKnown(name, photographs, "variance");
   for (const auto& name : parts.holdouts) RequireKnown(name, photographs, "--holdout");
 
   const Object object = ObjectJson(parts, folder);
@@ -189,16 +192,23 @@ void InitCapture(const CaptureParts& parts, const Path& folder) {
     if (mask != parts.masks.end())
       photo.emplace_back("mask",
                          Copied(mask->second, folder, "photos/" + name + "_mask" + mask->second.extension().string()));
+    if (const auto variance = find(parts.variances); variance != parts.variances.end())
+      photo.emplace_back("variance", Copied(variance->second, folder, "photos/" + name + "_variance.exr"));
     photo.insert(photo.end(), side.begin(), side.end());
     photo.emplace_back("exposure_scale", Object{{parts.exposure_is_free ? "initial" : "fixed", 1.0}});
     if (std::find(parts.holdouts.begin(), parts.holdouts.end(), name) != parts.holdouts.end())
       photo.emplace_back("use", "holdout");
     photos.emplace_back(photo);
   }
-  WriteTextFile(
-      folder / "capture.json",
-      ToJsonText(
-          Object{{"format", "crownfit-capture/1"}, {"object", object}, {"light_rig", rig}, {"photographs", photos}}));
+  Object content{{"format", "crownfit-capture/1"}, {"object", object}};
+  if (!parts.channels.empty()) {
+    JsonValue::Array channels;
+    for (const auto& [name, nm] : parts.channels) channels.push_back(Object{{"name", name}, {"wavelength_nm", nm}});
+    content.emplace_back("channels", channels);
+  }
+  content.emplace_back("light_rig", rig);
+  content.emplace_back("photographs", photos);
+  WriteTextFile(folder / "capture.json", ToJsonText(content));
 }
 
 }  // namespace crownfit

@@ -33,7 +33,9 @@ struct CaptureParts {
   NamedFiles meshes;                     ///< layers with a surface of their own, outermost first
   std::vector<std::string> more_layers;  ///< inside them, defined by thickness
   double thickness_mm = 0.8;             ///< of every layer whose next layer has no mesh
-  NamedFiles photographs, masks;
+  NamedFiles photographs, masks, variances;
+  /// Names of the channels and their wavelengths in nm, in the order of the pictures' planes; empty: R, G and B.
+  std::vector<std::pair<std::string, double>> channels;
   std::filesystem::path camera, poses, lights;
   std::optional<Camera> known_camera;  ///< in place of the file `camera`
   std::vector<StatedView> views;       ///< where it is not empty, in place of `camera` and `poses`

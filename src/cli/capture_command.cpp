@@ -1,3 +1,4 @@
+#include <charconv>
 #include <cstdio>
 #include <filesystem>
 #include <sstream>
@@ -16,6 +17,7 @@ namespace {
 struct InitCommand {
   std::filesystem::path output;
   CaptureParts parts;
+  std::vector<std::string> channels;                                       ///< NAME=NM
   std::vector<std::string> meshes, photographs, masks, lit, polarisation;  ///< NAME=FILE, NAME=LIGHT,LIGHT, NAME=FILTER
   CommonOptions common;
 };
@@ -23,8 +25,9 @@ struct InitCommand {
 struct ImportCommand {
   std::filesystem::path output;
   ImportParts parts;
-  std::vector<std::string> meshes;  ///< NAME=FILE
-  std::string scale_from;           ///< X,Y,Z:X,Y,Z=MM
+  std::vector<std::string> meshes;    ///< NAME=FILE
+  std::vector<std::string> channels;  ///< NAME=NM
+  std::string scale_from;             ///< X,Y,Z:X,Y,Z=MM
   CommonOptions common;
 };
 
@@ -33,6 +36,29 @@ struct MeasuredCommand {
   MeasuredParts parts;
   CommonOptions common;
 };
+
+/// "450nm=450" as a channel and its wavelength.
+std::vector<std::pair<std::string, double>> ChannelsOf(const std::vector<std::string>& texts) {
+  std::vector<std::pair<std::string, double>> channels;
+  for (const std::string& text : texts) {
+    const auto [name, file] = NamedFile(text, "--channel");
+    const std::string number = file.string();
+    double nm = 0;
+    const auto [end, error] = std::from_chars(number.data(), number.data() + number.size(), nm);
+    if (error != std::errc() || end != number.data() + number.size())
+      throw InputError("", "--channel " + text, "'" + number + "' is no wavelength in nm", "Write NAME=NM.");
+    channels.emplace_back(name, nm);
+  }
+  return channels;
+}
+
+void AddChannels(CLI::App* command, std::vector<std::string>& channels) {
+  command
+      ->add_option("--channel", channels,
+                   "NAME=NM: a channel and its wavelength. Repeatable, in the order of the pictures' planes (default:\n"
+                   "R, G and B).")
+      ->take_all();
+}
 
 /// Makes a folder by `make`; where that fails, it leaves none behind that was not there before.
 template <class Make>
@@ -54,6 +80,7 @@ int CheckWhatWasMade(const std::filesystem::path& folder, const CommonOptions& c
 
 int RunInit(const InitCommand& asked) {
   CaptureParts parts = asked.parts;
+  parts.channels = ChannelsOf(asked.channels);
   for (const auto& text : asked.meshes) parts.meshes.push_back(NamedFile(text, "--mesh"));
   for (const auto& text : asked.photographs) parts.photographs.push_back(NamedFile(text, "--photo"));
   for (const auto& text : asked.masks) parts.masks.push_back(NamedFile(text, "--mask"));
@@ -108,6 +135,7 @@ std::vector<ImportedView> ViewsOfOpenCv(const std::filesystem::path& file, const
 
 int RunImport(const ImportCommand& asked) {
   ImportParts parts = asked.parts;
+  parts.capture.channels = ChannelsOf(asked.channels);
   for (const auto& text : asked.meshes) parts.capture.meshes.push_back(NamedFile(text, "--mesh"));
   if (!asked.scale_from.empty()) parts.mm_per_unit = ScaleFromPoints(asked.scale_from);
   const std::filesystem::path& source = parts.sources[0];
@@ -173,6 +201,7 @@ void AddImport(CLI::App& capture, Command& command) {
       ->add_option("--holdout", parts.capture.holdouts,
                    "NAME of a photograph that is not fitted, but compared with its prediction. Repeatable.")
       ->take_all();
+  AddChannels(import, asked->channels);
   import->add_flag("--exposure-free", parts.capture.exposure_is_free, "Free the exposures.");
   AddCommonOptions(import, asked->common);
   RunWith(import, command, asked, RunImport);
@@ -270,6 +299,7 @@ void AddCapture(CLI::App& app, Command& command) {
                    "NAME of a photograph that is not fitted, but compared with its prediction. Repeatable.")
       ->take_all();
   AddCommonOptions(init, asked->common);
+  AddChannels(init, asked->channels);
   init->add_flag("--exposure-free", parts.exposure_is_free,
                  "Free the exposures, because no card gave the intensity of the lights.");
   RunWith(init, command, asked, RunInit);

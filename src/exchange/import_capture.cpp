@@ -50,6 +50,8 @@ std::vector<ImportedView> ReadViews(const std::vector<Path>& sources) {
 }
 
 constexpr const char* kEndings[] = {".exr", ".dng", ".tif", ".tiff", ".png", ".jpg", ".jpeg"};
+/// Of the picture of a photograph's variances, beside it.
+constexpr const char* kVarianceEnding = "_variance.exr";
 
 /// The file of a photograph that a source names with or without its folder and its ending.
 std::optional<Path> FileOf(const Path& folder, const std::string& name) {
@@ -64,18 +66,23 @@ std::optional<Path> FileOf(const Path& folder, const std::string& name) {
   return std::nullopt;
 }
 
-/// A light that is named like a photograph is on in it alone.
-void LightByNames(CaptureParts& capture) {
-  const auto is_a_photograph = [&](const std::string& name) {
+/// A light that is named like a photograph is on in it alone, and nowhere where that photograph was left out.
+void LightByNames(const std::vector<std::string>& left_out, CaptureParts& capture) {
+  const auto is_taken = [&](const std::string& name) {
     return std::any_of(capture.photographs.begin(), capture.photographs.end(),
                        [&](const auto& photograph) { return photograph.first == name; });
+  };
+  const auto is_a_photograph = [&](const std::string& name) {
+    return is_taken(name) || std::any_of(left_out.begin(), left_out.end(), [&](const std::string& file) {
+             return Path(file).stem() == name || file == name;
+           });
   };
   std::vector<std::string> always;
   const LightRig rig = ReadLightRig(capture.lights);
   for (const Light& light : rig.lights)
     if (!is_a_photograph(light.name)) always.push_back(light.name);
   for (const Light& light : rig.lights) {
-    if (!is_a_photograph(light.name)) continue;
+    if (!is_taken(light.name)) continue;
     std::vector<std::string> on = always;
     on.push_back(light.name);
     capture.lit.emplace_back(light.name, on);
@@ -122,7 +129,8 @@ std::vector<std::string> PhotographsIn(const Path& folder) {
   std::vector<std::string> names;
   std::error_code ignored;
   for (const auto& entry : std::filesystem::directory_iterator(folder, ignored))
-    if (std::find(std::begin(kEndings), std::end(kEndings), entry.path().extension()) != std::end(kEndings))
+    if (!entry.path().string().ends_with(kVarianceEnding) &&
+        std::find(std::begin(kEndings), std::end(kEndings), entry.path().extension()) != std::end(kEndings))
       names.push_back(entry.path().filename().string());
   std::sort(names.begin(), names.end());
   return names;
@@ -156,6 +164,10 @@ std::vector<std::string> ImportCapture(ImportParts parts, const Path& folder) {
     }
     const std::string name = file->stem().string();
     capture.photographs.emplace_back(name, *file);
+    std::error_code ignored;
+    if (const Path variance = file->parent_path() / (name + kVarianceEnding);
+        std::filesystem::exists(variance, ignored))
+      capture.variances.emplace_back(name, variance);
     capture.views.push_back({name, seen.view.camera, seen.view.camera_from_world});
     if (!lights_are_given) capture.lit.emplace_back(name, seen.lights);
     for (StatedThing& thing : capture.scenery)
@@ -167,7 +179,7 @@ std::vector<std::string> ImportCapture(ImportParts parts, const Path& folder) {
                      left_out.empty() ? "the source has no photograph"
                                       : "has none of the source's photographs, such as " + left_out[0],
                      "Name the folder in which they lie.");
-  if (lights_are_given) LightByNames(capture);
+  if (lights_are_given) LightByNames(left_out, capture);
   InitCapture(capture, folder);
   return left_out;
 }

@@ -194,6 +194,29 @@ function showParameters() {
         list(held.map(line => `${plainName(line.id)}: ${number(line.value, 4)} ${line.unit}`))));
 }
 
+/// Values of more than three channels as curves over wavelength, with their 95 % intervals.
+function showSpectra() {
+  const order = material.channels.map((_, i) => i).sort((a, b) => material.channels[a].wavelength_nm - material.channels[b].wavelength_nm);
+  if (order.length < 4) return;
+  const curves = material.layers.flatMap(layer => Object.entries(layer)
+      .filter(([, parameter]) => Array.isArray(parameter?.value) && parameter.value.length === order.length)
+      .map(([key, parameter]) => ({name: plainName(`${layer.name}.${key}`) + `, ${unitOf(key)}`, ...parameter})));
+  if (!curves.length) return;
+  const points = values => order.map(i => ({x: material.channels[i].wavelength_nm, y: values[i] ?? null}));
+  const part = section('spectra', 'Spectra',
+      make('p', {className: 'soft'}, 'Dots are the values of the channels; the band is their 95 % interval.'));
+  part.append(make('div', {className: 'profiles'}, curves.map(curve => make('figure', {}, chart(`${curve.name} by wavelength`, 200, palette => ({
+    type: 'line',
+    data: {datasets: [
+      {data: points(curve.value), borderColor: palette.accent, backgroundColor: palette.accent, pointRadius: 3},
+      ...[0, 1].filter(() => curve.interval95).map(end => ({
+        data: points(curve.interval95.map(interval => interval?.[end])), borderColor: 'transparent', pointRadius: 0,
+        backgroundColor: palette.accent + '33', fill: end === 1 ? '-1' : false}))]},
+    options: {plugins: {legend: {display: false}, tooltip: {enabled: false}},
+              scales: {x: axis('nm', {type: 'linear', ticks: shortTicks}), y: {type: 'logarithmic', ticks: decadeTicks}}}})),
+      make('figcaption', {}, curve.name)))));
+}
+
 function showCorrelation() {
   const {names, correlation} = material.joint;
   if (names.length < 2) return;
@@ -334,6 +357,7 @@ showVerdict();
 showPhotographs();
 showMeasurements();
 showParameters();
+showSpectra();
 showCorrelation();
 showProfiles();
 showElsewhere();
