@@ -6,7 +6,12 @@
 #include <fstream>
 
 #include "base/error.h"
+#include "capture/capture.h"
+#include "exchange/import_capture.h"
 #include "exchange/imported_views.h"
+#include "geometry/mesh_file.h"
+#include "photo/image_io.h"
+#include "support/shapes.h"
 #include "support/temporary_folder.h"
 
 namespace crownfit {
@@ -141,6 +146,47 @@ TEST(Import, NerfTransformsWithoutAnEquivalentAreRefusedByName) {
   scaled.replace(scaled.find("[1, 0, 0, 0]"), 12, "[2, 0, 0, 0]");
   std::ofstream(file) << scaled;
   EXPECT_NE(FaultOf([&] { ReadNerfTransforms(file); }).find("no rotation"), std::string::npos);
+}
+
+/// Two frames of a camera 4 units from a sphere, one lamp of each photograph's name, and one for both.
+ImportParts TwoFrames(const std::filesystem::path& folder) {
+  std::ofstream(folder / "transforms.json") << R"({"w": 8, "h": 8, "fl_x": 20, "frames": [
+        {"file_path": "a", "transform_matrix": [[1, 0, 0, 0], [0, 1, 0, 0], [0, 0, 1, 4], [0, 0, 0, 1]]},
+        {"file_path": "b", "transform_matrix": [[1, 0, 0, 0], [0, 1, 0, 0], [0, 0, 1, 5], [0, 0, 0, 1]]}]})";
+  std::ofstream(folder / "rig.json") << R"({"format": "crownfit-light-rig/1", "lights": [
+        {"name": "a", "type": "point", "position_mm": [0, 0, 100], "radiant_intensity_rgb": 1},
+        {"name": "b", "type": "point", "position_mm": [0, 100, 0], "radiant_intensity_rgb": 1},
+        {"name": "sky", "type": "dome", "radiance_rgb": 0.1}]})";
+  WritePly(folder / "sphere.ply", Sphere(1.0, 8));
+  ImportParts parts;
+  parts.sources = {folder / "transforms.json"};
+  parts.photographs = folder;
+  parts.capture.meshes = {{"ball", folder / "sphere.ply"}};
+  parts.capture.lights = folder / "rig.json";
+  parts.capture.channels = {{"NIR", 850.0}};
+  return parts;
+}
+
+TEST(Import, LampsOfPhotographsThatAreMissingAreOnNowhere) {
+  const TemporaryFolder folder;
+  const ImportParts parts = TwoFrames(folder.path);
+  WriteImageFile(folder.path / "a.exr", Image(8, 8, 1, 0.5f), false, {"NIR"});
+  WriteImageFile(folder.path / "a_variance.exr", Image(8, 8, 1, 0.01f), false, {"NIR"});
+  EXPECT_EQ(ImportCapture(parts, folder.path / "one"), std::vector<std::string>{"b"});
+  const Capture one = ReadCapture(folder.path / "one");
+  ASSERT_EQ(one.photographs.size(), 1u);
+  std::vector<std::string> lit;
+  for (const size_t l : one.photographs[0].lights) lit.push_back(one.lights[l].name);
+  EXPECT_EQ(lit, (std::vector<std::string>{"sky", "a"}));
+  EXPECT_EQ(one.channel_names, std::vector<std::string>{"NIR"});
+  EXPECT_NEAR(ReadPhotograph(one.photographs[0].files).variance.at(3, 3, 0), 0.01, 1e-8) << "the picture beside it";
+
+  WriteImageFile(folder.path / "b.exr", Image(8, 8, 1, 0.5f), false, {"NIR"});
+  EXPECT_TRUE(ImportCapture(parts, folder.path / "both").empty());
+  const Capture both = ReadCapture(folder.path / "both");
+  ASSERT_EQ(both.photographs.size(), 2u);
+  EXPECT_EQ(both.photographs[1].lights.size(), 2u);
+  EXPECT_FALSE(both.photographs[1].files.variance);
 }
 
 }  // namespace
