@@ -211,7 +211,7 @@ void ReadPhotographFiles(const JsonObject& o, Capture& capture, PhotographFiles&
   if (const auto file = o.Find("file")) file->Fail("\"file\" and \"files\" exclude each other", "Keep one of them.");
   const JsonObject named(*per_channel, capture.channel_names);
   for (const std::string& name : capture.channel_names)
-    files.planes.push_back(ReadPath(named.Require(name.c_str()), capture));
+    files.planes.push_back(ReadPath(named.Require(name), capture));
   files.image = files.planes[0];
 }
 

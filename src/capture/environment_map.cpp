@@ -220,7 +220,7 @@ std::shared_ptr<const EnvironmentMap> ReadEnvironmentMap(const std::filesystem::
                          std::to_string(image.width) + " x " + std::to_string(image.height),
                      "Give a latitude-longitude panorama.");
   const int found = image.channels - (read.alpha_channel >= 0 ? 1 : 0), wanted = static_cast<int>(names.size()),
-            channels = found < 3 && wanted != found ? 1 : found;
+            channels = found < 3 && wanted != found ? 1 : std::max(1, found);
   if (wanted > 0 && channels != 1 && channels != wanted)
     throw InputError(file, "",
                      "the environment map has " + std::to_string(channels) + " channels, but the capture has " +
