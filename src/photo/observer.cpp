@@ -66,9 +66,11 @@ bool CoverTheVisible(std::span<const double> wavelengths_nm) {
   constexpr size_t kFewest = 8;
   constexpr double kFrom_nm = 400.0, kTo_nm = 700.0, kFurthest_nm = 30.0;
   if (wavelengths_nm.size() < kFewest) return false;
-  for (double nm = kFrom_nm; nm <= kTo_nm; nm += kStep_nm)
+  for (int step = 0; kFrom_nm + kStep_nm * step <= kTo_nm; ++step) {
+    const double nm = kFrom_nm + kStep_nm * step;
     if (std::ranges::none_of(wavelengths_nm, [&](double at) { return std::abs(at - nm) <= kFurthest_nm; }))
       return false;
+  }
   return true;
 }
 
