@@ -50,7 +50,7 @@ std::optional<Gaussian1> StatedOf(const FreeEntry& e, const FreeParameters& free
     case FreeEntry::Role::kOneChannel:
       return Stated(record, values[e.channel], e.scale, static_cast<size_t>(e.channel));
     default:
-      return Stated(record, values[0], e.scale, record.stddev.size() / 2);
+      return Stated(record, values.Middle(), e.scale, static_cast<size_t>(values.size() / 2));
   }
 }
 
