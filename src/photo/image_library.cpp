@@ -135,6 +135,12 @@ std::vector<int> PlacesOf(const std::vector<std::string>& names, const std::vect
   return places;
 }
 
+/// Whether an EXR has an alpha, and not only one of a layer.
+bool HasOwnAlpha(const OIIO::ImageSpec& spec) {
+  return spec.alpha_channel >= 0 &&
+         spec.channelnames[static_cast<size_t>(spec.alpha_channel)].find('.') == std::string::npos;
+}
+
 /// Wraps pixels in place for OpenImageIO's functions.
 OIIO::ImageBuf Wrapped(int width, int height, int channels, float* values) {
   return {OIIO::ImageSpec(width, height, channels, OIIO::TypeDesc::FLOAT), values};
@@ -191,7 +197,7 @@ class OpenImageIo : public ImageLibrary {
     const std::string format = input->format_name();
     std::vector<int> chosen = format == "openexr" ? PlacesOf(channels, spec.channelnames) : std::vector<int>();
     CheckHeader(file, format, spec, channels.size(), !chosen.empty(), limits);
-    const bool has_alpha_beside = !chosen.empty() && spec.alpha_channel >= 0 &&
+    const bool has_alpha_beside = !chosen.empty() && HasOwnAlpha(spec) &&
                                   std::find(chosen.begin(), chosen.end(), spec.alpha_channel) == chosen.end();
     if (has_alpha_beside) chosen.push_back(spec.alpha_channel);
     DecodedImage found{};

@@ -246,6 +246,13 @@ TEST(Photographs, AlphaCountsBesideOtherLayersAndFurtherBandsAreRefused) {
   }
 }
 
+TEST(Photographs, AlphaOfAnotherLayerIsNotThePhotographs) {
+  const TemporaryFolder folder;
+  WriteImageFile(folder.path / "p.exr", Image(8, 8, 7, 0.5f), false,
+                 {"R", "G", "B", "left.R", "left.G", "left.B", "left.A"});
+  EXPECT_EQ(ReadPhotograph({.image = folder.path / "p.exr"}).transparent_pixels, 0);
+}
+
 TEST(Photographs, PreviewsAreNotTakenInPlaceOfARaw) {
   const TemporaryFolder folder;
   WriteEven(folder.path / "p.tif", OIIO::TypeDesc::UINT8, {0.5f, 0.4f, 0.3f});
