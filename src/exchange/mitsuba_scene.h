@@ -9,7 +9,7 @@
 
 #include "capture/light_rig.h"
 #include "exchange/imported_views.h"
-#include "exchange/mitsuba_xml.h"
+#include "exchange/mitsuba_plugin.h"
 #include "geometry/triangle_mesh.h"
 
 namespace crownfit {

@@ -2,10 +2,8 @@
 // Scenes of Mitsuba 3 as a tree of elements, before anything is known of what they mean.
 
 #include <filesystem>
-#include <glm/glm.hpp>
 #include <map>
 #include <memory>
-#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -43,31 +41,6 @@ class MitsubaDocument {
   MitsubaNode scene_;
   std::vector<std::filesystem::path> folders_;  ///< in which files are searched
   std::map<std::string, const MitsubaNode*> by_id_;
-};
-
-/// An element that stands for a plugin of Mitsuba. What it may hold is stated up front, and anything else is refused by
-/// its name: nothing that a scene says gets lost.
-class MitsubaPlugin {
- public:
-  /// `known`: names of properties, and tags of nested plugins without a name as "<bsdf>".
-  MitsubaPlugin(const MitsubaDocument& document, const MitsubaNode& node, const std::vector<std::string>& known);
-
-  const MitsubaNode* Find(const std::string& name) const;                ///< a property, or a nested plugin by name
-  std::vector<const MitsubaNode*> Nested(const std::string& tag) const;  ///< plugins without a name
-  std::optional<double> Number(const std::string& name, double low, double high) const;
-  int Integer(const std::string& name, int otherwise, int low, int high) const;
-  bool Flag(const std::string& name, bool otherwise) const;
-  std::optional<std::string> Text(const std::string& name) const;
-  std::optional<glm::dvec3> Vector(const std::string& name) const;
-  std::optional<glm::dvec3> Rgb(const std::string& name, double most) const;  ///< a colour, or one value for all
-  glm::dmat4 ToWorld() const;                                                 ///< of to_world; identity where absent
-  std::optional<std::filesystem::path> File() const;                          ///< of filename
-  const MitsubaNode& node() const { return node_; }
-  const MitsubaDocument& document() const { return document_; }
-
- private:
-  const MitsubaDocument& document_;
-  const MitsubaNode& node_;
 };
 
 /// Whether the file is XML with a root called `root`.
