@@ -70,8 +70,9 @@ LightShape ReadShape(const JsonObject& o, const std::string& type, const std::ve
   if (type == "environment") {
     files.push_back(o.node().file().parent_path() / o.Require("file").String());
     const auto scale = o.Find("radiance_scale_rgb");
+    const Spectrum as_it_is = count > 0 ? Spectrum(count, 1.0) : Spectrum(1.0);
     return EnvironmentLight{ReadEnvironmentMap(files.back(), channels),
-                            scale ? ReadSpectrum(*scale, kBrightest, count) : Spectrum(1.0)};
+                            scale ? ReadSpectrum(*scale, kBrightest, count) : as_it_is};
   }
   return DomeLight{rgb("radiance_rgb")};
 }

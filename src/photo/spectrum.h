@@ -44,7 +44,8 @@ class Spectrum {
     CopyFrom(other);
     return *this;
   }
-  /// One value per channel.
+  /// One value per channel. The same value in each of three channels is Spectrum(3, v): Spectrum{3, v} is a list of
+  /// two.
   Spectrum(std::initializer_list<double> values) : Spectrum(std::span<const double>(values.begin(), values.size())) {}
   /// Red, green and blue.
   Spectrum(const glm::dvec3& rgb) : Spectrum{rgb.x, rgb.y, rgb.z} {}
@@ -52,6 +53,11 @@ class Spectrum {
     std::copy(values.begin(), values.end(), v_.begin());
   }
 
+  /// A number of channels, checked.
+  static int Counted(int channels) {
+    if (channels < 1 || channels > kMostChannels) FailAt(channels);
+    return channels;
+  }
   /// Number of channels; 0: one value for all.
   int size() const { return size_; }
   double operator[](int channel) const& { return v_[static_cast<size_t>(channel)]; }
@@ -189,10 +195,6 @@ class Spectrum {
   struct Unset {};
   explicit Spectrum(Unset) {}
   [[noreturn]] static void FailAt(int channel);
-  static int Counted(int channels) {
-    if (channels < 1 || channels > kMostChannels) FailAt(channels);
-    return channels;
-  }
   /// each(lane) of all lanes in use, block by block.
   template <class Each>
   void ForLanes(const Each& each) const {
@@ -262,9 +264,9 @@ class SpectrumArray {
   void Set(size_t i, const Spectrum& value) {
     for (int c = 0; c < channels(); ++c) at(i, c) = static_cast<Real>(value[c]);
   }
-  /// The first one states the number of channels.
+  /// The first one states the number of channels, so it can't be one value for all.
   void push_back(const Spectrum& value) {
-    if (channels_ == 0) channels_ = static_cast<size_t>(value.size());
+    if (channels_ == 0) channels_ = static_cast<size_t>(Spectrum::Counted(value.size()));
     for (int c = 0; c < channels(); ++c) values_.push_back(static_cast<Real>(value[c]));
   }
   /// Adds to one element, channel by channel.
