@@ -79,9 +79,31 @@ void CheckTiff(const std::filesystem::path& file, const OIIO::ImageSpec& spec) {
                      "Write it with black as 0 (\"MinIsBlack\"), or as PNG.");
 }
 
+/// Refuses an EXR whose channels are neither those wanted nor R, G, B, nor a single one.
+void CheckChannelsOfExr(const std::filesystem::path& file, const OIIO::ImageSpec& spec,
+                        const std::vector<std::string>& wanted) {
+  const std::vector<std::string>& found = spec.channelnames;
+  const auto is_called = [&](size_t c) { return OIIO::Strutil::iequals(found[c], std::string(1, "RGB"[c])); };
+  const size_t first = std::min<size_t>(3, found.size());
+  size_t right = 0;
+  while (right < first && is_called(right)) ++right;
+  if (right == 3 || found.size() - (spec.alpha_channel >= 0) < 2) return;
+  if (wanted.size() == 3 || wanted.empty()) {
+    if (first == 3)
+      DamagedImage(file,
+                   "its channel " + std::to_string(right) + " is called '" + found[right] + "', expected R, G and B");
+    return;
+  }
+  const auto missing = std::find_if(wanted.begin(), wanted.end(), [&](const std::string& name) {
+    return std::find(found.begin(), found.end(), name) == found.end();
+  });
+  throw InputError(file, "", "has no channel called '" + *missing + "'; it has " + OIIO::Strutil::join(found, ", "),
+                   "Give the file's channels the names that the capture lists in \"channels\".");
+}
+
 /// Checks a picture's header before memory is allocated.
 void CheckHeader(const std::filesystem::path& file, const std::string& format, const OIIO::ImageSpec& spec,
-                 size_t wanted, bool by_name, const Limits& limits) {
+                 const std::vector<std::string>& wanted, bool by_name, const Limits& limits) {
   // OpenImageIO also reads films, network streams and generated pictures.
   const std::set<std::string> known{"openexr", "png", "tiff", "jpeg", "raw",     "hdr",
                                     "bmp",     "pnm", "webp", "dpx",  "jpeg2000"};
@@ -104,7 +126,7 @@ void CheckHeader(const std::filesystem::path& file, const std::string& format, c
     throw InputError(file, "", "LibRaw can't decode this camera RAW, and what else it holds is a preview",
                      "Convert it to a DNG with an uncompressed mosaic of integers.");
   if (format == "tiff") CheckTiff(file, spec);
-  const bool has_wanted = spec.nchannels - (spec.alpha_channel >= 0) == static_cast<int>(wanted);
+  const bool has_wanted = spec.nchannels - (spec.alpha_channel >= 0) == static_cast<int>(wanted.size());
   if (format != "openexr" && spec.nchannels > 3 && !(spec.nchannels == 4 && spec.alpha_channel == 3) && !has_wanted)
     throw InputError(
         file, "", "has " + std::to_string(spec.nchannels) + " channels, of which no three are known to be R, G and B",
@@ -118,10 +140,7 @@ void CheckHeader(const std::filesystem::path& file, const std::string& format, c
                          std::to_string(spec.full_height) + " from " + std::to_string(spec.full_x) + ", " +
                          std::to_string(spec.full_y) + ")",
                      "Write the whole picture without cropping: the camera's calibration refers to it.");
-  for (int c = 0; c < 3 && spec.nchannels >= 3 && !by_name; ++c)
-    if (!OIIO::Strutil::iequals(spec.channelnames[c], std::string(1, "RGB"[c])))
-      DamagedImage(
-          file, "its channel " + std::to_string(c) + " is called '" + spec.channelnames[c] + "', expected R, G and B");
+  if (!by_name) CheckChannelsOfExr(file, spec, wanted);
 }
 
 /// Where the named channels lie; empty unless all are there.
@@ -196,7 +215,7 @@ class OpenImageIo : public ImageLibrary {
     const OIIO::ImageSpec spec = input->spec();
     const std::string format = input->format_name();
     std::vector<int> chosen = format == "openexr" ? PlacesOf(channels, spec.channelnames) : std::vector<int>();
-    CheckHeader(file, format, spec, channels.size(), !chosen.empty(), limits);
+    CheckHeader(file, format, spec, channels, !chosen.empty(), limits);
     const bool has_alpha_beside = !chosen.empty() && HasOwnAlpha(spec) &&
                                   std::find(chosen.begin(), chosen.end(), spec.alpha_channel) == chosen.end();
     if (has_alpha_beside) chosen.push_back(spec.alpha_channel);

@@ -6,10 +6,10 @@
 #include <cmath>
 #include <numeric>
 
-#include "base/error.h"
 #include "photo/image_io.h"
 #include "photo/observer.h"
 #include "photo/photograph.h"
+#include "support/refusal.h"
 #include "support/temporary_folder.h"
 
 namespace crownfit {
@@ -50,6 +50,8 @@ TEST(Spectrum, OneValueStandsForAllChannels) {
 TEST(SpectrumDeathTest, DifferentNumbersOfChannelsDoNotMix) {
   const Spectrum three(3, 1.0), four(4, 1.0);
   EXPECT_DEATH((void)(three + four), "channel");
+  SpectrumArray<> none;
+  EXPECT_DEATH(none.push_back(Spectrum(1.0)), "channel") << "one value does not state how many there are";
 }
 
 std::vector<double> EvenlySpaced(double from_nm, double to_nm, double step_nm) {
@@ -165,18 +167,20 @@ TEST(PhotographOfManyChannels, OtherChannelsAreRefusedByName) {
   const TemporaryFolder folder;
   WriteImageFile(folder.path / "rgb.exr", Numbered(3));
   WriteImageFile(folder.path / "grey.exr", Numbered(1), false, {"Y"});
-  const auto refusal = [&](const char* file, const std::vector<std::string>& names) -> std::string {
-    try {
-      ReadWith(folder.path / file, names);
-    } catch (const InputError& e) {
-      return e.what();
-    }
-    return "";
+  const auto refusal = [&](const char* file, const std::vector<std::string>& names) {
+    return FaultOf([&] { ReadWith(folder.path / file, names); });
   };
   EXPECT_NE(refusal("rgb.exr", {"one"}).find("has 3 channels, but the capture has 1: one"), std::string::npos);
   EXPECT_NE(refusal("grey.exr", {"400", "500"}).find("the capture has 2: 400, 500"), std::string::npos);
   EXPECT_NE(refusal("grey.exr", {"R", "G", "B"}).find("is grey"), std::string::npos);
   EXPECT_EQ(refusal("grey.exr", {"NIR"}), "") << "one channel of any name";
+  WriteImageFile(folder.path / "four.exr", Numbered(4), false, {"400", "500", "600", "depth"});
+  WriteImageFile(folder.path / "two.exr", Numbered(2), false, {"400", "500"});
+  EXPECT_NE(refusal("four.exr", {"400", "500", "600", "700"}).find("has no channel called '700'; it has"),
+            std::string::npos);
+  EXPECT_NE(refusal("two.exr", {"500", "600"}).find("has no channel called '600'"), std::string::npos)
+      << "as many channels, but others";
+  EXPECT_NE(refusal("four.exr", {"NIR"}).find("has no channel called 'NIR'"), std::string::npos);
 }
 
 }  // namespace
