@@ -5,26 +5,17 @@
 #include <cmath>
 #include <fstream>
 
-#include "base/error.h"
 #include "capture/capture.h"
 #include "exchange/import_capture.h"
 #include "exchange/imported_views.h"
 #include "geometry/mesh_file.h"
 #include "photo/image_io.h"
+#include "support/refusal.h"
 #include "support/shapes.h"
 #include "support/temporary_folder.h"
 
 namespace crownfit {
 namespace {
-
-std::string FaultOf(const auto& read) {
-  try {
-    read();
-  } catch (const InputError& e) {
-    return e.what();
-  }
-  return "";
-}
 
 // One image of COLMAP turned by 90 degrees about z: quaternion (sqrt(1/2), 0, 0, sqrt(1/2)), so that its camera's x
 // axis is the world's -y and its y axis the world's x.

@@ -9,24 +9,15 @@
 #include <opencv2/calib3d.hpp>
 #include <opencv2/imgproc.hpp>
 
-#include "base/error.h"
 #include "photo/image_io.h"
 #include "support/real_data.h"
+#include "support/refusal.h"
 #include "support/temporary_folder.h"
 
 namespace crownfit {
 namespace {
 
 using Path = std::filesystem::path;
-
-std::string FaultOf(const Path& file) {
-  try {
-    ReadOpenCvCalibration(file);
-  } catch (const InputError& e) {
-    return e.what();
-  }
-  return "";
-}
 
 /// Corners that OpenCV finds, in its pixels, whose centres are whole numbers.
 std::vector<cv::Point2f> CornersOf(const Path& photograph) {
@@ -132,7 +123,7 @@ TEST(OpenCvFile, WhatHasNoEquivalentIsRefusedByItsKey) {
   };
   for (const auto& [text, expected] : cases) {
     std::ofstream(file) << text;
-    const std::string fault = FaultOf(file);
+    const std::string fault = FaultOf([&] { ReadOpenCvCalibration(file); });
     EXPECT_NE(fault.find(expected), std::string::npos) << text << "\n" << fault;
     EXPECT_NE(fault.find("camera.yml"), std::string::npos) << fault;
   }
