@@ -1,5 +1,5 @@
 #pragma once
-// The parts of capture.cpp: what a capture's object is, read for it, and the words both parts share.
+// Reads what a capture's object is, and references that the rest of the capture has too: files, and things by name.
 
 #include <string>
 #include <vector>
