@@ -79,16 +79,17 @@ void CheckTiff(const std::filesystem::path& file, const OIIO::ImageSpec& spec) {
                      "Write it with black as 0 (\"MinIsBlack\"), or as PNG.");
 }
 
-/// Refuses an EXR whose channels are neither those wanted nor R, G, B, nor a single one.
-void CheckChannelsOfExr(const std::filesystem::path& file, const OIIO::ImageSpec& spec,
-                        const std::vector<std::string>& wanted) {
+/// Refuses a picture whose channels are neither those wanted nor R, G, B, nor a single one. Samples of other formats
+/// than EXR have no names of their own, and count in their order.
+void CheckChannels(const std::filesystem::path& file, const std::string& format, const OIIO::ImageSpec& spec,
+                   const std::vector<std::string>& wanted) {
   const std::vector<std::string>& found = spec.channelnames;
   const auto is_called = [&](size_t c) { return OIIO::Strutil::iequals(found[c], std::string(1, "RGB"[c])); };
   const size_t first = std::min<size_t>(3, found.size());
   size_t right = 0;
   while (right < first && is_called(right)) ++right;
   if (right == 3 || found.size() - (spec.alpha_channel >= 0) < 2) return;
-  if (wanted.size() == 3 || wanted.empty()) {
+  if (wanted.size() == 3 || wanted.empty() || format != "openexr") {
     if (first == 3)
       DamagedImage(file,
                    "its channel " + std::to_string(right) + " is called '" + found[right] + "', expected R, G and B");
@@ -140,7 +141,7 @@ void CheckHeader(const std::filesystem::path& file, const std::string& format, c
                          std::to_string(spec.full_height) + " from " + std::to_string(spec.full_x) + ", " +
                          std::to_string(spec.full_y) + ")",
                      "Write the whole picture without cropping: the camera's calibration refers to it.");
-  if (!by_name) CheckChannelsOfExr(file, spec, wanted);
+  if (!by_name) CheckChannels(file, format, spec, wanted);
 }
 
 /// Where the named channels lie; empty unless all are there.
