@@ -41,6 +41,11 @@ std::vector<std::array<glm::dvec3, 3>> CornerNormals(const TriangleMesh& mesh, d
 /// Vertex properties are interpolated.
 TriangleMesh Refined(const TriangleMesh& mesh, double edge_mm);
 
+/// Collapses edges until about so many triangles are left (Garland and Heckbert 1997, by meshoptimizer). Vertices that
+/// are left stay where they are, and the edge of a neck's cut stays whole. Vertex properties and uv are dropped, unless
+/// the mesh has no more triangles anyway.
+TriangleMesh Simplified(const TriangleMesh& mesh, size_t triangles);
+
 /// The triangles that close the neck of an open scan, or all others. Vertices stay.
 TriangleMesh CutPart(const TriangleMesh& mesh);
 TriangleMesh ScannedPart(const TriangleMesh& mesh);
