@@ -94,50 +94,44 @@ Eigen::MatrixXd ImageResiduals::PredictPerScale(const Material& material) const 
   return parts;
 }
 
-void ImageResiduals::PredictWithDerivatives(const Eigen::VectorXd& x, const LinearScales& scales,
-                                            Evaluation& out) const {
-  std::vector<int> moved;  // slots that an entry of x moves
+std::vector<int> ImageResiduals::MovedSlots() const {
+  std::vector<int> moved;
   const auto slots = SlotsOf(capture_);
   for (int s = 0; s < kShaderSlots; ++s) {
-    bool moves = false;
-    for (const FreeEntry& e : free_.entries)
-      moves |= slots[s] && slots[s]->layer == e.layer && slots[s]->quantity == e.quantity;
+    const bool moves = slots[s] && std::ranges::any_of(free_.entries, [&](const FreeEntry& e) {
+                         return slots[s]->layer == e.layer && slots[s]->quantity == e.quantity;
+                       });
     if (moves) moved.push_back(s);
   }
+  return moved;
+}
+
+void ImageResiduals::Linearise(const Material& material, const LinearScales& scales, const std::vector<int>& moved,
+                               LinearisedPrediction& out) const {
+  out.value.resize(rows_);
+  out.by_slot.setZero(rows_, kShaderSlots);
   if (moved.size() <= kFewSlots) {
-    PredictWithDerivativesBy<kFewSlots>(moved, x, scales, out);
+    LineariseBy<kFewSlots>(moved, material, scales, out);
   } else {
-    PredictWithDerivativesBy<kShaderSlots>(moved, x, scales, out);
+    LineariseBy<kShaderSlots>(moved, material, scales, out);
   }
 }
 
 template <int kJetSize>
-void ImageResiduals::PredictWithDerivativesBy(const std::vector<int>& moved, const Eigen::VectorXd& x,
-                                              const LinearScales& scales, Evaluation& out) const {
+void ImageResiduals::LineariseBy(const std::vector<int>& moved, const Material& material, const LinearScales& scales,
+                                 LinearisedPrediction& out) const {
   using Jet = ceres::Jet<double, kJetSize>;
-  const Material material = MaterialAt(free_, x);
-  const auto slots = SlotsOf(capture_);
-  const auto derivatives = SlotDerivatives(capture_, state_);
-  const Eigen::VectorXd addition = nuisances_.Addition(scales);
   for (int c = 0; c < capture_.channels(); ++c) {
     const auto values = SlotValues(capture_, material, state_, c);
     std::array<Jet, kShaderSlots> jets;
     std::transform(values.begin(), values.end(), jets.begin(), [](double v) { return Jet(v); });
-    Eigen::Matrix<double, kJetSize, Eigen::Dynamic> slot_by_x(kJetSize, free_.count());
-    slot_by_x.setZero();
-    for (size_t i = 0; i < moved.size(); ++i) {
-      const int s = moved[i];
-      jets[s] = Jet(values[s], static_cast<int>(i));
-      slot_by_x.row(static_cast<int>(i)) =
-          derivatives[s] * ValueGradient(free_, x, slots[s]->layer, slots[s]->quantity, c);
-    }
+    for (size_t i = 0; i < moved.size(); ++i) jets[moved[i]] = Jet(values[moved[i]], static_cast<int>(i));
     const auto optics = OpticsFromSlots(capture_, jets);
     const DiffuserTable<Jet> table(optics.stack(), state_.crown->kernel.outer_radius_mm);
     for (size_t g = 0; g < pixels_.size(); ++g) {
       const FitPixels& p = pixels_[g];
       const PhotographCast& cast = state_.photographs[p.photograph];
       const Polarisers polarisers = capture_.photographs[p.photograph].polarisers();
-      const double exposure = nuisances_.ExposureOf(p, scales);
       GatheredLight* same = nuisances_.lights().empty() ? &GatheredOf(0, g, c) : nullptr;
       const ShaderPrediction<Jet> model(*state_.crown, cast, optics, table, c, scales.light, vertices_[g],
                                         options_.threads, same);
@@ -148,28 +142,83 @@ void ImageResiduals::PredictWithDerivativesBy(const std::vector<int>& moved, con
         const int k = first_row_[g] + p.channels() * static_cast<int>(i) + c;
         Jet value(p.SceneryAt(i)[c]);
         for (const auto& [source, weight] : p.TermsOf(i)) value += static_cast<double>(weight) * sharp[source];
-        const double factor = exposure / p.stddev[i][c];
-        out.residuals[k] = factor * (value.a + addition[k]) - p.values[i][c] / p.stddev[i][c];
-        out.jacobian.row(k).noalias() = factor * (value.v.transpose() * slot_by_x);
+        out.value[k] = value.a;
+        for (size_t s = 0; s < moved.size(); ++s) out.by_slot(k, moved[s]) = value.v[static_cast<int>(s)];
       });
     }
   }
 }
 
-Evaluation ImageResiduals::Evaluate(const Eigen::VectorXd& x, bool with_jacobian) const {
+void ImageResiduals::Differentiate(const LinearisedPrediction& there, const Eigen::VectorXd& x, Evaluation& out) const {
+  const auto slots = SlotsOf(capture_);
+  const auto derivatives = SlotDerivatives(capture_, state_);
+  const std::vector<int> moved = MovedSlots();
+  const Eigen::VectorXd addition = nuisances_.Addition(out.scales);
+  for (int c = 0; c < capture_.channels(); ++c) {
+    Eigen::MatrixXd slot_by_x = Eigen::MatrixXd::Zero(kShaderSlots, free_.count());
+    for (const int s : moved)
+      slot_by_x.row(s) = derivatives[s] * ValueGradient(free_, x, slots[s]->layer, slots[s]->quantity, c);
+    for (size_t g = 0; g < pixels_.size(); ++g) {
+      const FitPixels& p = pixels_[g];
+      const double exposure = nuisances_.ExposureOf(p, out.scales);
+      ParallelFor(p.pixels.size(), options_.threads, [&](size_t i) {
+        const int k = first_row_[g] + p.channels() * static_cast<int>(i) + c;
+        const double factor = exposure / p.stddev[i][c];
+        out.residuals[k] = factor * (there.value[k] + addition[k]) - p.values[i][c] / p.stddev[i][c];
+        out.jacobian.row(k).noalias() = factor * (there.by_slot.row(k) * slot_by_x);
+      });
+    }
+  }
+}
+
+LinearisedPrediction ImageResiduals::Linearise(const Eigen::VectorXd& x) const {
+  const auto slots = SlotsOf(capture_);
+  std::vector<int> all;
+  for (int s = 0; s < kShaderSlots; ++s)
+    if (slots[s]) all.push_back(s);
+  const Material material = MaterialAt(free_, x);
+  LinearisedPrediction out;
+  out.parts = PredictPerScale(material);
+  if (out.parts.allFinite() && rows_ > 0)
+    Linearise(material, nuisances_.Solve(out.parts, options_.huber_width), all, out);
+  return out;
+}
+
+Evaluation ImageResiduals::EvaluateBy(const LinearisedPrediction& there, const Eigen::VectorXd& x) const {
   Evaluation out;
-  if (last_.parts.size() == 0 || last_.x != x) last_ = {x, PredictPerScale(MaterialAt(free_, x))};
+  out.finite = there.parts.allFinite();
+  if (!out.finite) return out;
+  out.scales = nuisances_.Solve(there.parts, options_.huber_width);
+  out.residuals.resize(count());
+  out.jacobian.setZero(count(), free_.count());
+  if (rows_ > 0) Differentiate(there, x, out);
+  Complete(there.parts, x, true, out);
+  return out;
+}
+
+Evaluation ImageResiduals::Evaluate(const Eigen::VectorXd& x, bool with_jacobian) const {
+  const Material material = MaterialAt(free_, x);
+  if (last_.parts.size() == 0 || last_.x != x) last_ = {x, PredictPerScale(material)};
   const Eigen::MatrixXd& parts = last_.parts;
+  Evaluation out;
   out.finite = parts.allFinite();
   if (!out.finite) return out;
   out.scales = nuisances_.Solve(parts, options_.huber_width);
   out.residuals.resize(count());
   if (with_jacobian) out.jacobian.setZero(count(), free_.count());
   if (with_jacobian && rows_ > 0) {
-    PredictWithDerivatives(x, out.scales, out);
+    LinearisedPrediction here;
+    Linearise(material, out.scales, MovedSlots(), here);
+    Differentiate(here, x, out);
   } else {
     out.residuals.head(rows_) = nuisances_.Residuals(nuisances_.Prediction(parts, out.scales), out.scales);
   }
+  Complete(parts, x, with_jacobian, out);
+  return out;
+}
+
+void ImageResiduals::Complete(const Eigen::MatrixXd& parts, const Eigen::VectorXd& x, bool with_jacobian,
+                              Evaluation& out) const {
   const int of_photographs = rows_ + nuisances_.count();
   out.residuals.segment(rows_, nuisances_.count()) = nuisances_.PriorResiduals(out.scales);
   if (flat_.count() > 0) {
@@ -178,16 +227,15 @@ Evaluation ImageResiduals::Evaluate(const Eigen::VectorXd& x, bool with_jacobian
     if (with_jacobian) out.jacobian.bottomRows(flat_.count()) = flat.jacobian;
   }
   out.finite = out.residuals.allFinite() && (!with_jacobian || out.jacobian.allFinite());
-  if (!out.finite) return out;
+  if (!out.finite) return;
 
   const double width = options_.huber_width;
   out.robust = out.residuals;
   out.robust.head(rows_) = out.residuals.head(rows_).unaryExpr([&](double r) { return Robust(r, width); });
-  if (!with_jacobian) return out;
+  if (!with_jacobian) return;
   const Eigen::VectorXd slope = out.residuals.head(rows_).unaryExpr([&](double r) { return RobustSlope(r, width); });
   out.jacobian.topRows(rows_) = slope.asDiagonal() * out.jacobian.topRows(rows_);
   if (nuisances_.count() > 0) nuisances_.Project(parts, out.scales, slope, out.jacobian.topRows(of_photographs));
-  return out;
 }
 
 }  // namespace crownfit

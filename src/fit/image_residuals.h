@@ -13,6 +13,8 @@
 
 namespace crownfit {
 
+using SlotDerivativeRows = Eigen::Matrix<double, Eigen::Dynamic, kShaderSlots, Eigen::RowMajor>;
+
 struct Evaluation {
   /// Whitened; order: photograph, pixel, channel; then stated errors of the calibration; then measurements.
   Eigen::VectorXd residuals;
@@ -20,6 +22,14 @@ struct Evaluation {
   Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor> jacobian;  ///< of `robust`
   LinearScales scales;
   bool finite = true;
+};
+
+/// A prediction of pixels (rows: photograph, pixel, channel) and its derivatives by the model's own parameters, at one
+/// material.
+struct LinearisedPrediction {
+  Eigen::MatrixXd parts;       ///< at exposure 1: all lights of exact intensity, then one column per fitted light at 1
+  Eigen::VectorXd value;       ///< at exposure 1, with all lights
+  SlotDerivativeRows by_slot;  ///< of `value`, by the ShaderSlots of the row's channel
 };
 
 struct ResidualOptions {
@@ -34,16 +44,28 @@ class ImageResiduals {
                  const ResidualOptions& options);
   /// Caches data for the next call: one thread at a time.
   Evaluation Evaluate(const Eigen::VectorXd& x, bool with_jacobian) const;
+  /// The prediction at x, with derivatives by all parameters, free or not.
+  LinearisedPrediction Linearise(const Eigen::VectorXd& x) const;
+  /// Evaluates with derivatives at x by a prediction that other residuals of the same pixels made near x: free entries
+  /// and noise may differ. The model is not evaluated.
+  Evaluation EvaluateBy(const LinearisedPrediction& there, const Eigen::VectorXd& x) const;
   int count() const { return rows_ + nuisances_.count() + flat_.count(); }
 
  private:
   /// `group`: of lights, as a column of PredictPerScale; the first includes the scenery's light.
   void Predict(const Material& material, const std::vector<double>& light_scale, int group,
                Eigen::Ref<Eigen::VectorXd> prediction) const;
-  void PredictWithDerivatives(const Eigen::VectorXd& x, const LinearScales& scales, Evaluation& out) const;
+  /// Sets value and derivatives by these slots; others are 0.
+  void Linearise(const Material& material, const LinearScales& scales, const std::vector<int>& moved_slots,
+                 LinearisedPrediction& out) const;
   template <int kJetSize>
-  void PredictWithDerivativesBy(const std::vector<int>& moved_slots, const Eigen::VectorXd& x,
-                                const LinearScales& scales, Evaluation& out) const;
+  void LineariseBy(const std::vector<int>& moved_slots, const Material& material, const LinearScales& scales,
+                   LinearisedPrediction& out) const;
+  std::vector<int> MovedSlots() const;
+  /// Residuals and derivatives of pixels.
+  void Differentiate(const LinearisedPrediction& there, const Eigen::VectorXd& x, Evaluation& out) const;
+  /// Adds what is not of pixels, robust weights, and the projection.
+  void Complete(const Eigen::MatrixXd& parts, const Eigen::VectorXd& x, bool with_jacobian, Evaluation& out) const;
   Eigen::MatrixXd PredictPerScale(const Material& material) const;
   GatheredLight& GatheredOf(int group, size_t photograph, int channel) const {
     return gathered_[(group * pixels_.size() + photograph) * capture_.channel_names.size() + channel];
