@@ -21,7 +21,7 @@ std::vector<std::string> RenderByShader(const CrownInput& input, const Material&
   CheckShaderSupports(capture, material);
   CastOptions cast_options;
   cast_options.threads = options.threads;
-  if (options.twelve_taps) cast_options.kernel = TwelveTapKernel();
+  if (options.twelve_taps) cast_options.crown.kernel = TwelveTapKernel();
   cast_options.shade_scenery = true;
   if (options.fine) {
     cast_options.strata *= 2;

@@ -149,8 +149,8 @@ TEST(FitByWalks, OneStepEstimatesTheDepartureFromAFalseLaw) {
   const FitProblem problem{freed, free, no_errors, options};
   Progress silent(ProgressMode::kNone);
   CrownInput input = ReadInput(freed, 0);
-  Evaluation e;
-  FitState at = StateAtStart(problem, input, e, silent);
+  LinearisedPrediction prediction;
+  FitState at = StateAtStart(problem, input, prediction, silent);
   const WalkedStep::Solution s = StepByWalks(problem, input, at, silent);
   const int n = free.count();
   const auto departures = DeparturesFromLaws(capture, free, s.step.head(n), s.covariance.topLeftCorner(n, n));

@@ -95,6 +95,14 @@ double VolumeLattice::ElementFor(const std::vector<TriangleMesh>& surfaces, doub
   return element;
 }
 
+double VolumeLattice::NodesFor(const TriangleMesh& outer, double element_mm) {
+  // Nodes belong to elements that touch the object, so they lie within an element around it: on either side by half of
+  // |n.x| + |n.y| + |n.z|, whose mean over directions is 3 / 2.
+  constexpr double kMeanWidth = 1.5;
+  const double h = element_mm;
+  return (std::abs(Volume(outer)) / h + kMeanWidth * Area(outer)) / (h * h);
+}
+
 VolumeLattice::VolumeLattice(const std::vector<TriangleMesh>& surfaces,
                              const std::vector<std::vector<uint8_t>>& is_exposed,
                              const std::vector<std::shared_ptr<const AbsorptionTexture>>& textures, double element_mm,

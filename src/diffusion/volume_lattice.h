@@ -66,6 +66,9 @@ class VolumeLattice {
   /// The longest element that resolves the object and the shortest transport mean free path `shortest_mm`. It is one of
   /// a few sizes, so that small changes of a material keep it.
   static double ElementFor(const std::vector<TriangleMesh>& surfaces, double shortest_mm);
+  /// About as many nodes as a lattice of such elements has, without building it: volume and surface of the object,
+  /// grown by an element's mean width (Steiner 1840, without its terms of edges and corners).
+  static double NodesFor(const TriangleMesh& outer, double element_mm);
 
  private:
   struct ElementSum;

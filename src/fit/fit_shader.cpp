@@ -42,7 +42,7 @@ FitState FitByShader(const FitProblem& problem, CrownInput& input, Progress& pro
   const auto& [capture, free, errors, options, others] = problem;
   CastOptions cast_options;
   cast_options.threads = options.threads;
-  if (options.twelve_taps) cast_options.kernel = TwelveTapKernel();
+  if (options.twelve_taps) cast_options.crown.kernel = TwelveTapKernel();
   cast_options.shade_scenery = AnyBlurred(capture);  // a lens spreads its light over the object
   SolveOptions solve_options;
   solve_options.use_priors = options.use_priors;

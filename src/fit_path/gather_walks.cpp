@@ -80,7 +80,7 @@ void WalkGatherer::TakePixels(size_t at_most) {
   const Material material = MaterialAt(problem_.free, at_.x);
   CastOptions options;
   options.threads = problem_.options.threads;
-  if (problem_.options.twelve_taps) options.kernel = TwelveTapKernel();
+  if (problem_.options.twelve_taps) options.crown.kernel = TwelveTapKernel();
   options.shade_scenery = AnyBlurred(problem_.capture);
   if (!problem_.errors.empty())
     at_.cast = CastAll(input_, ThicknessesOf(problem_.capture, material), options, progress_);

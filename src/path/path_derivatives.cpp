@@ -40,6 +40,13 @@ bool IsDifferentiatedByLogarithm(Quantity q) {
          q == Quantity::kAbsorption;
 }
 
+double ElementFor(const std::vector<TriangleMesh>& surfaces, const Material& material, double shortest_resolved_mm) {
+  double steepest = 0;
+  for (const Material::Layer& layer : material.layers)
+    steepest = std::max(steepest, (layer[Quantity::kReducedScattering] + layer[Quantity::kAbsorption]).Largest());
+  return VolumeLattice::ElementFor(surfaces, std::max(1.0 / std::max(steepest, 1e-9), shortest_resolved_mm));
+}
+
 Bodies::Built& Bodies::BuiltFor(const Material& material) {
   constexpr size_t kKept = 4;
   const std::vector<double> thicknesses = ThicknessesOf(input_.capture, material);
@@ -59,11 +66,7 @@ const LayeredBody& Bodies::Of(const Material& material) { return BuiltFor(materi
 
 const VolumeLattice& Bodies::LatticeOf(const Material& material) {
   Built& built = BuiltFor(material);
-  double steepest = 0;
-  for (const Material::Layer& layer : material.layers)
-    steepest = std::max(steepest, (layer[Quantity::kReducedScattering] + layer[Quantity::kAbsorption]).Largest());
-  const double shortest_mm = std::max(1.0 / std::max(steepest, 1e-9), shortest_resolved_mm_),
-               element_mm = VolumeLattice::ElementFor(built.body.surfaces, shortest_mm);
+  const double element_mm = ElementFor(built.body.surfaces, material, shortest_resolved_mm_);
   if (!built.lattice || built.lattice->element_mm() != element_mm)
     built.lattice.emplace(built.body.surfaces, built.body.is_exposed, built.body.absorption, element_mm, threads_);
   return *built.lattice;

@@ -15,6 +15,9 @@ struct DifferentiatedPhotograph {
   PooledDerivatives derivatives;
 };
 
+/// VolumeLattice::ElementFor the material's shortest transport path, at least `shortest_resolved_mm`.
+double ElementFor(const std::vector<TriangleMesh>& surfaces, const Material& material, double shortest_resolved_mm);
+
 /// The bodies that materials' thicknesses shape; the last few are cached.
 class Bodies {
  public:

@@ -226,26 +226,35 @@ Photograph ReadPhotograph(const PhotographFiles& files) {
   return photo;
 }
 
-Photograph Averaged(Photograph photo, int side, bool noise_is_known) {
+Photograph Averaged(Photograph photo, int side, bool noise_is_known, double least_usable) {
   const Image linear = std::move(photo.linear), variances = std::move(photo.variance);
   const std::vector<uint8_t> usable = std::move(photo.usable);
   const int width = linear.width / side, height = linear.height / side;
   Photograph mean = std::move(photo);
   const int channels = linear.channels;
   mean.linear = mean.variance = Image(width, height, channels);
-  mean.usable.assign(static_cast<size_t>(width) * height, 1);
-  const double n = static_cast<double>(side) * side, of_variance = noise_is_known ? n * n : n;
+  mean.usable.assign(static_cast<size_t>(width) * height, 0);
+  const double all = static_cast<double>(side) * side, least = std::max(1.0, least_usable * all);
   for (int y = 0; y < height; ++y)
     for (int x = 0; x < width; ++x) {
+      const auto is_usable = [&](int u, int v) { return usable[static_cast<size_t>(v) * linear.width + u] != 0; };
+      const auto each = [&](const auto& pixel) {
+        for (int v = y * side; v < (y + 1) * side; ++v)
+          for (int u = x * side; u < (x + 1) * side; ++u) pixel(u, v);
+      };
+      double n = 0;
+      each([&](int u, int v) { n += is_usable(u, v); });
+      const bool enough = n >= least;
+      mean.usable[static_cast<size_t>(y) * width + x] = enough;
+      if (!enough) n = all;
       Spectrum value(channels, 0.0), variance(channels, 0.0);
-      for (int v = y * side; v < (y + 1) * side; ++v)
-        for (int u = x * side; u < (x + 1) * side; ++u) {
-          for (int c = 0; c < channels; ++c) value[c] += linear.at(u, v, c), variance[c] += variances.at(u, v, c);
-          if (!usable[static_cast<size_t>(v) * linear.width + u]) mean.usable[static_cast<size_t>(y) * width + x] = 0;
-        }
+      each([&](int u, int v) {
+        if (enough && !is_usable(u, v)) return;
+        for (int c = 0; c < channels; ++c) value[c] += linear.at(u, v, c), variance[c] += variances.at(u, v, c);
+      });
       for (int c = 0; c < channels; ++c) {
         mean.linear.at(x, y, c) = static_cast<float>(value[c] / n);
-        mean.variance.at(x, y, c) = static_cast<float>(variance[c] / of_variance);
+        mean.variance.at(x, y, c) = static_cast<float>(variance[c] / (noise_is_known ? n * n : n));
       }
     }
   return mean;

@@ -14,11 +14,10 @@ namespace crownfit {
 namespace {
 
 /// What a fit by walks would know at x, where one by `shader` stands.
-DataEstimate KnowledgeByWalks(const FitProblem& problem, const FitState& at, const Eigen::VectorXd& x) {
+DataEstimate KnowledgeByWalks(const FitProblem& problem, const FitState& at, const LinearisedPrediction& prediction,
+                              const Eigen::VectorXd& x) {
   const auto knowledge = [&](const std::vector<FitPixels>& pixels) {
-    Evaluation e = ImageResiduals(problem.capture, at.cast, problem.free, pixels, {}, {0.0, problem.options.threads})
-                       .Evaluate(x, true);
-    e.residuals.setZero();
+    Evaluation e = AgreeingEvaluation(problem, at, pixels, prediction, x);
     for (int k = 0; k < problem.free.count(); ++k)
       if (!HasWalkDerivative(problem.free.entries[k])) e.jacobian.col(k).setZero();
     return KnowledgeByShader(at.cast, problem.free, x, e, pixels, /*with_model_errors=*/false);
@@ -57,23 +56,25 @@ CaptureCheck CheckCapture(const Capture& stated, const FitOptions& options, Prog
   progress.Show("reading", 0.0);
   CaptureCheck check;
   check.input = ReadInput(stated, options.threads);
+  check.caveats = PhotographFindings(check.input.capture, check.input.photographs);
+  const Coarseness coarse = Coarsen(check.input);
   const Capture& capture = check.input.capture;
   const FreeParameters free = FreeParametersOf(capture);
   const std::vector<CalibrationError> no_errors;
   const FitProblem problem{capture, free, no_errors, options};
-  Evaluation e;
-  FitState at = StateAtStart(problem, check.input, e, progress);
+  LinearisedPrediction prediction;
+  FitState at = StateAtStart(problem, check.input, prediction, progress, coarse);
   check.crown = at.cast.crown;
-  check.caveats = PhotographFindings(capture, check.input.photographs);
-  const FitSeconds seconds(problem, check.input, at);
-  check.requirements = SceneRequirements(problem, check.input, at, seconds, progress);
+  const FitSeconds seconds(problem, at, coarse);
+  check.requirements = SceneRequirements(problem, check.input, at, prediction, seconds, coarse, progress);
   if (free.count() == 0) return check;
-  check.exact = ExactStatements(problem, at);
+  check.exact = ExactStatements(problem, at, prediction);
   check.shader_s = seconds.ByShader();
   check.path_s = seconds.ByWalks(static_cast<double>(options.paths_per_photograph));
 
-  const DataEstimate by_shader = KnowledgeByShader(at.cast, free, at.x, e, at.pixels);
-  at.knowledge = KnowledgeByWalks(problem, at, at.x);
+  const DataEstimate by_shader =
+      KnowledgeByShader(at.cast, free, at.x, AgreeingEvaluation(problem, at, at.pixels, prediction, at.x), at.pixels);
+  at.knowledge = KnowledgeByWalks(problem, at, prediction, at.x);
   for (int k = 0; k < free.count(); ++k) {
     const auto interval = [&](const DataEstimate& knowledge) {
       return IntervalInWords(free.entries[k], std::sqrt(knowledge.Variance(Eigen::RowVectorXd::Unit(free.count(), k))));
@@ -82,8 +83,7 @@ CaptureCheck CheckCapture(const Capture& stated, const FitOptions& options, Prog
   }
   check.weak_directions = Quantify(capture, free, at.x, at.knowledge, options.use_priors).weak_directions;
   check.shared = ScatteringThatMayBeShared(capture, [&](const Capture& other, const FreeParameters& others) {
-    progress.Show("shared scattering", 0.5);
-    return KnowledgeByWalks({other, others, no_errors, options}, at, StartVector(others));
+    return KnowledgeByWalks({other, others, no_errors, options}, at, prediction, StartVector(others));
   });
   const Foresight more = ForeseePhotographs(problem, check.input, at, progress);
   if (more.IsWorthTaking()) check.advice = AdviceIn(free, more);

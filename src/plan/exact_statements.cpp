@@ -6,7 +6,7 @@
 
 #include "base/linear_algebra.h"
 #include "capture/capture.h"
-#include "fit/image_residuals.h"
+#include "plan/start_state.h"
 
 namespace crownfit {
 namespace {
@@ -61,7 +61,8 @@ std::vector<ExactStatement::Shift> Shares(const FitProblem& problem, const Eigen
 
 }  // namespace
 
-std::vector<ExactStatement> ExactStatements(const FitProblem& problem, const FitState& at) {
+std::vector<ExactStatement> ExactStatements(const FitProblem& problem, const FitState& at,
+                                            const LinearisedPrediction& prediction) {
   const Capture freed = Freed(problem.capture);
   FreeParameters all = FreeParametersOf(freed);
   Eigen::VectorXd start = StartVector(all);
@@ -72,7 +73,7 @@ std::vector<ExactStatement> ExactStatements(const FitProblem& problem, const Fit
     if (own != problem.free.entries.end()) start[k] = at.x[own - problem.free.entries.begin()];
   }
   const Evaluation e =
-      ImageResiduals(freed, at.cast, all, at.pixels, {}, {0.0, problem.options.threads}).Evaluate(start, true);
+      AgreeingEvaluation({freed, all, problem.errors, problem.options}, at, at.pixels, prediction, start);
   std::vector<ExactStatement> statements;
   if (!e.finite || fitted.empty()) return statements;
   const Eigen::MatrixXd own = e.jacobian(Eigen::all, fitted);

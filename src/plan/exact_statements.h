@@ -22,6 +22,7 @@ struct ExactStatement {
 
 /// What errors of index and thickness would do to what is fitted, where the capture fixes them: to first order, by
 /// derivatives of model `shader` where the fit stands. Those that would do nothing are left out.
-std::vector<ExactStatement> ExactStatements(const FitProblem& problem, const FitState& at);
+std::vector<ExactStatement> ExactStatements(const FitProblem& problem, const FitState& at,
+                                            const LinearisedPrediction& prediction);
 
 }  // namespace crownfit

@@ -142,9 +142,8 @@ SceneLook LookAtScene(const FitProblem& problem, const CrownInput& input, const 
   return look;
 }
 
-std::vector<FitPlan> PlansFor(const FitProblem& problem, const CrownInput& input, const FitState& at,
-                              const SceneLook& look) {
-  const FitSeconds seconds(problem, input, at);
+std::vector<FitPlan> PlansFor(const FitProblem& problem, const FitState& at, const SceneLook& look) {
+  const FitSeconds seconds(problem, at);
   std::vector<FitPlan> plans;
   // `shader` draws the two outer layers. What is free below them it can't see.
   const bool sees_all = std::ranges::all_of(problem.free.entries,
@@ -204,10 +203,10 @@ FitPlan PlanFit(const std::vector<Capture>& captures, const FitOptions& options,
   const FreeParameters free = FreeParametersOf(input.capture);
   const std::vector<CalibrationError> no_errors;
   const FitProblem problem{input.capture, free, no_errors, options};
-  Evaluation ignored;
+  LinearisedPrediction ignored;
   const FitState at = StateAtStart(problem, input, ignored, progress);
   const SceneLook look = LookAtScene(problem, input, at, progress);
-  return ChoosePlan(PlansFor(problem, input, at, look), look, options);
+  return ChoosePlan(PlansFor(problem, at, look), look, options);
 }
 
 FitOptions WithPlan(FitOptions options, const FitPlan& plan) {

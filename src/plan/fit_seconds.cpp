@@ -11,6 +11,7 @@
 #include "fit_path/gather_walks.h"
 #include "fit_path/walk_schedule.h"
 #include "path/path_derivatives.h"
+#include "scene/build_crown.h"
 
 namespace crownfit {
 namespace {
@@ -29,8 +30,7 @@ bool IsDifferenced(const FreeEntry& e) {
   return e.quantity == Quantity::kThickness || e.quantity == Quantity::kThicknessScale || e.quantity == Quantity::kIor;
 }
 
-CastSeconds CastOf(const Capture& capture, const FitState& at) {
-  const double vertices = static_cast<double>(at.cast.crown->fine.vertices.size());
+CastSeconds CastOf(const Capture& capture, const FitState& at, double vertices) {
   const std::vector<CalibrationError> errors = StatedErrors(capture);
   constexpr double kRaysOfMoved = 2 * kStrataOfMoved * kStrataOfMoved;  // to either side
   double rays = 0, of_slopes = 0;
@@ -47,10 +47,17 @@ CastSeconds CastOf(const Capture& capture, const FitState& at) {
   return {vertices * rays * kOfShare, vertices * of_slopes * kOfShare};
 }
 
+/// Vertices of Crown::fine in a fit. The cast may be coarser, or hold a root besides.
+double FineVertices(const FitState& at) {
+  const TriangleMesh& outer = at.cast.crown->surfaces[0];
+  const size_t refined = Refined(outer, FineEdge_mm(outer, CrownDetail().fine_triangles)).vertices.size();
+  return static_cast<double>(std::max(refined, at.cast.crown->fine.vertices.size()));
+}
+
 }  // namespace
 
 void FitSeconds::Count(const Capture& capture, const FitState& at) {
-  cast_ = CastOf(capture, at);
+  cast_ = CastOf(capture, at, vertices_);
   shared_.clear();
   std::vector<size_t> photographs;
   for (const FitPixels& p : at.pixels) photographs.push_back(p.photograph);
@@ -59,7 +66,9 @@ void FitSeconds::Count(const Capture& capture, const FitState& at) {
     for (const size_t k : together) {
       s.photographs += 1.0;
       s.lamps += static_cast<double>(capture.photographs[photographs[k]].lights.size());
-      s.pixels = std::max(s.pixels, static_cast<double>(at.pixels[k].sources.size()));
+      const double sharp = coarse_.Merged(photographs[k]) * static_cast<double>(at.pixels[k].sources.size());
+      const bool is_blurred = capture.photographs[photographs[k]].blur.has_value();
+      s.pixels = std::max(s.pixels, is_blurred ? sharp : std::min(sharp, static_cast<double>(most_pixels_)));
     }
   }
 }
@@ -70,14 +79,14 @@ FitSeconds FitSeconds::Of(const Capture& capture, const FitState& at) const {
   return other;
 }
 
-FitSeconds::FitSeconds(const FitProblem& problem, const CrownInput& input, const FitState& at) {
+FitSeconds::FitSeconds(const FitProblem& problem, const FitState& at, const Coarseness& coarse)
+    : coarse_(coarse), vertices_(FineVertices(at)), most_pixels_(problem.options.max_pixels_by_walks()) {
   Count(problem.capture, at);
   const std::vector<FreeEntry>& entries = problem.free.entries;
   const auto any = [&](const auto& is) { return std::any_of(entries.begin(), entries.end(), is); };
   // A free depth is sought from five places.
   const bool has_depth = any([](const FreeEntry& e) { return e.quantity == Quantity::kThickness && !e.moves_surface; });
-  steps_of_shader_ =
-      (has_depth ? 150.0 : 30.0) * static_cast<double>(at.cast.crown->fine.vertices.size() * at.pixels.size());
+  steps_of_shader_ = (has_depth ? 150.0 : 30.0) * vertices_ * static_cast<double>(at.pixels.size());
   has_law_ = KeepsALaw(problem.capture);  // which is asked about at the end
   if (has_law_) steps_of_shader_ *= 1.3;
   pictures_beside_ = 2.0 * static_cast<double>(std::count_if(entries.begin(), entries.end(), IsDifferenced));
@@ -87,10 +96,9 @@ FitSeconds::FitSeconds(const FitProblem& problem, const CrownInput& input, const
   fewest_ = FewestPaths(material);
   collisions_that_tell_ = CollisionsThatTell(material);
   collisions_ = std::max(problem.options.collisions, collisions_that_tell_);
-  Bodies bodies(input, problem.options.threads);
-  nodes_ = static_cast<double>(bodies.LatticeOf(material).nodes().count());
-  bodies.ResolvePathsFrom(kShortestOfSearch);
-  nodes_of_search_ = static_cast<double>(bodies.LatticeOf(material).nodes().count());
+  const std::vector<TriangleMesh>& surfaces = at.cast.crown->surfaces;
+  nodes_ = VolumeLattice::NodesFor(surfaces[0], ElementFor(surfaces, material, 0.0));
+  nodes_of_search_ = VolumeLattice::NodesFor(surfaces[0], ElementFor(surfaces, material, kShortestOfSearch));
 }
 
 double FitSeconds::ByShader() const {

@@ -6,6 +6,7 @@
 
 #include "fit/compare_photographs.h"
 #include "fit/fit_state.h"
+#include "plan/coarseness.h"
 
 namespace crownfit {
 
@@ -17,8 +18,8 @@ struct CastSeconds {
 /// Seconds of the two cores of docs/validation.md that nine of ten fits take at most, on whatever machine.
 class FitSeconds {
  public:
-  /// `at`: the start values, cast. Builds the body and its lattices there.
-  FitSeconds(const FitProblem& problem, const CrownInput& input, const FitState& at);
+  /// `at`: the start values, cast on an input as coarse as this.
+  FitSeconds(const FitProblem& problem, const FitState& at, const Coarseness& coarse = {});
   /// The same fit of the same photographs, had they less in their scene.
   FitSeconds Of(const Capture& capture, const FitState& at) const;
   double ByShader() const;
@@ -40,6 +41,9 @@ class FitSeconds {
   double Handed(const Shared& s, double nodes, const Picture& picture) const;
   double Differentiated(const Shared& s, double nodes, double paths) const;
 
+  Coarseness coarse_;
+  double vertices_ = 0;     ///< on which a fit gathers light
+  size_t most_pixels_ = 0;  ///< of a photograph, in a fit
   CastSeconds cast_;
   double steps_of_shader_ = 0;  ///< times vertices and photographs
   std::vector<Shared> shared_;

@@ -35,6 +35,9 @@ RigidTransform TurnTo(const glm::dvec3& centre, const glm::dvec3& from, const gl
   return TurnAbout(centre, glm::normalize(axis), std::atan2(sine, glm::dot(from, to)));
 }
 
+/// More lamps are no rig: each is where it stood for one photograph, and AddMovedLamps moves it.
+constexpr size_t kLargestRig = 8;
+
 /// The lamp in the object's frame, as a photograph with this pose has it.
 Light InObjectFrame(Light light, const PhotographSpec& photo) {
   if (light.in_camera_frame) light.shape = Transformed(light.shape, photo.camera_from_object.Inverse());
@@ -66,7 +69,8 @@ class IdeasFromPlace {
       spec.is_holdout = false;
       ideas.push_back({"like '" + base_.name + "', " + change, number_, std::move(spec), std::move(light)});
     };
-    for (size_t l = 0; l < capture_.lights.size(); ++l) {
+    const bool is_rig = capture_.lights.size() <= kLargestRig;
+    for (size_t l = 0; is_rig && l < capture_.lights.size(); ++l) {
       PhotographSpec spec = base_;
       spec.lights = {l};
       add("lit by '" + capture_.lights[l].name + "' alone", spec);

@@ -20,17 +20,18 @@ namespace {
 /// Leaves parts out of a scene that a fit has cast.
 class PartsLeftOut {
  public:
-  PartsLeftOut(const FitProblem& problem, const CrownInput& input, const FitState& at)
-      : problem_(problem), input_(input), at_(at), material_(MaterialAt(problem.free, at.x)), here_(at.cast) {
+  /// Casts as `at` was cast: the same directions with a part and without it.
+  PartsLeftOut(const FitProblem& problem, const CrownInput& input, const FitState& at,
+               const LinearisedPrediction& prediction, const CastOptions& cast_options)
+      : problem_(problem),
+        input_(input),
+        at_(at),
+        material_(MaterialAt(problem.free, at.x)),
+        cast_options_(cast_options) {
     cast_options_.threads = problem.options.threads;
-    cast_options_.strata = cast_options_.gather_strata = 3;  // the same directions with a part and without it
-    for (const FitPixels& p : at.pixels) {
-      Cast(input.capture, p.photograph, here_);
-      with_.push_back(Predict(input.capture, here_, p.photograph, material_, at.scales.light));
-    }
-    const Evaluation e =
-        ImageResiduals(input.capture, here_, problem.free, at.pixels, {}, {0.0, problem.options.threads})
-            .Evaluate(at.x, true);
+    for (const FitPixels& p : at.pixels)
+      with_.push_back(Predict(input.capture, at.cast, p.photograph, material_, at.scales.light));
+    const Evaluation e = AgreeingEvaluation(problem, at, at.pixels, prediction, at.x);
     const int n = problem.free.count();
     jacobian_ = e.finite ? Eigen::MatrixXd(e.jacobian) : Eigen::MatrixXd::Zero(e.residuals.size(), n);
     Eigen::MatrixXd precision = jacobian_.transpose() * jacobian_;
@@ -58,8 +59,8 @@ class PartsLeftOut {
       PhotographSpec& spec = without.photographs[p.photograph];
       if (part.leave_out(spec)) {
         CastState again;
-        if (part.is_solid) Cast(without, p.photograph, again = here_);
-        const CastState& cast = part.is_solid ? again : here_;
+        if (part.is_solid) Cast(without, p.photograph, again = at_.cast);
+        const CastState& cast = part.is_solid ? again : at_.cast;
         if (part.is_solid && ShowsMore(p.photograph, cast)) r.hides = spec.name;
         const double de00 = Compare(g, spec, cast, Predict(without, cast, p.photograph, changed, light), row, pull);
         if (de00 >= r.de00) r.de00 = de00, r.photograph = spec.name;
@@ -93,7 +94,7 @@ class PartsLeftOut {
                               input_.photographs[photograph], 0)
           .size();
     };
-    return count(without) > count(here_);
+    return count(without) > count(at_.cast);
   }
 
   /// The mean difference of a photograph's fitted pixels (a median would not see what changes less than half of them),
@@ -105,7 +106,7 @@ class PartsLeftOut {
     const double exposure = p.exposure >= 0 ? at_.scales.exposure[p.exposure] : spec.exposure_scale;
     Image before(width, height, p.channels());  // without scenery a photograph may show more of the object
     std::vector<int> pixel_at(static_cast<size_t>(width) * height, -1);
-    const auto& cast_before = here_.photographs[p.photograph].pixels;
+    const auto& cast_before = at_.cast.photographs[p.photograph].pixels;
     for (size_t i = 0; i < p.pixels.size(); ++i) {
       const PixelCast& pixel = cast_before[p.pixels[i]];
       pixel_at[static_cast<size_t>(pixel.y) * width + pixel.x] = static_cast<int>(i);
@@ -132,7 +133,6 @@ class PartsLeftOut {
   const CrownInput& input_;
   const FitState& at_;
   Material material_;
-  CastState here_;
   CastOptions cast_options_;
   std::vector<std::vector<Spectrum>> with_;
   Eigen::MatrixXd jacobian_, covariance_;
@@ -189,8 +189,9 @@ std::vector<ScenePart> NotNeeded(const FitOptions& options, const Capture& captu
 }  // namespace
 
 std::vector<SceneRequirement> SceneRequirements(const FitProblem& problem, const CrownInput& input, const FitState& at,
-                                                const FitSeconds& seconds, Progress& progress) {
-  const PartsLeftOut left_out(problem, input, at);
+                                                const LinearisedPrediction& prediction, const FitSeconds& seconds,
+                                                const Coarseness& coarse, Progress& progress) {
+  const PartsLeftOut left_out(problem, input, at, prediction, coarse.cast);
   std::vector<ScenePart> parts = PartsOf(input.capture);
   if (const auto step = StepBetweenLayers(input.capture)) parts.push_back(*step);
   std::vector<SceneRequirement> requirements;
@@ -210,12 +211,14 @@ std::vector<SceneRequirement> SceneRequirements(const FitProblem& problem, const
 std::vector<LeftOutPart> LeaveOut(const FitOptions& options, CrownInput& input, Progress& progress) {
   std::vector<LeftOutPart> said;
   if (options.leave_out.empty()) return said;
-  const FreeParameters free = FreeParametersOf(input.capture);
+  CrownInput seen = input;
+  const Coarseness coarse = Coarsen(seen);
+  const FreeParameters free = FreeParametersOf(seen.capture);
   const std::vector<CalibrationError> no_errors;
-  const FitProblem problem{input.capture, free, no_errors, options};
-  Evaluation e;
-  const FitState at = StateAtStart(problem, input, e, progress);
-  const PartsLeftOut left_out(problem, input, at);
+  const FitProblem problem{seen.capture, free, no_errors, options};
+  LinearisedPrediction prediction;
+  const FitState at = StateAtStart(problem, seen, prediction, progress, coarse);
+  const PartsLeftOut left_out(problem, seen, at, prediction, coarse.cast);
   std::vector<ScenePart> parts = AskedFor(options, input.capture, left_out);
   for (const ScenePart& part : parts) said.push_back({part.name, {FindingKind::kPartLeftOut, {}, {part.what}}});
   if (std::count(options.leave_out.begin(), options.leave_out.end(), kUnneeded))

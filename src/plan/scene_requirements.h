@@ -6,6 +6,8 @@
 
 #include "fit/finding.h"
 #include "fit/fit_state.h"
+#include "fit/image_residuals.h"
+#include "plan/coarseness.h"
 #include "plan/fit_seconds.h"
 
 namespace crownfit {
@@ -27,8 +29,10 @@ inline constexpr double kSeenDe00 = 0.1, kToldShift = 0.25;
 /// Lights beside others, tiles, scenery, the surface's reflection, its film of water and the step between the layers,
 /// each left out in turn, by model `shader` where the fit stands. Shifts are to first order: the step by which a fit
 /// without it would miss.
+/// `prediction`: of `at`, cast with `coarse.cast`.
 std::vector<SceneRequirement> SceneRequirements(const FitProblem& problem, const CrownInput& input, const FitState& at,
-                                                const FitSeconds& seconds, Progress& progress);
+                                                const LinearisedPrediction& prediction, const FitSeconds& seconds,
+                                                const Coarseness& coarse, Progress& progress);
 
 struct LeftOutPart {
   std::string name;

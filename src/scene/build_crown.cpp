@@ -12,9 +12,7 @@
 namespace crownfit {
 namespace {
 
-constexpr double kStart_mm = 1e-3;        // rays into the object start this far below its surface
-constexpr double kFineEdge_mm = 0.2;      // light is gathered on vertices no farther apart than this ...
-constexpr size_t kFineTriangles = 60000;  // ... unless that takes more triangles
+constexpr double kStart_mm = 1e-3;  // rays into the object start this far below its surface
 
 /// Distance after which a ray enters the closed surface: 0 when it starts inside.
 std::optional<double> DistanceInto(const TriangleMesh& surface, const RayCaster& caster, const glm::dvec3& start,
@@ -82,10 +80,21 @@ bool IsCoveredByAHair(const TriangleMesh& layer, const RayCaster& below) {
                      [&](const glm::dvec3& v) { return below.DistanceToSurface(v) < kHair_mm; });
 }
 
+/// A layer's surface, split to `edge_mm`.
+TriangleMesh FineSurface(const Crown& crown, size_t layer, double edge_mm, const CrownDetail& detail) {
+  const TriangleMesh& surface = crown.surfaces[layer];
+  if (!detail.simplifies) return Refined(surface, edge_mm);
+  const TriangleMesh simple = Simplified(surface, detail.fine_triangles);
+  TriangleMesh fine = Refined(simple, edge_mm);
+  for (; fine.triangles.size() > 2 * detail.fine_triangles; edge_mm *= 1.5) fine = Refined(simple, edge_mm);
+  for (glm::dvec3& v : fine.vertices) v = Position(surface, crown.casters[layer].ClosestPoint(v));
+  return fine;
+}
+
 /// The object's outer surface: the triangles of the two outermost layers, split to `edge_mm`, that lie outside the
 /// other layer. Where the inner layer protrudes, as a root, the seam between the two stays open.
-TriangleMesh OuterSurface(const Crown& crown, double edge_mm) {
-  TriangleMesh outer = Refined(crown.surfaces[0], edge_mm);
+TriangleMesh OuterSurface(const Crown& crown, double edge_mm, const CrownDetail& detail) {
+  TriangleMesh outer = FineSurface(crown, 0, edge_mm, detail);
   if (!crown.has_outer_layer()) return outer;
   const TriangleMesh& inner = crown.surfaces[1];
   const auto stands_out = [&](const glm::dvec3& p) { return !IsInside(crown.casters[0], crown.surfaces[0], p); };
@@ -108,7 +117,7 @@ TriangleMesh OuterSurface(const Crown& crown, double edge_mm) {
     }
   };
   add(outer, 1);
-  add(Refined(inner, edge_mm), 0);
+  add(FineSurface(crown, 1, edge_mm, detail), 0);
   return united;
 }
 
@@ -128,15 +137,18 @@ double MeanDistance(const TriangleMesh& from, const TriangleMesh& inner, const R
 
 }  // namespace
 
+double FineEdge_mm(const TriangleMesh& surface, size_t triangles) {
+  constexpr double kFinest_mm = 0.2;
+  return std::max(kFinest_mm, std::sqrt(4.0 * Area(surface) / static_cast<double>(triangles)));
+}
+
 std::shared_ptr<const Crown> BuildCrown(const Capture& capture, const CrownSource& source,
-                                        const std::vector<double>& thickness, int threads, const TapKernel& kernel) {
+                                        const std::vector<double>& thickness, int threads, const CrownDetail& detail) {
   auto crown = std::make_shared<Crown>();
   crown->surfaces = BuildSurfaces(capture, source, thickness);
   for (const auto& surface : crown->surfaces) crown->casters.emplace_back(std::vector<const TriangleMesh*>{&surface});
 
-  double edge = kFineEdge_mm;
-  const double wanted = std::sqrt(4.0 * Area(crown->surfaces[0]) / kFineTriangles);
-  crown->fine = OuterSurface(*crown, std::max(edge, wanted));
+  crown->fine = OuterSurface(*crown, FineEdge_mm(crown->surfaces[0], detail.fine_triangles), detail);
   crown->fine_corner_normals = CornerNormals(crown->fine);
   crown->fine_vertex_normals.assign(crown->fine.vertices.size(), glm::dvec3(0.0));
   for (size_t t = 0; t < crown->fine.triangles.size(); ++t)
@@ -153,10 +165,10 @@ std::shared_ptr<const Crown> BuildCrown(const Capture& capture, const CrownSourc
     if (source.absorption[0]) crown->outer_absorption[v] = source.absorption[0]->At(crown->fine.vertices[v]);
   });
 
-  crown->kernel = kernel;
+  crown->kernel = detail.kernel;
   std::vector<std::vector<Tap>> taps(crown->fine.vertices.size());
   ParallelFor(taps.size(), threads, [&](size_t v) {
-    taps[v] = CastTaps(*crown, kernel, crown->fine.vertices[v], crown->fine_vertex_normals[v],
+    taps[v] = CastTaps(*crown, detail.kernel, crown->fine.vertices[v], crown->fine_vertex_normals[v],
                        crown->columns[v].total_mm, /*tooth_goes_on=*/capture.neck == Neck::kRoot);
   });
   for (const auto& at_vertex : taps) {

@@ -13,7 +13,7 @@ CastState CastAll(const CrownInput& input, const std::vector<double>& thickness_
   const Capture& capture = input.capture;
   CastState state;
   progress.Show("building the layers", 0.0);
-  state.crown = BuildCrown(capture, input.source, thickness_mm, options.threads, options.kernel);
+  state.crown = BuildCrown(capture, input.source, thickness_mm, options.threads, options.crown);
   state.thickness_mm = CastThicknesses(capture, *state.crown, thickness_mm);
   for (size_t i = 0; i < capture.photographs.size(); ++i) {
     state.photographs.emplace_back();

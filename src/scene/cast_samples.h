@@ -3,16 +3,17 @@
 
 #include <vector>
 
+#include "scene/build_crown.h"
 #include "scene/crown.h"
 #include "scene/tap_kernel.h"
 
 namespace crownfit {
 
 struct CastOptions {
-  int strata = 6;                        ///< per lamp: strata^2 directions (domes: four times as many)
-  int gather_strata = 8;                 ///< in which a vertex searches for scenery and backings
-  TapKernel kernel = ConvergedKernel();  ///< for BuildCrown
-  double gloss_roughness = 0.15;         ///< lobe by which domes are sampled; any later roughness stays unbiased
+  int strata = 6;                 ///< per lamp: strata^2 directions (domes: four times as many)
+  int gather_strata = 8;          ///< in which a vertex searches for scenery and backings
+  CrownDetail crown = {};         ///< for BuildCrown
+  double gloss_roughness = 0.15;  ///< lobe by which domes are sampled; any later roughness stays unbiased
   bool shade_scenery = false;  ///< also shade scenery and backing, as pixels or vertices show them (for whole pictures)
   int threads = 0;
 };

@@ -457,6 +457,12 @@ TEST(Photographs, AveragingKeepsLightAndReducesOnlyIndependentNoise) {
   EXPECT_NEAR(measured.variance.at(1, 1, 2), 0.09 / 4, 1e-6);
   EXPECT_NEAR(assumed.variance.at(1, 1, 2), 0.09, 1e-6);
   EXPECT_EQ(measured.usable, (std::vector<uint8_t>{1, 1, 1, 1, 1, 0})) << "one pixel of the last square is not usable";
+
+  const Photograph of_usable = Averaged(photo, 2, true, 0.5);
+  EXPECT_EQ(of_usable.usable, std::vector<uint8_t>(6, 1));
+  EXPECT_NEAR(of_usable.linear.at(2, 1, 0),
+              (photo.linear.at(5, 2, 0) + photo.linear.at(4, 2, 0) + photo.linear.at(5, 3, 0)) / 3, 1e-6);
+  EXPECT_NEAR(of_usable.variance.at(2, 1, 0), 0.09 / 3, 1e-6);
 }
 
 TEST(Photographs, TextStandsOnItsBaseline) {

@@ -13,6 +13,7 @@
 #include "plan/exact_statements.h"
 #include "plan/foresee_photographs.h"
 #include "plan/scene_requirements.h"
+#include "plan/start_state.h"
 #include "scene/cast_capture.h"
 #include "support/channels.h"
 #include "support/synthetic_capture.h"
@@ -77,6 +78,14 @@ class Foreseen : public testing::Test {
     return {std::move(input), std::move(at)};
   }
 
+  static std::vector<SceneRequirement> RequirementsOf(const FitProblem& problem, const CrownInput& input,
+                                                      const FitState& at) {
+    Progress silent(ProgressMode::kNone);
+    const LinearisedPrediction prediction =
+        ImageResiduals(problem.capture, at.cast, problem.free, at.pixels, {}, {3.0, 0}).Linearise(at.x);
+    return SceneRequirements(problem, input, at, prediction, FitSeconds(problem, at), {}, silent);
+  }
+
   TemporaryFolder folder_;
   Capture all_;
   FitOptions options_;
@@ -101,6 +110,57 @@ TEST_F(Foreseen, TheAdvisedPhotographNarrowsTheWeakestIntervalAsForeseen) {
   }
 }
 
+TEST_F(Foreseen, OnePredictionGivesTheDerivativesOfEveryQuestionAboutItsPixels) {
+  const Capture capture = With({"front_black", "side"});
+  Capture other = capture;  // frees more, and shares scattering otherwise
+  for (LayerSpec& layer : other.layers) layer[Quantity::kIor].fixed = false;
+  for (LayerSpec& layer : other.layers) layer[Quantity::kReducedScattering].sharing = Sharing::kNone;
+  const FreeParameters free = FreeParametersOf(capture), others = FreeParametersOf(other);
+  ASSERT_GT(others.count(), free.count());
+  const auto [input, at] = FittedAtStart(capture, free);
+  const LinearisedPrediction prediction =
+      ImageResiduals(capture, at.cast, free, at.pixels, {}, {3.0, 0}).Linearise(at.x);
+  std::vector<FitPixels> noisy = at.pixels;
+  for (FitPixels& p : noisy)
+    for (Spectrum& s : p.stddev) s *= 3.0;
+  const ImageResiduals residuals(other, at.cast, others, noisy, {}, {0.0, 0});
+  const Eigen::VectorXd x = StartVector(others);
+  const Evaluation by_model = residuals.Evaluate(x, true), by_prediction = residuals.EvaluateBy(prediction, x);
+  EXPECT_LT((by_prediction.residuals - by_model.residuals).norm(), 1e-6 * by_model.residuals.norm() + 1e-9);
+  for (int k = 0; k < others.count(); ++k)
+    EXPECT_LT((by_prediction.jacobian - by_model.jacobian).col(k).norm(), 1e-6 * by_model.jacobian.col(k).norm())
+        << others.entries[k].name;
+}
+
+TEST_F(Foreseen, CoarsePhotographsForeseeTheSameDeviations) {
+  constexpr int kTimes = 12;
+  Capture capture = With({"front_black", "front_white", "side", "back"});
+  for (PhotographSpec& p : capture.photographs)
+    p.camera = WithPixels(p.camera, kTimes * p.camera.width, kTimes * p.camera.height, 1.0 / kTimes, 1.0 / kTimes);
+  for (size_t n = capture.photographs.size(); n < 8; ++n) {  // the same once more, held out
+    capture.photographs.push_back(capture.photographs[n % 4]);
+    capture.photographs.back().is_holdout = true;
+  }
+  const FreeParameters free = FreeParametersOf(capture);
+  const FitProblem problem{capture, free, no_errors_, options_};
+  CrownInput input = FittedAtStart(capture, free).first;
+  Progress silent(ProgressMode::kNone);
+  const auto deviations = [&](const Coarseness& coarse, const Capture& seen) {
+    LinearisedPrediction prediction;
+    const FitProblem as_seen{seen, free, no_errors_, options_};
+    const FitState at = StateAtStart(as_seen, input, prediction, silent, coarse);
+    const Evaluation e = AgreeingEvaluation(as_seen, at, at.pixels, prediction, at.x);
+    const DataEstimate knowledge = KnowledgeByShader(at.cast, free, at.x, e, at.pixels, /*with_model_errors=*/false);
+    return Eigen::VectorXd(knowledge.covariance.diagonal().cwiseSqrt());
+  };
+  const Eigen::VectorXd fine = deviations({}, capture);
+  const int width = input.capture.photographs[0].camera.width;
+  const Coarseness coarse = Coarsen(input);
+  ASSERT_LT(input.capture.photographs[0].camera.width, width);
+  const Eigen::VectorXd foreseen = deviations(coarse, input.capture);
+  for (int k = 0; k < free.count(); ++k) EXPECT_NEAR(foreseen[k] / fine[k], 1.0, 0.15) << free.entries[k].name;
+}
+
 TEST_F(Foreseen, NoPhotographIsAdvisedWhereAllIsKnown) {
   Capture capture = With({"front", "back"});
   for (LayerSpec& layer : capture.layers)
@@ -118,7 +178,7 @@ TEST_F(Foreseen, WhatLeavingATileOutShiftsIsWhatAFitWithoutItFinds) {
   const auto [input, at] = FittedAtStart(capture, free);
   Progress silent(ProgressMode::kNone);
   const FitProblem problem{capture, free, no_errors_, options_};
-  const auto requirements = SceneRequirements(problem, input, at, FitSeconds(problem, input, at), silent);
+  const auto requirements = RequirementsOf(problem, input, at);
   const auto tile = std::find_if(requirements.begin(), requirements.end(),
                                  [](const SceneRequirement& r) { return r.what == "tile 'black'"; });
   ASSERT_NE(tile, requirements.end());
@@ -220,8 +280,7 @@ TEST_F(Foreseen, PartsThatAreNeededTogetherAreNotAllLeftOut) {
   const FreeParameters free = FreeParametersOf(capture);
   const FitProblem problem{capture, free, no_errors_, options_};
   double of_limit = 0;  // of one of them, which is in proportion to its light
-  for (const SceneRequirement& r :
-       SceneRequirements(problem, dim_input, at, FitSeconds(problem, dim_input, at), silent))
+  for (const SceneRequirement& r : RequirementsOf(problem, dim_input, at))
     if (r.what == "light '" + capture.lights[copies[0]].name + "'")
       of_limit = std::max(r.de00 / kSeenDe00, r.shift / kToldShift);
   ASSERT_GT(of_limit, 0);
@@ -236,7 +295,7 @@ TEST_F(Foreseen, TwoLayersOfOneMaterialAreOne) {
     const FreeParameters free = FreeParametersOf(capture);
     const auto [input, at] = FittedAtStart(capture, free);
     const FitProblem problem{capture, free, no_errors_, options_};
-    const auto all = SceneRequirements(problem, input, at, FitSeconds(problem, input, at), silent);
+    const auto all = RequirementsOf(problem, input, at);
     return all.back();
   };
   EXPECT_EQ(step().what, "the step from 'enamel' to 'dentine'");
@@ -280,7 +339,9 @@ TEST_F(Foreseen, WhatAWrongIndexShiftsIsWhatAFitWithItFinds) {
   const Capture capture = WithDentinesAbsorptionFree({"front_black", "front_white"});
   const FreeParameters free = FreeParametersOf(capture);
   const auto [input, at] = FittedAtStart(capture, free);
-  const auto statements = ExactStatements({capture, free, no_errors_, options_}, at);
+  const LinearisedPrediction prediction =
+      ImageResiduals(capture, at.cast, free, at.pixels, {}, {3.0, 0}).Linearise(at.x);
+  const auto statements = ExactStatements({capture, free, no_errors_, options_}, at, prediction);
   const std::string name = capture.layers[1].name + ".ior";
   const auto index = std::ranges::find(statements, name, &ExactStatement::name);
   ASSERT_NE(index, statements.end());
@@ -314,11 +375,12 @@ TEST_F(Foreseen, AFitUnderALawThatScatteringDoesNotKeepMissesAsForeseen) {
     if (freer == Sharing::kNone) scattering.value[1] *= std::exp(kDeparture);
     const FreeParameters free = FreeParametersOf(capture);
     const auto [input, at] = FittedAtStart(capture, free);
+    const LinearisedPrediction prediction =
+        ImageResiduals(capture, at.cast, free, at.pixels, {}, {3.0, 0}).Linearise(at.x);
     DataEstimate unshared;
     const auto asked = ScatteringThatMayBeShared(capture, [&](const Capture& other, const FreeParameters& others) {
       const Eigen::VectorXd x = StartVector(others);
-      Evaluation e = ImageResiduals(other, at.cast, others, at.pixels, {}, {0.0, 0}).Evaluate(x, true);
-      e.residuals.setZero();
+      const Evaluation e = AgreeingEvaluation({other, others, no_errors_, options_}, at, at.pixels, prediction, x);
       const DataEstimate knowledge = KnowledgeByShader(at.cast, others, x, e, at.pixels, /*with_model_errors=*/false);
       if (others.count() == free.count()) unshared = knowledge;
       return knowledge;
