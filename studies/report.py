@@ -31,7 +31,7 @@ SECTIONS = [
       "real_teeth", "image_regions"]),
     ("Fits planned for a target", ["promise", "promise_draws", "plan_costs"]),
     ("Identifiability and wrong statements", ["wrong", "requirements", "requirements_fits", "shared_laws", "shared_laws_kept"]),
-    ("Speed", ["fit_times", "benchmark", "channels", "tradeoff", "tradeoff_fits", "batch"]),
+    ("Speed", ["fit_times", "benchmark", "channels", "tradeoff", "tradeoff_fits", "views", "batch"]),
     ("Viewer", ["viewer_accuracy", "viewer_speed", "viewer_match"]),
     ("Calibration", ["calibration", "exposure_series", "lab_session", "blur"]),
     ("Stability at the extremes", ["stability", "stability_checks", "extremes", "equal_indices"]),
