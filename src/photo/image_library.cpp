@@ -213,8 +213,10 @@ class OpenImageIo : public ImageLibrary {
       input = OIIO::ImageInput::open(file.string(), &settings);
     }
     if (!input) DamagedImage(file, OIIO::geterror());
-    const OIIO::ImageSpec spec = input->spec();
+    OIIO::ImageSpec spec = input->spec();
     const std::string format = input->format_name();
+    // Programs declare a second or fourth sample to be alpha that is a channel as the others are.
+    if (format == "tiff" && spec.nchannels == static_cast<int>(channels.size())) spec.alpha_channel = -1;
     std::vector<int> chosen = format == "openexr" ? PlacesOf(channels, spec.channelnames) : std::vector<int>();
     CheckHeader(file, format, spec, channels, !chosen.empty(), limits);
     const bool has_alpha_beside = !chosen.empty() && HasOwnAlpha(spec) &&

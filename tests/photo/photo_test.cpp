@@ -30,7 +30,7 @@ void WriteAs(const std::filesystem::path& file, const Image& image, OIIO::TypeDe
   // is forked meanwhile may wait for their lock for ever.
   (void)Resized(Image(2, 2, 1), 1, 1);
   const auto out = OIIO::ImageOutput::create(file.string());
-  out->open(file.string(), OIIO::ImageSpec(image.width, image.height, 3, type));
+  out->open(file.string(), OIIO::ImageSpec(image.width, image.height, image.channels, type));
   out->write_image(OIIO::TypeDesc::FLOAT, image.values.data());
   out->close();
 }
@@ -430,6 +430,22 @@ TEST(Photographs, NoiseFileGivesGainTimesSignalPlusReadNoiseSquared) {
   const Photograph photo = ReadPhotograph(files);
   EXPECT_NEAR(photo.linear.at(0, 0, 1), 0.5, 1e-6);  // black level removed
   EXPECT_NEAR(photo.variance.at(0, 0, 1), 2e-4 * 0.5 + 1e-6, 1e-9);
+}
+
+TEST(Photographs, SamplesOfATiffAreTheChannelsInTheirOrder) {
+  const TemporaryFolder folder;
+  for (const int channels : {1, 2, 4, 5, 16}) {
+    Image image(6, 5, channels);
+    for (size_t i = 0; i < image.values.size(); ++i) image.values[i] = static_cast<float>(i + 1) / 1024.0f;
+    std::vector<std::string> names;
+    for (int c = 0; c < channels; ++c) names.push_back(std::to_string(400 + 20 * c));
+    PhotographFiles files{.image = folder.path / (std::to_string(channels) + ".tif"), .channel_names = names};
+    WriteAs(files.image, image, OIIO::TypeDesc::FLOAT);
+    const Photograph photo = ReadPhotograph(files);
+    EXPECT_EQ(photo.linear.channels, channels);
+    EXPECT_EQ(photo.linear.values, image.values) << channels;
+    EXPECT_EQ(photo.usable, std::vector<uint8_t>(30, 1)) << channels << ": a second or fourth sample is no alpha";
+  }
 }
 
 TEST(Photographs, WithoutANoiseFileTheErrorIsOnePerCentAndAFloor) {
