@@ -78,6 +78,13 @@ class Foreseen : public testing::Test {
     return {std::move(input), std::move(at)};
   }
 
+  /// With so many times as many pixels along either side.
+  static Capture Finer(Capture capture, int times) {
+    for (PhotographSpec& p : capture.photographs)
+      p.camera = WithPixels(p.camera, times * p.camera.width, times * p.camera.height, 1.0 / times, 1.0 / times);
+    return capture;
+  }
+
   static std::vector<SceneRequirement> RequirementsOf(const FitProblem& problem, const CrownInput& input,
                                                       const FitState& at) {
     Progress silent(ProgressMode::kNone);
@@ -133,10 +140,7 @@ TEST_F(Foreseen, OnePredictionGivesTheDerivativesOfEveryQuestionAboutItsPixels) 
 }
 
 TEST_F(Foreseen, CoarsePhotographsForeseeTheSameDeviations) {
-  constexpr int kTimes = 12;
-  Capture capture = With({"front_black", "front_white", "side", "back"});
-  for (PhotographSpec& p : capture.photographs)
-    p.camera = WithPixels(p.camera, kTimes * p.camera.width, kTimes * p.camera.height, 1.0 / kTimes, 1.0 / kTimes);
+  Capture capture = Finer(With({"front_black", "front_white", "side", "back"}), 12);
   for (size_t n = capture.photographs.size(); n < 8; ++n) {  // the same once more, held out
     capture.photographs.push_back(capture.photographs[n % 4]);
     capture.photographs.back().is_holdout = true;
@@ -159,6 +163,22 @@ TEST_F(Foreseen, CoarsePhotographsForeseeTheSameDeviations) {
   ASSERT_LT(input.capture.photographs[0].camera.width, width);
   const Eigen::VectorXd foreseen = deviations(coarse, input.capture);
   for (int k = 0; k < free.count(); ++k) EXPECT_NEAR(foreseen[k] / fine[k], 1.0, 0.15) << free.entries[k].name;
+}
+
+TEST_F(Foreseen, APhotographThatShowsLittleIsNotMadeCoarser) {
+  const Capture capture = Finer(With({"front_black", "side"}), 24);
+  CrownInput input = FittedAtStart(capture, FreeParametersOf(capture)).first;
+  const int width = capture.photographs[0].camera.width;
+  std::vector<uint8_t>& usable = input.photographs[0].usable;
+  for (size_t i = 0; i < usable.size(); ++i) {
+    const int x = static_cast<int>(i) % width, y = static_cast<int>(i) / width;
+    usable[i] = std::abs(x - width / 2) < 8 && std::abs(y - width / 2) < 8;
+  }
+  const Coarseness coarse = Coarsen(input);
+  EXPECT_EQ(input.capture.photographs[0].camera.width, width);
+  EXPECT_EQ(coarse.Merged(0), 1.0);
+  EXPECT_LT(input.capture.photographs[1].camera.width, width);
+  EXPECT_GT(coarse.Merged(1), 1.0);
 }
 
 TEST_F(Foreseen, NoPhotographIsAdvisedWhereAllIsKnown) {
