@@ -8,7 +8,6 @@
 #include "base/error.h"
 #include "base/files.h"
 #include "base/limits.h"
-#include "base/parallel.h"
 #include "capture/capture.h"
 #include "geometry/signed_distance.h"
 #include "scene/cast_photograph.h"
@@ -111,39 +110,26 @@ double PixelsAround(const PhotographSpec& photo, const TriangleMesh& outer) {
   return std::max(0.0, high.x - low.x) * std::max(0.0, high.y - low.y);
 }
 
-/// Reads a photograph and averages it where it has more pixels on the crown than its light has detail: all of its light
-/// is used, at the time and memory of a small picture. `side`: of the squares.
-Photograph ReadOne(const Capture& capture, const TriangleMesh& outer, double most_pixels, PhotographSpec& spec,
-                   int& side) {
-  Photograph photo = ReadPhotograph(spec.files);
-  if (photo.linear.width != spec.camera.width || photo.linear.height != spec.camera.height)
-    throw InputError(spec.files.image, "",
-                     "is " + std::to_string(photo.linear.width) + " x " + std::to_string(photo.linear.height) +
-                         " pixels, but " + spec.camera_file.filename().string() + " says " +
-                         std::to_string(spec.camera.width) + " x " + std::to_string(spec.camera.height),
-                     "Use the camera file of this resolution, and do not crop or resize the photograph.");
-  CheckAnyPixelIsUsable(capture, spec, photo);
-  side = AverageCrown(outer, most_pixels, spec.has_noise_file || spec.files.variance, spec, photo);
-  return photo;
-}
-
-/// Reads large photographs one after the other, so that only one is held in full.
-void ReadPhotographs(CrownInput& input, int threads) {
-  constexpr double kLarge = 4e6;  // pixels
-  std::vector<PhotographSpec>& specs = input.capture.photographs;
-  const bool any_large = std::ranges::any_of(
-      specs, [](const PhotographSpec& p) { return static_cast<double>(p.camera.width) * p.camera.height > kLarge; });
+/// Reads one after the other, so that only one is held in full. One that has more pixels on the crown than its light
+/// has detail is averaged: all of its light is used, at the time and memory of a small picture.
+void ReadPhotographs(CrownInput& input) {
   const double most_pixels = 1e6 * InputLimits().crown_megapixels;
-  std::vector<int> sides(specs.size());
-  input.photographs.resize(specs.size());
-  ParallelFor(specs.size(), any_large ? 1 : threads, [&](size_t i) {
-    input.photographs[i] = ReadOne(input.capture, *input.source.meshes[0], most_pixels, specs[i], sides[i]);
-  });
   std::string averaged;
-  for (size_t i = 0; i < specs.size(); ++i)
-    if (sides[i] > 1)
-      averaged += (averaged.empty() ? "" : ", ") + specs[i].name + " " + std::to_string(sides[i]) + " x " +
-                  std::to_string(sides[i]);
+  for (PhotographSpec& spec : input.capture.photographs) {
+    Photograph photo = ReadPhotograph(spec.files);
+    if (photo.linear.width != spec.camera.width || photo.linear.height != spec.camera.height)
+      throw InputError(spec.files.image, "",
+                       "is " + std::to_string(photo.linear.width) + " x " + std::to_string(photo.linear.height) +
+                           " pixels, but " + spec.camera_file.filename().string() + " says " +
+                           std::to_string(spec.camera.width) + " x " + std::to_string(spec.camera.height),
+                       "Use the camera file of this resolution, and do not crop or resize the photograph.");
+    CheckAnyPixelIsUsable(input.capture, spec, photo);
+    const bool noise_is_known = spec.has_noise_file || spec.files.variance;
+    if (const int side = AverageCrown(*input.source.meshes[0], most_pixels, noise_is_known, spec, photo); side > 1)
+      averaged +=
+          (averaged.empty() ? "" : ", ") + spec.name + " " + std::to_string(side) + " x " + std::to_string(side);
+    input.photographs.push_back(std::move(photo));
+  }
   if (!averaged.empty())
     input.source.messages.push_back("Large photographs were averaged over squares of pixels (docs/limits.md): " +
                                     averaged);
@@ -200,7 +186,7 @@ CrownInput ReadInput(const Capture& capture, int threads, bool with_images) {
   for (auto& message : KeepBuildable(input.source, input.capture)) input.source.messages.push_back(std::move(message));
   CheckObjectIsInPicture(capture, *input.source.meshes[0]);
   CheckNothingStandsInside(capture, *input.source.meshes[0]);
-  if (with_images) ReadPhotographs(input, threads);
+  if (with_images) ReadPhotographs(input);
   input.scenery = ReadScenery(capture);
   return input;
 }
