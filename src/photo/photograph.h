@@ -61,9 +61,9 @@ struct Photograph {
 /// Throws InputError naming the file.
 Photograph ReadPhotograph(const PhotographFiles& files);
 
-/// Means over squares of `side` x `side` pixels; a remainder at the right and below is dropped. A square is usable where
-/// at least the share `least_usable` of its pixels is, and is then the mean over those. `noise_is_known`: variances are of
-/// independent noise, which averages out; assumed variances do not.
+/// Means over squares of `side` x `side` pixels; a remainder at the right and below is dropped. A square is usable
+/// where at least the share `least_usable` of its pixels is, and is then the mean over those. `noise_is_known`:
+/// variances are of independent noise, which averages out; assumed variances do not.
 Photograph Averaged(Photograph photo, int side, bool noise_is_known, double least_usable = 1.0);
 
 }  // namespace crownfit
