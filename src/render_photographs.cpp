@@ -57,7 +57,7 @@ std::vector<ImageLayer> DerivativeLayers(const DifferentiatedPhotograph& d, cons
   const PooledDerivatives& derivatives = d.derivatives;
   for (size_t j = 0; j < derivatives.parameters().size(); ++j) {
     const int channels = derivatives.channels();
-    Image slope(d.photo.width, d.photo.height, channels), stddev = slope;
+    Image slope(d.photo.width, d.photo.height, channels), stddev(d.photo.width, d.photo.height, channels);
     for (size_t p = 0; p < d.photo.pixels.size(); ++p)
       for (int c = 0; c < channels; ++c) {
         const PooledDerivatives::OfPixel of_pixel = derivatives.DerivativeOf(j, c, p);

@@ -13,7 +13,7 @@ std::vector<glm::ivec3> Left(const TriangleMesh& mesh, const std::vector<glm::ve
     if (mesh.cut(static_cast<int>(t)) == is_cut)
       for (int k = 0; k < 3; ++k) corners.push_back(static_cast<unsigned>(mesh.triangles[t][k]));
   if (corners.empty()) return {};
-  const auto wanted = 3 * static_cast<size_t>(share * static_cast<double>(corners.size() / 3));
+  const size_t all = corners.size() / 3, wanted = 3 * static_cast<size_t>(share * static_cast<double>(all));
   constexpr float kAnyError = 1.0f;  // of the mesh's size
   std::vector<unsigned> left(corners.size());
   left.resize(meshopt_simplify(left.data(), corners.data(), corners.size(), &positions[0].x, positions.size(),
