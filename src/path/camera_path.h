@@ -8,7 +8,9 @@
 #include <array>
 #include <cmath>
 #include <numbers>
+#include <numeric>
 #include <optional>
+#include <span>
 #include <vector>
 
 #include "optics/shading_terms.h"
@@ -17,6 +19,7 @@
 #include "path/path_context.h"
 #include "path/random_walk.h"
 #include "path/score_derivatives.h"
+#include "path/uncollided_light.h"
 #include "scene/light_samples.h"
 
 namespace crownfit {
@@ -30,7 +33,9 @@ class CameraPath {
       : context_(context),
         counters_(counters),
         derivatives_(context.media, context.cut_derivatives, context.polarisers.size()),
-        value_(context.polarisers.size()) {}
+        value_(context.polarisers.size()),
+        by_channel_(context.uncollided ? static_cast<size_t>(context.media.channels()) : 0),
+        by_rays_(value_.size() * by_channel_) {}
 
   /// Starts a new path; false when it ended outside, true when it is on a flight inside.
   bool Begin(const glm::dvec3& position, const glm::dvec3& direction, int hero, const RandomStream& random) {
@@ -40,6 +45,7 @@ class CameraPath {
     random_ = random;
     hero_ = hero;
     value_.assign(value_.size(), Spectrum());
+    by_rays_.assign(by_rays_.size(), {});
     at_ = {};
     at_.serves = static_cast<PhotographSet>((uint64_t{1} << value_.size()) - 1);
     if (context_.wants_derivatives) derivatives_.Begin();
@@ -77,6 +83,35 @@ class CameraPath {
     return state.medium != kOutside || GoOnOutside();
   }
 
+  /// What a collision here and now would be weighted with, per channel.
+  Spectrum WeightOfCollision() const { return at_.carried * context_.media.Weight(state); }
+  /// After `length_mm` and `collisions` in this medium that the state does not count yet.
+  Spectrum WeightOfCollision(double length_mm, int collisions) {
+    Visit& visit = state.visits[state.medium];
+    const Visit before = visit;
+    visit.length_mm += length_mm;
+    visit.collisions += collisions;
+    const Spectrum weight = WeightOfCollision();
+    visit = before;
+    return weight;
+  }
+  /// Adds the lamps' light at a collision that the walk reaches along `direction`; `collisions`: those that the state
+  /// does not count yet.
+  void Collide(const UncollidedLight& light, const UncollidedLight::Here& here, const glm::dvec3& direction,
+               int collisions, const std::array<float, kMostChannels>& weights) {
+    for (size_t s = 0; s < light.sources().size(); ++s) {
+      if (light.IsDark(here, s)) continue;
+      ForEach(at_.serves & light.sources()[s].photographs, [&](size_t p) {
+        std::array<float, kMostChannels> passed;
+        const double factor =
+            at_.is_depolarised ? 1.0
+                               : context_.polarisers[p].OfScattered(static_cast<double>(state.collisions + collisions));
+        for (size_t c = 0; c < by_channel_; ++c) passed[c] = weights[c] * static_cast<float>(factor);
+        light.AddScattered(here, s, direction, context_.media[state.medium], passed.data(), &by_rays_[p * by_channel_]);
+      });
+    }
+  }
+
   /// Ends a walk inside after its last collision: adds the diffuse radiance there, which is unpolarised.
   void HandOver() {
     const LightFields& fields = *context_.hand_over.fields;
@@ -95,7 +130,19 @@ class CameraPath {
   }
 
   /// pi x radiance found so far, per channel.
-  Spectrum value(size_t photograph) const { return std::numbers::pi * value_[photograph]; }
+  Spectrum value(size_t photograph) const {
+    Spectrum found = value_[photograph];
+    if (by_channel_ > 0)
+      found += Spectrum::Of(static_cast<int>(by_channel_), [&](int c) {
+        const UncollidedLight::OfGroups& sums = by_rays(photograph)[static_cast<size_t>(c)];
+        return std::accumulate(sums.begin(), sums.end(), 0.0);
+      });
+    return std::numbers::pi * found;
+  }
+  /// Part of it that the light's groups of rays found, per channel, without the pi; none without uncollided light.
+  std::span<const UncollidedLight::OfGroups> by_rays(size_t photograph) const {
+    return {by_rays_.data() + photograph * by_channel_, by_channel_};
+  }
   /// Their derivatives, without the pi.
   const PathDerivatives& derivatives() const { return derivatives_; }
   /// Call where flights inside begin and end: each interval is one segment of the derivatives' control variates.
@@ -119,6 +166,7 @@ class CameraPath {
     double density = kMirror;
     std::optional<Boundary> left{};  ///< the opaque boundary it leaves, if it leaves one
     int opaque_bounces = 0, cut_returns = 0;
+    int collisions_before = 0;  ///< collisions before the last Lambertian bounce
   };
   struct Branch {
     WalkState state;
@@ -172,6 +220,10 @@ class CameraPath {
     });
   }
 
+  /// Whether the walk looks for the lamp itself. Followed lamps' light is found at collisions instead, unless there has
+  /// been none since the camera or the last Lambertian bounce.
+  bool Looks(const Lamp& lamp) const { return !lamp.is_followed || state.collisions == at_.collisions_before; }
+
   double FactorOf(const Polarisers& polarisers) const {
     return at_.only_reflected   ? polarisers.of_kept
            : at_.is_depolarised ? 1.0
@@ -181,7 +233,7 @@ class CameraPath {
   void AddLampsMet(double reach_mm) {
     for (const Lamp& lamp : context_.lamps) {
       const PhotographSet lit = at_.serves & lamp.photographs;
-      if (lit == 0) continue;
+      if (lit == 0 || !Looks(lamp)) continue;
       const auto met = LightAlong(lamp.shape, state.position, state.direction);
       if (!met || reach_mm < met->distance_mm) continue;
       const double share = lamp.is_sampled && at_.density != kMirror ? at_.density / (at_.density + met->density) : 1.0;
@@ -198,7 +250,8 @@ class CameraPath {
     targets_.clear();
     towards_.clear();
     for (const Lamp& lamp : context_.lamps) {
-      if (!lamp.is_sampled || targets_.size() == kMaxLamps || (lamp.photographs & at_.serves) == 0) continue;
+      if (!lamp.is_sampled || targets_.size() == kMaxLamps || (lamp.photographs & at_.serves) == 0 || !Looks(lamp))
+        continue;
       const glm::dvec2 uniform(random_.Next(), random_.Next());
       const auto point = SampleLightPoint(lamp.shape, state.position, uniform);
       if (!point || glm::dot(point->direction, normal) <= 0) continue;
@@ -255,6 +308,7 @@ class CameraPath {
     state.boost *= largest;
     if (largest > 0) at_.carried *= rho / largest;
     at_.is_depolarised = true;
+    at_.collisions_before = state.collisions;
     state.direction = SampleLambert(-normal, random_);
   }
 
@@ -264,6 +318,7 @@ class CameraPath {
     at_.left = boundary;
     at_.only_reflected = false;
     at_.is_depolarised = true;
+    at_.collisions_before = state.collisions;
     at_.carried *= context_.opaque[boundary.opaque].reflectance;
     const double largest = at_.carried.Largest();
     if (!(largest > 0)) return false;
@@ -289,7 +344,9 @@ class CameraPath {
   PathDerivatives derivatives_;
   RandomStream random_{0};
   int hero_ = 0;
-  std::vector<Spectrum> value_;  ///< per photograph
+  std::vector<Spectrum> value_;                     ///< per photograph
+  size_t by_channel_;                               ///< channels of uncollided light; 0: there is none
+  std::vector<UncollidedLight::OfGroups> by_rays_;  ///< per photograph and channel
   Way at_;
   std::vector<Branch> branches_;  ///< not yet followed
   std::vector<LampTarget> targets_;

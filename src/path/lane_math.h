@@ -78,6 +78,16 @@ struct Turn {
   return {cosine, sine};
 }
 
+/// exp(x) for x within [-87, 0], to 2e-7: 2^n times the Taylor polynomial of 2^f, |f| at most 1/2.
+[[gnu::always_inline]] inline float ExpOf(float x) {
+  const float t = x * 1.44269504f, n = (t + 0x1.8p23f) - 0x1.8p23f, f = (t - n) * 0.693147181f;
+  const float of_f =
+      1.0f +
+      f * (1.0f + f * (0.5f + f * (0.166666667f + f * (0.0416666667f + f * (0.00833333333f + f * 0.00138888889f)))));
+  const auto power = std::bit_cast<uint32_t>(n + (0x1.8p23f + 127.0f)) << 23;
+  return std::bit_cast<float>(power) * of_f;
+}
+
 /// Rotation by 2 pi u for u in [0, 1): whole quarters, and the remainder.
 [[gnu::always_inline]] inline Turn TurnBy(double u) {
   const double quarters = 4.0 * u, whole = (quarters + 0x1.8p52) - 0x1.8p52;  // rounded

@@ -111,7 +111,8 @@ PathContext PathContextOf(const Capture& capture, const Material& material, cons
             options.lamps_are_sampled && !std::holds_alternative<DomeLight>(light.shape) && sampled++ < kMaxLamps;
         begun.lamps.push_back(
             {light.in_camera_frame ? Transformed(light.shape, first.camera_from_object.Inverse()) : light.shape,
-             light.intensity_scale, is_sampled, 0});
+             light.intensity_scale, is_sampled, 0,
+             is_sampled && options.estimator == Estimator::kCollisions && !IsAllAround(light.shape)});
       }
       begun.lamps[lamp_of_light[i]].photographs |= PhotographSet{1} << k;
     }

@@ -34,6 +34,7 @@ struct Lamp {
   double scale;
   bool is_sampled;            ///< false for a dome: it is so large that paths hit it anyway
   PhotographSet photographs;  ///< those that it lights
+  bool is_followed = false;   ///< walks find it at their collisions
 };
 
 struct OpaqueThing {
@@ -58,6 +59,7 @@ struct ContactTile {
 };
 
 class LightFields;
+class UncollidedLight;
 
 /// Walks end after this many collisions of the true random walk and one flight with the reduced coefficient. The light
 /// arriving there is taken from the diffuse field (light_field.h).
@@ -85,6 +87,10 @@ struct PathContext {
   bool has_diffuse_exits = false;
   std::vector<double> exit_scale{};
   HandOver hand_over{};
+  const UncollidedLight* uncollided = nullptr;  ///< light of the lamps with is_followed
+  /// The same as a walk sees it from its last collision before the flight with the reduced coefficient: light too goes
+  /// that way.
+  const UncollidedLight* uncollided_by_reduced = nullptr;
 
   /// True once the walk flies with the reduced coefficient.
   bool IsReduced(const WalkState& state) const { return hand_over.fields && state.collisions >= hand_over.collisions; }

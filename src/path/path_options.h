@@ -9,6 +9,18 @@
 
 namespace crownfit {
 
+/// How camera walks find the lamps.
+enum class Estimator {
+  kExits,       ///< when they leave the object
+  kCollisions,  ///< at every collision, from light that has not collided yet (uncollided_light.h)
+};
+
+/// How light is followed from the lamps to its first collision (uncollided_light.h).
+struct UncollidedOptions {
+  int rays = 0;        ///< per lamp; 0: as many as make its noise small against that of the walks
+  double cell_mm = 0;  ///< 0: two free paths where light collides first
+};
+
 inline constexpr size_t kMaxPhotographs = 32;  // photographs of one RenderTogether
 
 struct PathOptions {
@@ -24,6 +36,7 @@ struct PathOptions {
   /// Light leaves a smooth surface as diffuse light would: several times less noise from lamps, but values are wrong by
   /// a few per cent, smoothly over the object. Good enough for derivatives of ln(pixel).
   bool diffuse_exits = false;
+  Estimator estimator = Estimator::kExits;
   /// Model `diffusion`: walks end after this many collisions and switch to diffusion. The light was followed from the
   /// lamps through as many collisions, and solved for on this lattice over the body (light_field.h). Without a lattice
   /// walks run to their end.
@@ -31,6 +44,7 @@ struct PathOptions {
   int collisions = 10;
   int rays = 40000;    ///< light rays per lamp; their noise is common to all walks
   uint64_t field = 0;  ///< which rays: the same in pictures that must differ smoothly
+  UncollidedOptions uncollided = {};
   /// Pixels to render (index y * width + x). Empty: all.
   std::vector<uint8_t> wanted = {};
 };

@@ -10,31 +10,12 @@
 #include "diffusion/volume_lattice.h"
 #include "optics/material.h"
 #include "path/path_options.h"
+#include "path/pixel_estimate.h"
 #include "path/random_walk.h"
 
 namespace crownfit {
 
 struct Capture;
-
-/// Upper triangle of a covariance between channels, row by row: of three RR RG RB GG GB BB.
-using ChannelCovariance = std::vector<double>;
-/// Index of a pair of channels, in either order.
-inline size_t PairOf(int a, int b, int channels) {
-  const int low = std::min(a, b), high = std::max(a, b);
-  return static_cast<size_t>(low * channels - low * (low - 1) / 2 + high - low);
-}
-
-/// Mean of a pixel and the covariance of that mean.
-struct PixelEstimate {
-  Spectrum mean;
-  ChannelCovariance covariance;
-  bool on_object = false;  ///< the ray through the pixel's centre hits the object
-  Spectrum variance() const {
-    Spectrum own = mean;
-    for (int c = 0; c < own.size(); ++c) own[c] = covariance[PairOf(c, c, own.size())];
-    return own;
-  }
-};
 
 /// Means over groups of a pixel's paths, per layer: derivatives of the value by ln reduced scattering, ln
 /// absorption and g, and their zero-mean control variates (score_derivatives.h).

@@ -23,6 +23,15 @@ Media::Media(std::vector<Medium> media) : media_(std::move(media)) {
   }
 }
 
+Media Reduced(const Media& media) {
+  std::vector<Medium> reduced;
+  for (int i = 0; i < static_cast<int>(media.size()); ++i) {
+    reduced.push_back(media[i]);
+    reduced.back().scattering *= media[i].similarity();
+  }
+  return Media(std::move(reduced));
+}
+
 Spectrum Media::Left(const WalkState& state) const {
   Spectrum absorbed(channels(), 0.0);
   for (size_t i = 0; i < media_.size(); ++i)

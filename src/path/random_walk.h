@@ -85,6 +85,9 @@ class Media {
   bool has_textures_ = false;
 };
 
+/// With the reduced coefficient in place of the scattering coefficient.
+Media Reduced(const Media& media);
+
 inline constexpr int kRouletteEvery = 32;  // collisions of one walk: results depend on nothing else
 
 /// Russian roulette for walks with little light left; false when the walk ends here.

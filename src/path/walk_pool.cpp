@@ -1,6 +1,7 @@
 #include "path/walk_pool.h"
 
 #include "base/error.h"
+#include "path/collision_lanes.h"
 
 namespace crownfit {
 namespace {
@@ -11,6 +12,7 @@ class Pool {
        const std::function<PathStart(size_t)>& start, const std::function<void(size_t, const CameraPath&)>& ended,
        WalkCounters& counters)
       : context_(context), grid_(grid), start_(start), hand_over_(ended), counters_(counters), count_(count) {
+    if (context.uncollided) collisions_.emplace(context);
     paths_.reserve(lanes);
     for (int i = 0; i < lanes; ++i) {
       paths_.emplace_back(context, counters);
@@ -25,6 +27,7 @@ class Pool {
       lanes_.Fly(grid_, active_);
       counters_.flights += active_;
       FlyPastFacets();
+      if (collisions_) collisions_->Score(lanes_, active_, [&](int lane) -> CameraPath& { return PathOf(lane); });
       lanes_.Scatter(active_);
       if (context_.wants_derivatives) lanes_.ScorePhase(active_);
       for (int i = 0; i < active_; ++i)
@@ -142,6 +145,7 @@ class Pool {
     lanes_.g[i] = medium.g;
     lanes_.isotropic_fraction[i] = medium.isotropic_fraction;
     lanes_.length_mm[i] = lanes_.collisions[i] = lanes_.phase_score[i] = 0.0;
+    if (collisions_) collisions_->Open(i, path);
     if (context_.wants_derivatives) path.OpenStretch();
   }
   void Store(int i) {
@@ -167,6 +171,7 @@ class Pool {
   void MoveLane(int from, int to) {
     if (from == to) return;
     lanes_.Copy(from, to);
+    if (collisions_) collisions_->Move(from, to);
     std::swap(slot_[from], slot_[to]);
     ended_[to] = ended_[from];
     scatters_[to] = scatters_[from];
@@ -186,6 +191,7 @@ class Pool {
   std::array<int, FlightLanes::kMax> asking_{};           ///< lanes whose flights might meet something ...
   std::array<FacetFlight, FlightLanes::kMax> flights_{};  ///< ... and those flights
   std::array<bool, FlightLanes::kMax> ended_{}, scatters_{};
+  std::optional<CollisionLanes> collisions_{};  ///< of walks that find lamps at collisions
   int active_ = 0;
   size_t next_ = 0;
 };
@@ -215,7 +221,8 @@ void TraceOneByOne(const PathContext& context, size_t count, const std::function
 void TracePaths(const PathContext& context, const TriangleGrid& grid, size_t count, int lanes,
                 const std::function<PathStart(size_t)>& start,
                 const std::function<void(size_t, const CameraPath&)>& ended, WalkCounters& counters) {
-  Check(lanes > 0 || !context.hand_over.fields, "walks that are handed over need lanes");
+  Check(lanes > 0 || !(context.hand_over.fields || context.uncollided),
+        "walks that are handed over or find lamps at collisions need lanes");
   if (lanes <= 0) return TraceOneByOne(context, count, start, ended, counters);
   Pool(context, grid, count, std::min(lanes, FlightLanes::kMax), start, ended, counters).Trace();
 }
