@@ -8,6 +8,7 @@
 #include "base/progress.h"
 #include "capture/capture.h"
 #include "optics/material.h"
+#include "path/path_options.h"
 #include "photo/image_io.h"
 
 namespace crownfit {
@@ -21,8 +22,9 @@ struct RenderOptions {
   bool fine = false;                 ///< model shader: four times the light samples
   uint64_t seed = 1;
   int threads = 0;
-  bool derivatives = false;  ///< model path
-  double scale = 1;          ///< factor on the pictures' width and height
+  bool derivatives = false;                      ///< models path and diffusion
+  Estimator estimator = Estimator::kCollisions;  ///< models path and diffusion; derivatives are by exits
+  double scale = 1;                              ///< factor on the pictures' width and height
 };
 
 /// What the camera would record, the photograph's exposure_scale included.

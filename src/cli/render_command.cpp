@@ -1,5 +1,6 @@
 #include <cmath>
 #include <cstdio>
+#include <optional>
 
 #include "base/error.h"
 #include "base/random.h"
@@ -17,6 +18,7 @@ struct RenderCommand {
   std::filesystem::path capture, material, output;
   Model model = Model::kShader;
   int collisions = 10;
+  std::optional<Estimator> estimator{};
   int paths = 256;         ///< per pixel
   std::string photograph;  ///< empty: all
   double noise = 0;        ///< relative
@@ -35,6 +37,8 @@ int RunRender(const RenderCommand& asked) {
   if (asked.half_float && asked.model != Model::kShader)
     throw InputError("", "--half",
                      "is for model shader alone: the variances of other models are too small for 16-bit floats");
+  if (asked.estimator == Estimator::kCollisions && asked.derivatives)
+    throw InputError("", "--estimator collisions", "has no derivatives yet; with --derivatives leave --estimator out");
   Progress progress(asked.common.progress);
   const Capture capture = ReadCapture(asked.capture);
   const Material material =
@@ -43,6 +47,7 @@ int RunRender(const RenderCommand& asked) {
   options.model = asked.model;
   options.paths_per_pixel = asked.paths;
   options.collisions = asked.collisions;
+  if (asked.estimator) options.estimator = *asked.estimator;
   options.twelve_taps = asked.twelve_taps;
   options.fine = asked.fine;
   options.seed = asked.seed;
@@ -107,6 +112,13 @@ void AddRender(CLI::App& app, Command& command) {
   AddCollisions(render, asked->collisions);
   render->add_option("--paths", asked->paths, "Paths per pixel of models path and diffusion (default 256).")
       ->check(CLI::Range(1, 100000000));
+  render
+      ->add_option("--estimator", asked->estimator,
+                   "How paths of models path and diffusion find the lamps. collisions (default): at every collision,\n"
+                   "from light that has not collided before; several times less noise, most of all from small lamps.\n"
+                   "exits: where they leave the object; the default with --derivatives.")
+      ->transform(CLI::CheckedTransformer(
+          std::map<std::string, Estimator>{{"collisions", Estimator::kCollisions}, {"exits", Estimator::kExits}}));
   render->add_option("--photograph", asked->photograph, "Render only this photograph.");
   render
       ->add_option("--noise", asked->noise,
