@@ -87,6 +87,7 @@ std::vector<std::string> RenderByPath(const CrownInput& input, const Material& m
   if (!options.derivatives) path.estimator = options.estimator;
   if (options.model == Model::kDiffusion) path.lattice = &bodies.LatticeOf(material);
   WalkCounters counters;
+  std::vector<std::string> notes;
   for (size_t i = 0; i < capture.photographs.size(); ++i) {
     if (options.photograph && *options.photograph != i) continue;
     const PhotographSpec& photo = capture.photographs[i];
@@ -103,6 +104,11 @@ std::vector<std::string> RenderByPath(const CrownInput& input, const Material& m
       return std::move(d.photo);
     }();
     counters.Add(rendered.counters);
+    if (rendered.estimator != path.estimator)
+      notes.push_back(
+          "photograph " + photo.name +
+          ": scattering is too strong for the object's size to find lamps at collisions. Its paths looked for "
+          "lamps where they leave the object, with more noise.");
     const Image black(rendered.width, rendered.height, capture.channels());
     RenderedPhotograph r{i, black, black, std::move(derivatives), {}};
     for (size_t p = 0; p < rendered.pixels.size(); ++p) {
@@ -121,7 +127,8 @@ std::vector<std::string> RenderByPath(const CrownInput& input, const Material& m
     }
     done(r);
   }
-  return {LossesInWords(counters)};
+  notes.push_back(LossesInWords(counters));
+  return notes;
 }
 
 /// The capture with larger pixels in all cameras.

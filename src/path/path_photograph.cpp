@@ -132,7 +132,8 @@ class FoundByPaths {
       for (size_t hero = 0; hero < heroes_; ++hero) value += values_[place(s, hero)];
       value /= static_cast<double>(heroes_);
       sum.Add(value);
-      group_mean[s % groups] += value / static_cast<double>((samples_ - s % groups + groups - 1) / groups);
+      const size_t in_group = (samples_ - s % groups + groups - 1) / groups;
+      group_mean[s % groups] += value / static_cast<double>(in_group);
     }
     picture.pixels[rank] = sum.Estimate(static_cast<int>(samples_));
     if (channels_by_rays_ > 0) IncludeNoiseOfRays(place(0, 0), groups, picture.pixels[rank], group_mean.data());
@@ -190,6 +191,7 @@ PathPhotograph EmptyPicture(const Camera& camera, const PathOptions& options, in
   result.ranks = std::make_shared<const std::vector<uint32_t>>(std::move(ranks));
   result.pixels.resize(result.rendered.size());
   result.layers = layers;
+  result.estimator = options.estimator;
   result.groups = options.derivatives || options.keeps_groups ? groups : 0;
   result.group_values.resize(result.rendered.size() * result.groups, channels);
   GroupDerivatives& d = result.derivatives;
@@ -274,8 +276,9 @@ std::vector<PathPhotograph> RenderTogether(const Capture& capture, const Layered
   if (uncollided && uncollided->is_resolved() && !(by_reduced && !by_reduced->is_resolved())) {
     context.uncollided = &*uncollided;
     if (by_reduced) context.uncollided_by_reduced = &*by_reduced;
-  } else {
+  } else if (uncollided) {
     for (Lamp& lamp : context.lamps) lamp.is_followed = false;
+    for (PathPhotograph& picture : results) picture.estimator = Estimator::kExits;
   }
   constexpr size_t kAtOnce = 4096;  // path values per batch
   const size_t pixels_at_once = std::max<size_t>(1, kAtOnce / (samples * heroes * shared)),

@@ -29,6 +29,7 @@ struct PathPhotograph {
   std::vector<size_t> rendered;       ///< pixels of the picture, y * width + x, in order
   std::vector<PixelEstimate> pixels;  ///< of `rendered`; exposure 1
   WalkCounters counters;
+  Estimator estimator = Estimator::kExits;  ///< kExits too where cells do not resolve light before its first collision
   static constexpr size_t kMaxGroups = 16;
   size_t layers = 0, groups = 0;  ///< groups of a pixel's samples, each with its own means
   SpectrumArray<> group_values;   ///< index rank * groups + group

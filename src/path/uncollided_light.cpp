@@ -182,7 +182,7 @@ class UncollidedLight::Deposits : public UncollidedRays::Receiver {
   }
 
  private:
-  size_t size() const { return static_cast<size_t>(4 + 5 * channels_); }
+  size_t size() const { return 4 + 5 * static_cast<size_t>(channels_); }
 
   void Add(double stands_for, size_t index, const glm::ivec3& cell, const glm::dvec3& at, const glm::dvec3& way,
            const glm::dvec3& direction, double length_mm, const Spectrum& extinction, UncollidedRay& ray) {

@@ -198,8 +198,8 @@ TEST(UncollidedLight, FallsOffAsBeerAndLambertSay) {
       std::vector<UncollidedLight::OfGroups> sums(kChannels);
       constexpr int kPlaces = 20;
       for (int i = 0; i < kPlaces * kPlaces; ++i) {
-        const glm::dvec3 at(0.8 * (i % kPlaces + 0.5) / kPlaces - 0.4, 0.8 * (i / kPlaces + 0.5) / kPlaces - 0.4,
-                            -depth);
+        const glm::dvec2 of_side = (glm::dvec2(i % kPlaces, i / kPlaces) + 0.5) / static_cast<double>(kPlaces);
+        const glm::dvec3 at(0.8 * of_side - 0.4, -depth);
         const int layer = 0;
         float x, y, z;
         int part;
@@ -227,6 +227,17 @@ TEST(UncollidedLight, CellsHalvedAndDoubledGiveTheSamePicture) {
   for (const Mean& total : totals)
     EXPECT_NEAR(total.value() / totals[0].value(), 1.0,
                 0.002 + 4 * std::hypot(total.error(), totals[0].error()) / totals[0].value());
+}
+
+TEST(UncollidedLight, WalksLookForLampsAtExitsWhereCellsWouldHoldTooManyFreePaths) {
+  KnownScene scene(Box({-2, -2, -1}, {2, 2, 0}), 1, 0.3, 2, 1.0);
+  scene.Light(DiskLight{{150, 0, 150}, glm::normalize(glm::dvec3(-1, 0, -1)), glm::dvec3(2.0), 0.0, 200.0});
+  const auto estimator_at = [&](double reduced_scattering) {
+    SetLayer(scene, 0, 1.5, 0.9, reduced_scattering, 10.0);
+    return Render(scene, BodyOf(scene), Estimator::kCollisions, {.paths_per_pixel = 4}).estimator;
+  };
+  EXPECT_EQ(estimator_at(1.0), Estimator::kCollisions);
+  EXPECT_EQ(estimator_at(1000.0), Estimator::kExits);
 }
 
 TEST(UncollidedLight, StatedErrorsHoldTheNoiseOfItsRays) {
