@@ -17,7 +17,7 @@ enum class Estimator {
 
 /// How light is followed from the lamps to its first collision (uncollided_light.h).
 struct UncollidedOptions {
-  int rays = 0;        ///< per lamp; 0: as many as make its noise small against that of the walks
+  int rays = 0;        ///< of all lamps of a photograph; 0: as many as make its noise small against that of the walks
   double cell_mm = 0;  ///< 0: two free paths where light collides first
 };
 

@@ -252,8 +252,7 @@ UncollidedLight::UncollidedLight(const PathContext& context, const Media& media,
     found[group].emplace(media, *cells_, entry_of);
     for (size_t s = 0; s < sources_.size(); ++s) {
       found[group]->Begin(s);
-      rays.Trace(s, std::max(1, options.rays / kGroups), Key(seed, 0x756e636full, group, sources_[s].lamp),
-                 *found[group]);
+      rays.Trace(s, std::max(1, options.rays / kGroups), Key(seed, 0x756e636full, group, s), *found[group]);
     }
   });
 

@@ -18,7 +18,8 @@ UncollidedRays::UncollidedRays(const PathContext& context, const Media& media, c
     : context_(context), media_(media), body_(body) {
   FindSources();
   FindFaces();
-  for (const Source& source : sources_) light_up_to_.push_back(LightUpTo(context.lamps[source.lamp].shape));
+  for (const Lamp& lamp : context.lamps)
+    light_up_to_.push_back(lamp.is_followed ? LightUpTo(lamp) : std::vector<double>());
 }
 UncollidedRays::~UncollidedRays() = default;
 
@@ -32,7 +33,12 @@ void UncollidedRays::FindSources() {
       PhotographSet alike = left;
       for (const OpaqueThing& thing : context_.opaque)
         alike &= thing.photographs & one ? thing.photographs : ~thing.photographs;
-      sources_.push_back({l, alike});
+      const auto source =
+          std::find_if(sources_.begin(), sources_.end(), [&](const Source& s) { return s.photographs == alike; });
+      if (source == sources_.end())
+        sources_.push_back({{l}, alike});
+      else
+        source->lamps.push_back(l);
       left &= ~alike;
     }
   }
@@ -60,7 +66,7 @@ void UncollidedRays::FindFaces() {
 
 /// About the power that each face and those before it receive from a lamp, were there no shadows. Only the choice of
 /// rays depends on it.
-std::vector<double> UncollidedRays::LightUpTo(const LightShape& lamp) const {
+std::vector<double> UncollidedRays::LightUpTo(const Lamp& lamp) const {
   constexpr int kPoints = 3;        // along a side of the lamp
   constexpr double kAlways = 0.02;  // of the mean, for faces that these points miss
   std::vector<double> light;
@@ -70,8 +76,9 @@ std::vector<double> UncollidedRays::LightUpTo(const LightShape& lamp) const {
     double irradiance = 0;
     for (int k = 0; k < kPoints * kPoints; ++k) {
       const glm::dvec2 at = (glm::dvec2(k % kPoints, k / kPoints) + 0.5) / static_cast<double>(kPoints);
-      if (const auto point = SampleLightPoint(lamp, middle, at))
-        irradiance += std::max(0.0, glm::dot(point->direction, f.normal)) / point->density;
+      if (const auto point = SampleLightPoint(lamp.shape, middle, at))
+        irradiance +=
+            lamp.scale * point->radiance.Mean() * std::max(0.0, glm::dot(point->direction, f.normal)) / point->density;
     }
     light.push_back(f.area_mm2 * irradiance);
     sum += light.back(), area += f.area_mm2;
@@ -82,12 +89,23 @@ std::vector<double> UncollidedRays::LightUpTo(const LightShape& lamp) const {
 }
 
 void UncollidedRays::Trace(size_t source, int count, uint64_t key, Receiver& receiver) const {
+  double all = 0;
+  for (const size_t lamp : sources_[source].lamps) all += light_up_to_[lamp].back();
+  UncollidedRay ray;
+  for (const size_t lamp : sources_[source].lamps) {
+    const double share = light_up_to_[lamp].back() / all;
+    TraceLamp(sources_[source], lamp, std::max(1, static_cast<int>(std::lround(share * count))), Key(key, lamp), ray,
+              receiver);
+  }
+}
+
+void UncollidedRays::TraceLamp(const Source& source, size_t lamp, int count, uint64_t key, UncollidedRay& ray,
+                               Receiver& receiver) const {
   constexpr double kRatio = 1.1673039782614187;  // x^5 = x + 1
-  const std::vector<double>& light_up_to = light_up_to_[source];
+  const std::vector<double>& light_up_to = light_up_to_[lamp];
   std::array<double, 4> at{}, by{};
   for (size_t k = 0; k < at.size(); ++k) at[k] = Uniform(key, k), by[k] = std::pow(kRatio, -static_cast<double>(k + 1));
-  UncollidedRay ray;
-  for (ray.number = 0; ray.number < count; ++ray.number) {
+  for (int number = 0; number < count; ++number) {
     for (size_t k = 0; k < at.size(); ++k)
       if ((at[k] += by[k]) >= 1.0) at[k] -= 1.0;
     const double passed = at[0] * light_up_to.back();
@@ -97,8 +115,8 @@ void UncollidedRays::Trace(size_t source, int count, uint64_t key, Receiver& rec
     const double before = f > 0 ? light_up_to[f - 1] : 0.0, share = light_up_to[f] - before;
     const Face& face = faces_[f];
     const double p = std::sqrt(std::clamp((passed - before) / share, 0.0, 1.0));
-    ray.random = RandomStream(Key(key, 4 + ray.number));
-    FromLamp(sources_[source], face.corner + p * ((1.0 - at[1]) * face.side_u + at[1] * face.side_v), face,
+    ray.random = RandomStream(Key(key, 4 + number));
+    FromLamp(source, context_.lamps[lamp], face.corner + p * ((1.0 - at[1]) * face.side_u + at[1] * face.side_v), face,
              face.area_mm2 / share * light_up_to.back() / count, {at[2], at[3]}, ray, receiver);
   }
 }
@@ -110,10 +128,10 @@ std::optional<Boundary> UncollidedRays::NextOutside(const Source& source, const 
   });
 }
 
-void UncollidedRays::FromLamp(const Source& source, const glm::dvec3& at, const Face& face, double area_mm2,
-                              const glm::dvec2& uniform, UncollidedRay& ray, Receiver& receiver) const {
+void UncollidedRays::FromLamp(const Source& source, const Lamp& lamp, const glm::dvec3& at, const Face& face,
+                              double area_mm2, const glm::dvec2& uniform, UncollidedRay& ray,
+                              Receiver& receiver) const {
   constexpr double kSame = 1e-3;  // mm; layers lie further apart
-  const Lamp& lamp = context_.lamps[source.lamp];
   const auto point = SampleLightPoint(lamp.shape, at, uniform);
   if (!point) return;
   const double cosine = glm::dot(point->direction, face.normal);

@@ -11,7 +11,6 @@ namespace crownfit {
 /// One ray. No flight is drawn: what absorbs or scatters takes its share of the ray's power. Where little is left in
 /// all channels only some rays go on, and stand for the others.
 struct UncollidedRay {
-  int number = 0;
   Spectrum power{};
   RandomStream random{0};
   double least = 0;  ///< power of the brightest channel below which a ray is one of few ...
@@ -28,9 +27,9 @@ struct UncollidedRay {
 /// a Lambertian surface it ends, because camera walks look for lamps themselves from there on.
 class UncollidedRays {
  public:
-  /// A lamp as photographs with the same opaque objects see it.
+  /// Lamps as photographs that have the same ones, and the same opaque objects, see them.
   struct Source {
-    size_t lamp;
+    std::vector<size_t> lamps;
     PhotographSet photographs;
   };
   /// Of lamps with Lamp::is_followed, in `media` in place of the context's. All must outlive the rays.
@@ -48,16 +47,18 @@ class UncollidedRays {
     virtual bool Receive(const glm::dvec3& from, const glm::dvec3& direction, double length_mm, int medium,
                          UncollidedRay& ray) = 0;
   };
-  /// `count` rays of one source. Places on the surface and on the lamp follow a sequence that fills their space evenly
-  /// (Roberts 2018, R4, shifted at random: Cranley and Patterson 1976).
+  /// About `count` rays of one source, more of them from stronger lamps. Places on the surface and on the lamp follow a
+  /// sequence that fills their space evenly (Roberts 2018, R4, shifted at random: Cranley and Patterson 1976).
   void Trace(size_t source, int count, uint64_t key, Receiver& receiver) const;
 
  private:
   struct Face;
   void FindSources();
   void FindFaces();
-  std::vector<double> LightUpTo(const LightShape& lamp) const;
-  void FromLamp(const Source& source, const glm::dvec3& at, const Face& face, double area_mm2,
+  std::vector<double> LightUpTo(const Lamp& lamp) const;
+  void TraceLamp(const Source& source, size_t lamp, int count, uint64_t key, UncollidedRay& ray,
+                 Receiver& receiver) const;
+  void FromLamp(const Source& source, const Lamp& lamp, const glm::dvec3& at, const Face& face, double area_mm2,
                 const glm::dvec2& uniform, UncollidedRay& ray, Receiver& receiver) const;
   void Follow(const Source& source, const Boundary& first, glm::dvec3 direction, UncollidedRay& ray,
               Receiver& receiver) const;
@@ -70,7 +71,7 @@ class UncollidedRays {
   const LayeredBody& body_;
   std::vector<Source> sources_;
   std::vector<Face> faces_;
-  std::vector<std::vector<double>> light_up_to_;  ///< per source and face
+  std::vector<std::vector<double>> light_up_to_;  ///< per lamp and face; none of lamps that are not followed
 };
 
 }  // namespace crownfit

@@ -185,13 +185,13 @@ class Pool {
   WalkCounters& counters_;
   size_t count_;
   FlightLanes lanes_{};
+  std::optional<CollisionLanes> collisions_{};  ///< of walks that find lamps at collisions
   std::vector<CameraPath> paths_;
   std::array<int, FlightLanes::kMax> slot_{}, medium_{};
   std::array<size_t, FlightLanes::kMax> task_{};
   std::array<int, FlightLanes::kMax> asking_{};           ///< lanes whose flights might meet something ...
   std::array<FacetFlight, FlightLanes::kMax> flights_{};  ///< ... and those flights
   std::array<bool, FlightLanes::kMax> ended_{}, scatters_{};
-  std::optional<CollisionLanes> collisions_{};  ///< of walks that find lamps at collisions
   int active_ = 0;
   size_t next_ = 0;
 };

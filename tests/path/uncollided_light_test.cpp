@@ -131,6 +131,12 @@ const Case kCases[] = {
        scene.Light(DiskLight{{-150, 0, 150}, glm::normalize(glm::dvec3(1, 0, -1)), glm::dvec3(1.0), 0.0, 100.0});
        return scene;
      }},
+    {"twoLampsForward",
+     [] {
+       KnownScene scene = Plate(0.0, 0.96);
+       scene.Light(DiskLight{{-150, 0, 150}, glm::normalize(glm::dvec3(1, 0, -1)), glm::dvec3(1.0), 0.0, 100.0});
+       return scene;
+     }},
 };
 
 class BothEstimators : public ::testing::TestWithParam<Case> {};

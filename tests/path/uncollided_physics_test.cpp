@@ -53,7 +53,7 @@ TEST(LightAtCollisions, LosslessObjectInUniformLightVanishes) {
     SetLayer(scene, 1, 1.4, -0.3, 2.0, 0.0);
     SetSurface(scene, roughness, 0.0);
     LightFromWalls(scene, 60.0, -60.0, true);
-    const Mean seen = Seen(scene, 400);
+    const Mean seen = Seen(scene, 400, 1, 200000);
     EXPECT_NEAR(seen.value() / std::numbers::pi, 1.0, 0.002 + 4 * seen.error() / std::numbers::pi) << roughness;
     EXPECT_LT(seen.error(), 0.01 * std::numbers::pi) << "the test can tell";
   }
