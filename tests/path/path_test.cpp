@@ -418,15 +418,8 @@ TEST(Path, IsReciprocalInLampAndCamera) {
     scene.capture.lights.clear();
     scene.capture.photographs[0].lights.clear();
     SetSurface(scene, 0.4, 0.0);
-    RigidTransform& pose = scene.capture.photographs[0].camera_from_object;
-    glm::dvec3 place = lamp;
-    if (swap) {  // camera at the lamp's place, looking at the origin
-      const glm::dvec3 z = -glm::normalize(lamp), x = glm::normalize(glm::cross(glm::dvec3(0, 1, 0), z)),
-                       y = glm::cross(z, x);
-      pose.rotation = glm::transpose(glm::dmat3(x, y, z));
-      pose.translation_mm = {0, 0, glm::length(lamp)};
-      place = {0, 0, 250};
-    }
+    if (swap) LookAtOriginFrom(lamp, scene);
+    const glm::dvec3 place = swap ? glm::dvec3(0, 0, 250) : lamp;
     scene.Light(DiskLight{place, -glm::normalize(place), glm::dvec3(100.0), 0.0, 12.0});
     const LayeredBody body = BodyOf(scene);
     const PathPhotograph photo =

@@ -67,15 +67,8 @@ TEST(LightAtCollisions, IsReciprocalInSmallLampAndCamera) {
     SetLayer(scene, 1, 1.45, 0.8, 2.0, 0.1);
     SetSurface(scene, roughness, 0.0);
     scene.capture.photographs[0].polarisation = Polarisation::kCross;  // without highlights
-    RigidTransform& pose = scene.capture.photographs[0].camera_from_object;
-    glm::dvec3 place = lamp;
-    if (swap) {  // camera at the lamp's place, looking at the origin
-      const glm::dvec3 z = -glm::normalize(lamp), x = glm::normalize(glm::cross(glm::dvec3(0, 1, 0), z)),
-                       y = glm::cross(z, x);
-      pose.rotation = glm::transpose(glm::dmat3(x, y, z));
-      pose.translation_mm = {0, 0, glm::length(lamp)};
-      place = {0, 0, 250};
-    }
+    if (swap) LookAtOriginFrom(lamp, scene);
+    const glm::dvec3 place = swap ? glm::dvec3(0, 0, 250) : lamp;
     scene.Light(DiskLight{place, -glm::normalize(place), glm::dvec3(1e4), 0.0, 1.0});
     return Seen(scene, 2000, seed);
   };

@@ -26,6 +26,15 @@ inline glm::dvec3 Towards(double polar, double azimuth) {
   return {std::sin(polar) * std::cos(azimuth), std::sin(polar) * std::sin(azimuth), std::cos(polar)};
 }
 
+/// Moves the camera.
+inline void LookAtOriginFrom(const glm::dvec3& place, KnownScene& scene) {
+  const glm::dvec3 z = -glm::normalize(place), x = glm::normalize(glm::cross(glm::dvec3(0, 1, 0), z)),
+                   y = glm::cross(z, x);
+  RigidTransform& pose = scene.capture.photographs[0].camera_from_object;
+  pose.rotation = glm::transpose(glm::dmat3(x, y, z));
+  pose.translation_mm = {0, 0, glm::length(place)};
+}
+
 inline LayeredBody BodyOf(const KnownScene& scene) {
   return {BuildSurfaces(scene.capture, scene.source, StatedThicknesses(scene.capture)), 0};
 }
