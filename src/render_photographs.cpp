@@ -84,7 +84,7 @@ std::vector<std::string> RenderByPath(const CrownInput& input, const Material& m
   path.seed = options.seed;
   path.threads = options.threads;
   path.collisions = options.collisions;
-  if (!options.derivatives) path.estimator = options.estimator;
+  path.estimator = options.estimator;
   if (options.model == Model::kDiffusion) path.lattice = &bodies.LatticeOf(material);
   WalkCounters counters;
   std::vector<std::string> notes;

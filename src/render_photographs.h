@@ -23,7 +23,7 @@ struct RenderOptions {
   uint64_t seed = 1;
   int threads = 0;
   bool derivatives = false;                      ///< models path and diffusion
-  Estimator estimator = Estimator::kCollisions;  ///< models path and diffusion; derivatives are by exits
+  Estimator estimator = Estimator::kCollisions;  ///< models path and diffusion
   double scale = 1;                              ///< factor on the pictures' width and height
 };
 

@@ -24,7 +24,7 @@ Unless a table says otherwise: two processor cores, g++ 12.2, release build for 
 SECTIONS = [
     ("Aims", ["aims"]),
     ("Accuracy of the forward models",
-     ["formulas", "path_checks", "slab_tables", "sphere", "estimators", "cube", "lamp_sampling", "truth_shader", "truth_shader_photographs", "truth_path",
+     ["formulas", "path_checks", "slab_tables", "sphere", "estimators", "cube", "truth_shader", "truth_shader_photographs", "truth_path",
       "truth_path_photographs", "thesis", "diffusion", "derivatives", "quadrature", "bands", "conversions"]),
     ("Recovery and intervals",
      ["bundled", "recovery", "recovery_errors", "interval_checks", "redraws", "free_thickness", "thickness_causes", "steps", "micro_ct", "unusual_scenes", "self_consistency", "junction",

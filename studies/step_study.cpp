@@ -88,7 +88,8 @@ WalkedStep::Solution Step(const LayeredBody& body, const Eigen::VectorXd& truth,
     const Material start = StatedMaterial(scene.capture);
     const auto render = [&](const Material& material, int paths, uint64_t run, bool derivatives) {
       PathOptions options{.paths_per_pixel = paths, .seed = Key(seed, run, has_softbox), .threads = 1};
-      options.derivatives = options.diffuse_exits = derivatives;
+      options.derivatives = derivatives;
+      options.estimator = Estimator::kCollisions;
       return RenderByPaths(scene.capture, body, {}, material, 0, options, [](double) {});
     };
     const PathPhotograph observed = render(Moved(start, truth), 512, 1, false),

@@ -18,7 +18,7 @@ struct RenderCommand {
   std::filesystem::path capture, material, output;
   Model model = Model::kShader;
   int collisions = 10;
-  std::optional<Estimator> estimator{};
+  Estimator estimator = Estimator::kCollisions;
   int paths = 256;         ///< per pixel
   std::string photograph;  ///< empty: all
   double noise = 0;        ///< relative
@@ -37,8 +37,6 @@ int RunRender(const RenderCommand& asked) {
   if (asked.half_float && asked.model != Model::kShader)
     throw InputError("", "--half",
                      "is for model shader alone: the variances of other models are too small for 16-bit floats");
-  if (asked.estimator == Estimator::kCollisions && asked.derivatives)
-    throw InputError("", "--estimator collisions", "has no derivatives yet; with --derivatives leave --estimator out");
   Progress progress(asked.common.progress);
   const Capture capture = ReadCapture(asked.capture);
   const Material material =
@@ -47,7 +45,7 @@ int RunRender(const RenderCommand& asked) {
   options.model = asked.model;
   options.paths_per_pixel = asked.paths;
   options.collisions = asked.collisions;
-  if (asked.estimator) options.estimator = *asked.estimator;
+  options.estimator = asked.estimator;
   options.twelve_taps = asked.twelve_taps;
   options.fine = asked.fine;
   options.seed = asked.seed;
@@ -116,7 +114,7 @@ void AddRender(CLI::App& app, Command& command) {
       ->add_option("--estimator", asked->estimator,
                    "How paths of models path and diffusion find the lamps. collisions (default): at every collision,\n"
                    "from light that has not collided before; several times less noise, most of all from small lamps.\n"
-                   "exits: where they leave the object; the default with --derivatives.")
+                   "exits: where they leave the object, an independent check.")
       ->transform(CLI::CheckedTransformer(
           std::map<std::string, Estimator>{{"collisions", Estimator::kCollisions}, {"exits", Estimator::kExits}}));
   render->add_option("--photograph", asked->photograph, "Render only this photograph.");

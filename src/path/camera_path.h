@@ -85,29 +85,42 @@ class CameraPath {
 
   /// What a collision here and now would be weighted with, per channel.
   Spectrum WeightOfCollision() const { return at_.carried * context_.media.Weight(state); }
-  /// After `length_mm` and `collisions` in this medium that the state does not count yet.
-  Spectrum WeightOfCollision(double length_mm, int collisions) {
+  /// What do() returns after what the walk did in this medium and the state does not count yet.
+  template <class Do>
+  auto After(const Visit& uncounted, const Do& todo) {
     Visit& visit = state.visits[state.medium];
     const Visit before = visit;
-    visit.length_mm += length_mm;
-    visit.collisions += collisions;
-    const Spectrum weight = WeightOfCollision();
+    visit.length_mm += uncounted.length_mm;
+    visit.collisions += uncounted.collisions;
+    visit.phase_score += uncounted.phase_score;
+    const auto result = todo();
     visit = before;
-    return weight;
+    return result;
   }
-  /// Adds the lamps' light at a collision that the walk reaches along `direction`; `collisions`: those that the state
-  /// does not count yet.
+  /// Adds the lamps' light at a collision that the walk reaches along `direction`; `uncounted`: what the state does not
+  /// count yet.
   void Collide(const UncollidedLight& light, const UncollidedLight::Here& here, const glm::dvec3& direction,
-               int collisions, const std::array<float, kMostChannels>& weights) {
+               const Visit& uncounted, const std::array<float, kMostChannels>& weights) {
     for (size_t s = 0; s < light.sources().size(); ++s) {
       if (light.IsDark(here, s)) continue;
+      if (context_.wants_derivatives) light.Differentiate(here, s, direction, state.medium, weights.data(), scattered_);
       ForEach(at_.serves & light.sources()[s].photographs, [&](size_t p) {
         std::array<float, kMostChannels> passed;
         const double factor =
-            at_.is_depolarised ? 1.0
-                               : context_.polarisers[p].OfScattered(static_cast<double>(state.collisions + collisions));
+            at_.is_depolarised
+                ? 1.0
+                : context_.polarisers[p].OfScattered(static_cast<double>(state.collisions + uncounted.collisions));
         for (size_t c = 0; c < by_channel_; ++c) passed[c] = weights[c] * static_cast<float>(factor);
         light.AddScattered(here, s, direction, context_.media[state.medium], passed.data(), &by_rays_[p * by_channel_]);
+        if (!context_.wants_derivatives) return;
+        After(uncounted, [&] {
+          derivatives_.Add(p, state, at_.cut_returns, factor * scattered_.value);
+          return 0;
+        });
+        for (size_t l = 0; l < scattered_.by.size(); ++l) {
+          const LayerDerivatives& by = scattered_.by[l];
+          derivatives_.AddOfLight(p, l, {factor * by.scattering, factor * by.absorption, factor * by.asymmetry});
+        }
       });
     }
   }
@@ -124,8 +137,8 @@ class CameraPath {
       if (!context_.wants_derivatives) return;
       derivatives_.Add(p, state, at_.cut_returns, seen);
       for (size_t l = 0; l + 1 < context_.media.size(); ++l)
-        derivatives_.AddOfField(p, l, weight * fields.ByScattering(p, l, *here),
-                                weight * fields.ByAbsorption(p, l, *here));
+        derivatives_.AddOfLight(
+            p, l, {weight * fields.ByScattering(p, l, *here), weight * fields.ByAbsorption(p, l, *here), Spectrum()});
     });
   }
 
@@ -280,23 +293,9 @@ class CameraPath {
     const Scattered s = outer.Scatter(state.direction, b.normal, random_, towards_, densities_);
     for (size_t k = 0; k < targets_.size(); ++k)
       AddTarget(targets_[k], densities_[k].estimate, densities_[k].approximate);
-    const bool was_inside = state.medium != kOutside;
     state.direction = s.direction;
     state.medium = b.towards(s.direction);
     at_.density = s.density;
-    if (context_.has_diffuse_exits && outer.is_smooth() && was_inside && state.medium == kOutside) ExitDiffusely(b);
-  }
-
-  /// Adds the lamps' light as if light inside were diffuse. The continued path then adds no sampled lamp that it hits.
-  void ExitDiffusely(const Boundary& b) {
-    const double relative_ior = context_.outer[b.inside].inside_ior / context_.outer[b.inside].outside_ior;
-    ChooseTargets(b.normal);
-    for (const LampTarget& target : targets_) {
-      const double cosine = glm::dot(target.point.direction, b.normal);
-      const double passed = 1.0 - Terms<double>::FresnelReflectance(cosine, relative_ior);
-      AddTarget(target, context_.exit_scale[b.inside] * passed * cosine, 0.0);
-    }
-    at_.density = 0.0;
   }
 
   bool IsOpaqueCut(const Boundary& b) const { return b.is_cut && context_.cut_is_opaque; }
@@ -347,6 +346,7 @@ class CameraPath {
   std::vector<Spectrum> value_;                     ///< per photograph
   size_t by_channel_;                               ///< channels of uncollided light; 0: there is none
   std::vector<UncollidedLight::OfGroups> by_rays_;  ///< per photograph and channel
+  UncollidedLight::Scattered scattered_;            ///< work space
   Way at_;
   std::vector<Branch> branches_;  ///< not yet followed
   std::vector<LampTarget> targets_;

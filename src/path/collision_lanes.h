@@ -37,17 +37,20 @@ class CollisionLanes {
       if (light.Open(part_[i], blocks_[lit])) lit_[lit++] = i;
     std::array<float, kMostChannels> weights;
     for (int k = 0; k < lit; ++k) {
-      const int i = lit_[k], collisions = static_cast<int>(flights.collisions[i]) + 1;
+      const int i = lit_[k];
+      const Visit uncounted{.length_mm = flights.length_mm[i],
+                            .collisions = static_cast<int>(flights.collisions[i]) + 1,
+                            .phase_score = flights.phase_score[i]};
       CameraPath& path = path_of(i);
       const auto channels = static_cast<size_t>(media_.channels());
       if (is_simple_[i]) {
         for (size_t c = 0; c < channels; ++c) weights[c] = weight_[c][i];
       } else {
-        const Spectrum weight = path.WeightOfCollision(flights.length_mm[i], collisions);
+        const Spectrum weight = path.After(uncounted, [&] { return path.WeightOfCollision(); });
         for (size_t c = 0; c < channels; ++c) weights[c] = static_cast<float>(weight[static_cast<int>(c)]);
       }
       path.Collide(light, {blocks_[k], {at_x_[i], at_y_[i], at_z_[i]}}, {flights.dx[i], flights.dy[i], flights.dz[i]},
-                   collisions, weights);
+                   uncounted, weights);
     }
   }
   void Locate(const UncollidedLight& light, bool is_last, const FlightLanes& flights, int count);

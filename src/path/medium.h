@@ -19,6 +19,8 @@ struct Medium {
   const AbsorptionTexture* texture = nullptr;  ///< a factor on absorption; none: homogeneous
   /// Reduced scattering over scattering.
   double similarity() const { return 1.0 - (1.0 - isotropic_fraction) * g; }
+  /// d ln(scattering) / dg at constant reduced scattering.
+  double ScatteringByAsymmetry() const { return (1.0 - isotropic_fraction) / similarity(); }
 };
 
 /// Unit vector at angle acos(`cosine`) to `axis`, turned by `angle` about it.

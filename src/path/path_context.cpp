@@ -2,10 +2,8 @@
 
 #include <cmath>
 #include <map>
-#include <numbers>
 
 #include "capture/capture.h"
-#include "optics/fresnel_moments.h"
 #include "optics/media.h"
 
 namespace crownfit {
@@ -84,13 +82,10 @@ PathContext PathContextOf(const Capture& capture, const Material& material, cons
   const PhotographSpec& first = capture.photographs[photographs[0]];
   for (const size_t i : photographs) begun.polarisers.push_back(capture.photographs[i].polarisers());
   begun.wants_derivatives = options.derivatives;
-  begun.has_diffuse_exits = options.diffuse_exits;
   for (size_t i = 0; i < begun.media.size(); ++i) {
     const OuterBoundary outer{material.surface[Quantity::kRoughness][0], material.surface[Quantity::kWetness][0],
                               begun.media[static_cast<int>(i)].ior, capture.outside_ior};
-    const double relative_ior = std::max(1.0, outer.inside_ior / outer.outside_ior);
     begun.outer.push_back(outer);
-    begun.exit_scale.push_back(1.0 / (std::numbers::pi * (1.0 - MomentsOf(relative_ior).diffuse_outside)));
   }
   begun.cut_is_opaque = capture.neck != Neck::kAir;
   if (capture.neck == Neck::kRoot) {

@@ -81,11 +81,6 @@ struct PathContext {
   std::vector<Polarisers> polarisers{};  ///< per photograph
   bool wants_derivatives = false;        ///< compute derivatives too
   CutDerivatives cut_derivatives{};
-  /// For light that leaves through a smooth surface: lamps are sampled in the refracted lobe of diffuse light, instead
-  /// of in the one direction the path takes. Per medium the lobe's 1 / (pi x share of diffuse light that enters from
-  /// outside).
-  bool has_diffuse_exits = false;
-  std::vector<double> exit_scale{};
   HandOver hand_over{};
   const UncollidedLight* uncollided = nullptr;  ///< light of the lamps with is_followed
   /// The same as a walk sees it from its last collision before the flight with the reduced coefficient: light too goes

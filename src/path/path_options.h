@@ -33,9 +33,6 @@ struct PathOptions {
   bool keeps_groups = false;  ///< keep the values of groups of paths; with derivatives they are kept anyway
   /// False: lamps are found only by paths that hit them.
   bool lamps_are_sampled = true;
-  /// Light leaves a smooth surface as diffuse light would: several times less noise from lamps, but values are wrong by
-  /// a few per cent, smoothly over the object. Good enough for derivatives of ln(pixel).
-  bool diffuse_exits = false;
   Estimator estimator = Estimator::kExits;
   /// Model `diffusion`: walks end after this many collisions and switch to diffusion. The light was followed from the
   /// lamps through as many collisions, and solved for on this lattice over the body (light_field.h). Without a lattice

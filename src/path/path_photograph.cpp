@@ -244,8 +244,6 @@ std::vector<PathPhotograph> RenderTogether(const Capture& capture, const Layered
   Check(!photographs.empty() && photographs.size() <= kMaxPhotographs, "photographs of one camera");
   for (const size_t i : photographs) Check(CanShareWalks(capture, photographs[0], i), "photographs of one camera");
   Check(options.lanes > 0 || !options.derivatives, "derivatives need lanes");
-  Check(options.estimator == Estimator::kExits || !(options.derivatives || options.diffuse_exits),
-        "walks with derivatives look for lamps where they leave");
   const PhotographSpec& first = capture.photographs[photographs[0]];
   const RigidTransform object_from_camera = first.camera_from_object.Inverse();
   const auto ray_through = [&](double x, double y) {

@@ -60,11 +60,12 @@ class PathDerivatives {
     derivatives[layers_ - 1].absorption += value * static_cast<double>(cut_returns) * cut_.absorption;
   }
 
-  /// Adds the derivatives of the diffuse light in which a walk ended, weighted.
-  void AddOfField(size_t photograph, size_t layer, const Spectrum& by_scattering, const Spectrum& by_absorption) {
+  /// Adds derivatives of the light that a walk found, weighted.
+  void AddOfLight(size_t photograph, size_t layer, const LayerDerivatives& by) {
     LayerDerivatives& derivatives = derivatives_[photograph * layers_ + layer];
-    derivatives.scattering += by_scattering;
-    derivatives.absorption += by_absorption;
+    derivatives.scattering += by.scattering;
+    derivatives.absorption += by.absorption;
+    derivatives.asymmetry += by.asymmetry;
   }
 
   /// Begins a segment of flights through one medium, with this share of the light left. CloseStretch ends it.
@@ -105,9 +106,7 @@ class PathDerivatives {
         static_cast<double>(visit.reduced_collisions) - m.similarity() * m.scattering * visit.reduced_mm;
     const Spectrum scattering = static_cast<double>(visit.collisions - visit.reduced_collisions) -
                                 m.scattering * (visit.length_mm - visit.reduced_mm);
-    // Scattering is reduced scattering / (1 - (1 - f) g).
-    const double share = 1.0 - m.isotropic_fraction;
-    return {scattering + reduced, visit.phase_score + scattering * (share / (1.0 - share * m.g))};
+    return {scattering + reduced, visit.phase_score + scattering * m.ScatteringByAsymmetry()};
   }
   const Media& media_;
   CutDerivatives cut_;

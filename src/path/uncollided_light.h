@@ -19,6 +19,7 @@
 
 #include "path/layer_cells.h"
 #include "path/path_context.h"
+#include "path/score_derivatives.h"
 #include "path/uncollided_rays.h"
 
 namespace crownfit {
@@ -32,6 +33,7 @@ class UncollidedLight {
   UncollidedLight(const PathContext& context, const Media& media, const LayeredBody& body,
                   const UncollidedOptions& options, uint64_t seed, int threads);
 
+  struct Scattering;  ///< the light around a collision (uncollided_light.cpp)
   using Source = UncollidedRays::Source;
   const std::vector<Source>& sources() const { return sources_; }
   double cell_mm() const { return cells_ ? cells_->cell_mm() : 0.0; }
@@ -64,6 +66,16 @@ class UncollidedLight {
   void AddScattered(const Here& here, size_t source, const glm::dvec3& direction, const Medium& medium,
                     const float* weights, OfGroups* sums) const;
 
+  /// The same summed over groups, and its derivatives by the light and the phase function, per layer. Of a light with
+  /// derivatives (PathContext::wants_derivatives) only. `medium`: number of the medium.
+  struct Scattered {
+    Spectrum value;
+    std::vector<LayerDerivatives> by;
+    std::vector<float> sums;  ///< work space
+  };
+  void Differentiate(const Here& here, size_t source, const glm::dvec3& direction, int medium, const float* weights,
+                     Scattered& found) const;
+
  private:
   // A block holds one source's light in one part of a cell.
   struct alignas(64) Lobe {
@@ -74,8 +86,10 @@ class UncollidedLight {
     std::array<float, 16> v{};
   };
   static constexpr size_t kFluence = 3;  ///< in a block's lines: the cell's middle; then channel by channel, over n^2,
-                                         ///< the fluence there and its gradient, in cells
+                                         ///< the fluence there and its gradient, in cells; then for every kind of
+                                         ///< length the fluence times the length that its light has gone
   class Deposits;
+  Scattering ScatteringOf(const Here& here, size_t source, const glm::dvec3& direction, const Medium& medium) const;
   void Prefetch(int32_t block) const {
     if (block < 0) return;
     const auto b = static_cast<size_t>(block);
@@ -84,19 +98,26 @@ class UncollidedLight {
     __builtin_prefetch(lobe + 64);
     for (size_t k = 0; k < lines_of_block_; ++k) __builtin_prefetch(&lines_[b * lines_of_block_ + k]);
   }
-  void SetBlock(size_t block, size_t home, const double* sums, const LayerCells::Moments& filled, float* shares);
+  void SetBlock(size_t block, size_t home, const double* sums, const LayerCells::Moments& filled, float* shares,
+                const double* drawn_lengths);
+
+  void SetOwnLengths(float* own, const double* sums, int channels, const glm::dmat3& inverse_spread,
+                     const glm::dvec3& centroid, const double* drawn) const;
 
   const Media* media_;
   int channels_;
   std::vector<Source> sources_;
-  bool own_shares_;  ///< channels scatter differently, so their light keeps to other directions
+  bool own_shares_;        ///< channels scatter differently, so their light keeps to other directions
+  size_t lengths_;         ///< kinds of length: per layer the light's way there; then with textures times the texture
+  bool is_by_true_media_;  ///< their scattering follows g at constant reduced scattering
   size_t lines_of_block_;
   std::optional<LayerCells> cells_;
   std::vector<int32_t> part_of_;   ///< per part of a cell: that of its home; -1: dark. The last is outside all cells
   std::vector<int32_t> block_of_;  ///< per part and source; -1: dark
   std::vector<Lobe> lobes_;        ///< per block
   std::vector<std::array<uint16_t, kGroups>> shares_;  ///< per block and channel, with own_shares_
-  std::vector<Line> lines_;                            ///< per block, lines_of_block_
+  std::vector<float> own_lengths_;  ///< per block, channel with own_shares_, kind and group: beyond the mean
+  std::vector<Line> lines_;         ///< per block, lines_of_block_
 };
 
 }  // namespace crownfit

@@ -154,6 +154,8 @@ void UncollidedRays::Follow(const Source& source, const Boundary& first, glm::dv
   constexpr int kRouletteAfter = 64;  // boundaries; plane faces of a clear layer trap light
   ray.least = kAllAbove * ray.power.Largest();
   if (!(ray.least > 0)) return;
+  ray.length_mm.assign(media_.size(), 0.0);
+  ray.textured_mm.assign(media_.has_textures() ? media_.size() : 0, Spectrum(media_.channels(), 0.0));
   ray.last = ray.least * ray.random.Next();
   glm::dvec3 position = first.position;
   int medium = kOutside;

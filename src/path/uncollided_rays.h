@@ -13,8 +13,10 @@ namespace crownfit {
 struct UncollidedRay {
   Spectrum power{};
   RandomStream random{0};
-  double least = 0;  ///< power of the brightest channel below which a ray is one of few ...
-  double last = 0;   ///< ... and that where this one ends
+  std::vector<double> length_mm{};      ///< it has gone in each medium
+  std::vector<Spectrum> textured_mm{};  ///< the same times the medium's absorption texture; empty: none has one
+  double least = 0;                     ///< power of the brightest channel below which a ray is one of few ...
+  double last = 0;                      ///< ... and that where this one ends
 
   /// How many rays this one stands for on its next piece; 0: it ends here.
   double StandsFor() const {

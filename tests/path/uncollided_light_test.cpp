@@ -12,24 +12,12 @@
 #include <numeric>
 #include <optional>
 
-#include "geometry/mesh_file.h"
 #include "support/channels.h"
-#include "support/shapes.h"
-#include "support/temporary_folder.h"
+#include "support/lit_plate.h"
 #include "support/walked.h"
 
 namespace crownfit {
 namespace {
-
-/// A plate of two layers under a wide lamp, which walks that leave meet often.
-KnownScene Plate(double roughness = 0.2, double g = 0.6) {
-  KnownScene scene(Box({-2, -2, -1}, {2, 2, 0}), 2, 0.3, 6, 3.6);
-  SetLayer(scene, 0, 1.62, g, 0.5, 0.02);
-  SetLayer(scene, 1, 1.54, g, 1.0, 0.1);
-  SetSurface(scene, roughness, 0.0);
-  scene.Light(DiskLight{{150, 0, 150}, glm::normalize(glm::dvec3(-1, 0, -1)), glm::dvec3(2.0), 0.0, 200.0});
-  return scene;
-}
 
 PathPhotograph Render(const KnownScene& scene, const LayeredBody& body, Estimator estimator, PathOptions options) {
   options.estimator = estimator;
@@ -77,6 +65,20 @@ const Case kCases[] = {
      [] {
        KnownScene scene = Plate();
        SetSurface(scene, 0.3, 0.6);
+       return scene;
+     }},
+    {"ownAsymmetryInEveryLayer",
+     [] {
+       KnownScene scene = Plate();
+       scene.capture.layers[0][Quantity::kAsymmetry].value.fill(0.9);
+       scene.capture.layers[1][Quantity::kAsymmetry].value.fill(-0.3);
+       return scene;
+     }},
+    {"absorptionTexture", PlateWithTexture},
+    {"rimAlone",
+     [] {
+       KnownScene scene = Plate();
+       LookAtOriginFrom({250, 0, -1}, scene);
        return scene;
      }},
     {"indexStepUp", [] { return WithIndices(1.35, 1.65); }},
@@ -251,9 +253,11 @@ TEST(UncollidedLight, StatedErrorsHoldTheNoiseOfItsRays) {
   const KnownScene scene = Plate();
   const LayeredBody body = BodyOf(scene);
   constexpr int kSeeds = 30;
+  constexpr int kPatches = 4;  // quarters of the picture
   Mean totals, squares_of_errors;
+  std::array<Mean, kPatches> patches;
   std::vector<Mean> pixels;
-  double stated_of_pixels = 0;
+  double stated_of_pixels = 0, stated_of_patches = 0;
   for (uint64_t seed = 1; seed <= kSeeds; ++seed) {
     const PathPhotograph photo =
         Render(scene, body, Estimator::kCollisions,
@@ -261,6 +265,18 @@ TEST(UncollidedLight, StatedErrorsHoldTheNoiseOfItsRays) {
     const Mean total = TotalOf(photo);
     totals.Add(total.value());
     squares_of_errors.Add(total.error() * total.error());
+    for (size_t k = 0; k < kPatches; ++k) {
+      Mean patch;
+      for (size_t g = 0; g < photo.groups; ++g) {
+        double sum = 0;
+        for (size_t p = 0; p < photo.pixels.size(); ++p)
+          if (p % photo.width / 3 + 2 * (p / photo.width / 3) == k)
+            sum += photo.group_values.at(p * photo.groups + g, 1);
+        patch.Add(sum);
+      }
+      patches[k].Add(patch.value());
+      stated_of_patches += patch.error() * patch.error() / kSeeds;
+    }
     pixels.resize(photo.pixels.size());
     for (size_t p = 0; p < pixels.size(); ++p) {
       pixels[p].Add(photo.pixels[p].mean[1]);
@@ -268,10 +284,13 @@ TEST(UncollidedLight, StatedErrorsHoldTheNoiseOfItsRays) {
     }
   }
   const auto variance = [](const Mean& m) { return m.error() * m.error() * m.n; };
+  double found_of_patches = 0;
+  for (const Mean& patch : patches) found_of_patches += variance(patch);
   double found_of_pixels = 0;
   for (const Mean& pixel : pixels) found_of_pixels += variance(pixel);
   // 30 seeds tell a variance to 26 %; many pixels tell their pooled one to a few per cent.
   EXPECT_NEAR(squares_of_errors.value() / variance(totals), 1.0, 0.6);
+  EXPECT_NEAR(stated_of_patches / found_of_patches, 1.0, 0.4);
   EXPECT_NEAR(stated_of_pixels / found_of_pixels, 1.0, 0.15);
 }
 

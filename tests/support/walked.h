@@ -36,7 +36,7 @@ inline void LookAtOriginFrom(const glm::dvec3& place, KnownScene& scene) {
 }
 
 inline LayeredBody BodyOf(const KnownScene& scene) {
-  return {BuildSurfaces(scene.capture, scene.source, StatedThicknesses(scene.capture)), 0};
+  return {BuildSurfaces(scene.capture, scene.source, StatedThicknesses(scene.capture)), 0, scene.source.absorption};
 }
 
 /// Mean over the pixels on the object, of the green channel, with the standard error that the pixels state.
