@@ -92,18 +92,38 @@ Eigen::MatrixXd OffWithoutGroups(const std::vector<size_t>& members, const White
   return off;
 }
 
-SumsOfPatches SumsOf(const Patches& patches, const Whitening& w, const WalkComparison& c) {
+/// By how much a patch's noise of walks, as groups of paths scatter (`off`), exceeds what its pixels' own would add up
+/// to: squares of whitened sums.
+double NoiseInCommon(const std::vector<size_t>& members, const Whitening& w, const WalkComparison& c,
+                     const Eigen::MatrixXd& off) {
+  const auto groups = static_cast<double>(off.cols());
+  if (off.cols() < 2) return 0.0;
+  Eigen::MatrixXd own = Eigen::MatrixXd::Zero(w.channels(), w.channels());
+  for (const size_t i : members) {
+    const auto per_stddev = w.stddev[i].cwiseInverse().asDiagonal();
+    own += per_stddev * c.of_walks[i] * per_stddev;
+  }
+  return off.squaredNorm() * (groups - 1.0) / groups - w.root.solve(own).trace() / static_cast<double>(members.size());
+}
+
+/// `share_noise`: pixels have noise of walks in common.
+SumsOfPatches SumsOf(const Patches& patches, const Whitening& w, const WalkComparison& c, bool share_noise) {
   SumsOfPatches sums;
+  double in_common = 0;
   for (const auto& [place, members] : patches) {
     const Eigen::VectorXd sum = SumOf(members, w, c);
     sums.chi2 += sum.squaredNorm() / w.of_noise;
     const auto off = OffWithoutGroups(members, w, c);
+    if (share_noise) in_common += NoiseInCommon(members, w, c, off) / w.of_noise;
     if (off.cols() < 2) continue;
     sums.chi2_without.resize(static_cast<size_t>(off.cols()), 0.0);
     for (Eigen::Index g = 0; g < off.cols(); ++g)
       sums.chi2_without[static_cast<size_t>(g)] += (sum + off.col(g)).squaredNorm() / w.of_noise;
   }
   sums.values = static_cast<size_t>(w.channels()) * patches.size();
+  const double values = static_cast<double>(sums.values), scale = values / (values + std::max(0.0, in_common));
+  sums.chi2 *= scale;
+  for (double& without : sums.chi2_without) without *= scale;
   return sums;
 }
 
@@ -251,8 +271,8 @@ WalkComparison CompareWithWalks(const FitPixels& p, const PhotographCast& cast, 
   const Whitening w{stddev, whitening, whitening.solve(noise).trace() / p.channels()};
   c.chi2 = PixelChi2(w, c);
   c.values = static_cast<size_t>(p.channels()) * stddev.size();
-  c.patches = SumsOf(patches, w, c);
-  c.regions = SumsOf(PatchesOf(p, cast, WidthOfRegions(p, cast)), w, c);
+  c.patches = SumsOf(patches, w, c, walked.estimator == Estimator::kCollisions);
+  c.regions = SumsOf(PatchesOf(p, cast, WidthOfRegions(p, cast)), w, c, walked.estimator == Estimator::kCollisions);
   WeighPatches(patches, w, c);
   return c;
 }

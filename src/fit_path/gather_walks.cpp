@@ -144,6 +144,7 @@ PathOptions WalkGatherer::OptionsFor(const Shared& shared, double paths, int few
   options.seed = problem_.options.seed;
   options.stream = Key(kFitStream, ++run_);
   options.threads = problem_.options.threads;
+  options.estimator = Estimator::kCollisions;
   at_.walked_paths += options.paths_per_pixel * pixels;
   return options;
 }
@@ -166,7 +167,7 @@ void WalkGatherer::HandOver(const Material& material, const Shared& shared, int 
 
 /// By walks that are soon handed over to diffusion, which tell derivatives by scattering with a hundred times less
 /// noise, and wrong by some per cent: at the solution they only weigh what is left of the photographs, so they do not
-/// move it. Light that leaves a smooth surface before finds lamps as diffuse light would.
+/// move it.
 ///
 /// All walks share one field of diffuse light. What its rays make uneven is in no group's noise and so is not taken
 /// off: it looks like a shape by which the photographs tell scattering from a lamp's displacement. So rays grow with
@@ -176,7 +177,6 @@ void WalkGatherer::Differentiate(const Material& material, const Shared& shared,
   PathOptions options = OptionsFor(shared, paths, kPathsOfAGroup * FewestPaths(material));
   HandOver(material, shared, static_cast<int>(kRaysOfAPath * paths), options);
   options.field = run_;
-  options.diffuse_exits = !of_roughness;
   options.collisions = CollisionsThatTell(material);
   auto found = DifferentiateByPaths(
       input_, bodies_, material, PhotographsOf(shared), options,
@@ -309,6 +309,7 @@ double WalkGatherer::MisfitOfPatches(double paths, const std::string& stage) {
   double sum = 0;
   for (const Shared& shared : SharedWalks()) {
     PathOptions options = OptionsFor(shared, paths, kFewToCompare);
+    options.keeps_groups = true;
     constexpr int kRays = 10000;
     if (walks_ == Walks::kHandedOver) HandOver(material, shared, kRays, options);
     const std::vector<PathPhotograph> walked = Predict(material, shared, options, stage);

@@ -63,6 +63,7 @@ std::map<size_t, WalkedValues> WalkedPictures(const FitProblem& problem, const C
     options.seed = problem.options.seed;
     options.stream = Key(kFitStream, 0, photographs[0]);
     options.threads = problem.options.threads;
+    options.estimator = Estimator::kCollisions;
     const std::vector<PathPhotograph> walked = RenderTogether(
         capture, bodies.Of(material), input.scenery, material, photographs, options,
         [&](double share) { progress.Show("walking " + capture.photographs[photographs[0]].name, share); });
