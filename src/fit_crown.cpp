@@ -12,7 +12,6 @@
 #include "fit/judge.h"
 #include "fit/prior_file.h"
 #include "fit_path/fit_by_walks.h"
-#include "fit_path/gather_walks.h"
 #include "fit_path/predict_by_walks.h"
 #include "fit_path/scenery_levels.h"
 #include "fit_path/walk_profiles.h"
@@ -41,31 +40,19 @@ void FitByTheModelThatSuffices(const FitProblem& problem, CrownInput& input, Fit
   }
 }
 
-/// Departures from shared scattering, once every channel is free. Called where a fit has ended.
-std::vector<LawDeparture> DeparturesOf(const FitProblem& problem, CrownInput& input, FitState& at, bool is_by_walks,
-                                       Progress& progress) {
+/// Departures from shared scattering by shader, once every channel is free. Called where a fit has ended.
+std::vector<LawDeparture> DeparturesByShader(const FitProblem& problem, const FitState& at, Progress& progress) {
   if (!at.converged || !KeepsALaw(problem.capture)) return {};
   const Capture freed = WithoutLaws(problem.capture, MaterialAt(problem.free, at.x));
   const FreeParameters free = FreeParametersOf(freed);
   progress.Show("shared scattering", 0.5);
-  if (!is_by_walks) {
-    const ImageResiduals residuals(freed, at.cast, free, at.pixels, at.calibration, {3.0, problem.options.threads});
-    SolveOptions solve_options;
-    solve_options.use_priors = problem.options.use_priors;
-    const SolveResult solved = Solve(residuals, free, StartVector(free), solve_options, [](int, double) {});
-    if (!solved.converged || solved.thickness_moved) return {};
-    return DeparturesFromLaws(
-        problem.capture, free,
-        KnowledgeByShader(at.cast, free, solved.x, residuals.Evaluate(solved.x, true), at.pixels));
-  }
-  FitState there = at;
-  there.x = StartVector(free);
-  const WalkedStep::Solution s = StepByWalks({freed, free, problem.errors, problem.options}, input, there, progress);
-  MoveInput(problem, at, input);
-  at.walked_paths = there.walked_paths;
-  const int n = free.count();
-  return DeparturesFromLaws(problem.capture, free, s.step.head(n),
-                            std::max(1.0, at.knowledge.inflation) * s.covariance.topLeftCorner(n, n));
+  const ImageResiduals residuals(freed, at.cast, free, at.pixels, at.calibration, {3.0, problem.options.threads});
+  SolveOptions solve_options;
+  solve_options.use_priors = problem.options.use_priors;
+  const SolveResult solved = Solve(residuals, free, StartVector(free), solve_options, [](int, double) {});
+  if (!solved.converged || solved.thickness_moved) return {};
+  return DeparturesFromLaws(problem.capture, free,
+                            KnowledgeByShader(at.cast, free, solved.x, residuals.Evaluate(solved.x, true), at.pixels));
 }
 
 /// Profiles of every weak entry. Where the model is cheap, they are fits of the rest; where it is path-traced, they
@@ -129,7 +116,7 @@ CrownFit FitCrown(const Capture& stated, const FitOptions& options, Progress& pr
   fit.knowledge = at.knowledge;
   fit.uncertainty = Quantify(fit.capture, free, at.x, at.knowledge.With(beside.others), options.use_priors);
   if (beside.start.size() == 0)  // a joint fit uses each capture's own test
-    fit.departures = DeparturesOf(problem, input, at, fit.is_by_walks(), progress);
+    fit.departures = fit.is_by_walks() ? at.departures : DeparturesByShader(problem, at, progress);
   fit.scales = at.scales;
   fit.iterations = at.iterations;
   fit.casts = at.casts;

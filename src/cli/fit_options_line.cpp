@@ -51,8 +51,8 @@ std::vector<CLI::Option*> AddFitOptions(CLI::App* fit, FitText& options) {
       fit->add_flag("--twelve-taps", options.fit.twelve_taps,
                     "Blur with the thesis's 1 + 12 taps instead of 49: faster, coarser."),
       fit->add_option("--walks", options.walks,
-                      "Model path: random walks per photograph in each final run (default 1250000). Half as many\n"
-                      "give 1.4 times the noise. Model diffusion uses a fifth of them.")
+                      "Model path: random walks per photograph in all runs together (default 1250000). Half as many\n"
+                      "give 1.4 times the noise.")
           ->check(CLI::Range(size_t{1000}, size_t{10000000000})),
       fit->add_option("--profiles", options.fit.profile_points,
                       "Likelihood profiles in the report: number of fits to either side of each weak parameter\n"

@@ -5,6 +5,7 @@
 #include "fit/compare_photographs.h"
 #include "fit/free_parameters.h"
 #include "fit/nuisances.h"
+#include "fit/scattering_laws.h"
 #include "fit/uncertainty.h"
 #include "fit/walk_comparison.h"
 
@@ -34,6 +35,7 @@ struct FitState {
   double walked_paths = 0;
   InflatedErrors inflation{1, 1, 1, 1};  ///< factors on stated errors in path-traced steps
   std::vector<double> rival_roughness;   ///< of other optima as good as the current state
+  std::vector<LawDeparture> departures;  ///< by walks: from the laws that scattering keeps
   bool converged = false;
 };
 

@@ -14,7 +14,4 @@ namespace crownfit {
 /// after it has in long runs; what was moved counts. Then it is false, and `at` is as it was.
 bool FitByWalks(const FitProblem& problem, CrownInput& input, FitState& at, bool must_explain_more, Progress& progress);
 
-/// Where the photographs alone would have the unknowns go from where a fit stands, by one run of few walks.
-WalkedStep::Solution StepByWalks(const FitProblem& problem, CrownInput& input, FitState& at, Progress& progress);
-
 }  // namespace crownfit

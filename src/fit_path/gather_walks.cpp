@@ -21,8 +21,6 @@
 namespace crownfit {
 namespace {
 
-constexpr double kRoughnessShare = 0.25;  // of the paths for other derivatives
-
 /// Of a layer: reduced scattering over scattering.
 double Similarity(const Material::Layer& l) {
   return 1.0 - (1.0 - l[Quantity::kIsotropicFraction][0]) * l[Quantity::kAsymmetry][0];
@@ -172,18 +170,21 @@ void WalkGatherer::HandOver(const Material& material, const Shared& shared, int 
 /// All walks share one field of diffuse light. What its rays make uneven is in no group's noise and so is not taken
 /// off: it looks like a shape by which the photographs tell scattering from a lamp's displacement. So rays grow with
 /// the walks: 10,000 left the standard deviation of a disc's scattering a third too small (docs/validation.md).
-void WalkGatherer::Differentiate(const Material& material, const Shared& shared, double paths, bool of_roughness,
+void WalkGatherer::Differentiate(const Material& material, const Shared& shared, double paths, Told told,
                                  const std::string& stage) {
   PathOptions options = OptionsFor(shared, paths, kPathsOfAGroup * FewestPaths(material));
-  HandOver(material, shared, static_cast<int>(kRaysOfAPath * paths), options);
+  HandOver(material, shared, static_cast<int>(rays_of_a_path_ * paths), options);
   options.field = run_;
   options.collisions = CollisionsThatTell(material);
-  auto found = DifferentiateByPaths(
-      input_, bodies_, material, PhotographsOf(shared), options,
-      of_roughness ? std::vector<DerivativeParameter>{RoughnessOf(problem_.capture)} : differenced_, stage, progress_);
+  std::vector<DerivativeParameter> differenced;
+  if (told != Told::kRoughness) differenced = differenced_;
+  if (told != Told::kOthers) differenced.push_back(RoughnessOf(problem_.capture));
+  auto found =
+      DifferentiateByPaths(input_, bodies_, material, PhotographsOf(shared), options, differenced, stage, progress_);
   for (size_t k = 0; k < shared.size(); ++k)
-    derivatives_[shared[k]].push_front({at_.x, static_cast<double>(options.paths_per_pixel), of_roughness,
-                                        std::move(found[k].derivatives), std::move(found[k].photo.pixels)});
+    derivatives_[shared[k]].push_front({at_.x, static_cast<double>(options.paths_per_pixel), told != Told::kOthers,
+                                        told != Told::kRoughness, std::move(found[k].derivatives),
+                                        std::move(found[k].photo.pixels)});
 }
 
 void WalkGatherer::StartAnew() {
@@ -201,20 +202,33 @@ void WalkGatherer::ForgetSlopesFarAway() {
   }
 }
 
-/// Whether derivatives by roughness have fewer of the paths from about here than is their due: two more pictures are
-/// walked for them.
-bool WalkGatherer::LacksRoughness(const std::list<SlopesFound>& found) const {
+/// Makes derivatives until those from about here have so many paths, by roughness a share of it. Where that is few one
+/// set of pictures tells all.
+void WalkGatherer::AddSlopes(const Material& material, const Shared& shared, double paths, const std::string& stage) {
+  constexpr double kEnough = 0.75, kRoughnessShare = 0.25, kFew = 200000.0;
   double of_roughness = 0, of_others = 0;
-  for (const SlopesFound& f : found) (f.of_roughness ? of_roughness : of_others) += f.paths;
-  return of_roughness < kRoughnessShare * of_others;
+  for (const SlopesFound& f : derivatives_[shared[0]]) {
+    const double of_all = f.paths * static_cast<double>(f.picture.size());
+    if (f.of_roughness) of_roughness += of_all;
+    if (f.of_others) of_others += of_all;
+  }
+  const double for_roughness = std::min(paths, std::max(kFew, kRoughnessShare * paths));
+  const bool wants_others = of_others < kEnough * paths,
+             wants_roughness =
+                 unknowns_.IsFree(RoughnessOf(problem_.capture)) && of_roughness < kEnough * for_roughness;
+  if (wants_others && wants_roughness && paths <= kFew)
+    return Differentiate(material, shared, paths - of_others, Told::kAll, stage);
+  if (wants_others) Differentiate(material, shared, paths - of_others, Told::kOthers, stage);
+  if (wants_roughness) Differentiate(material, shared, for_roughness - of_roughness, Told::kRoughness, stage);
 }
 
 std::vector<RowsOfSlopes::Run> WalkGatherer::RunsOf(const std::list<SlopesFound>& found) {
   std::vector<RowsOfSlopes::Run> runs;
   for (const SlopesFound& f : found)
-    runs.push_back({&f.derivatives, f.paths, [of_roughness = f.of_roughness](const DerivativeParameter& p) {
-                      return (p.quantity == Quantity::kRoughness) == of_roughness;
-                    }});
+    runs.push_back(
+        {&f.derivatives, f.paths, [roughness = f.of_roughness, others = f.of_others](const DerivativeParameter& p) {
+           return p.quantity == Quantity::kRoughness ? roughness : others;
+         }});
   return runs;
 }
 
@@ -236,68 +250,74 @@ GatheredWalks WalkGatherer::Gather(double paths, double slope_paths, const std::
   MoveInput(problem_, at_, input_);
   ForgetSlopesFarAway();
   const Material material = MaterialAt(problem_.free, at_.x);
-  std::optional<WalkedStep> step;
-  WalkComparison total;
-  std::vector<std::vector<Spectrum>> values(at_.pixels.size());
-  std::vector<ResidualChi2> left_of(at_.pixels.size());
-  const ModelError error = walks_ == Walks::kHandedOver ? DiffusionError(material, problem_.options) : ModelError{};
-  Eigen::MatrixXd model_scatter = Eigen::MatrixXd::Zero(unknowns_.count(), unknowns_.count());
+  pictures_.resize(at_.pixels.size());
   for (const Shared& shared : SharedWalks()) {
     PathOptions options = OptionsFor(shared, paths, FewestPaths(material));
     options.keeps_groups = true;
     if (walks_ == Walks::kHandedOver) HandOver(material, shared, kRaysOfValues, options);
-    const std::vector<PathPhotograph> walked = Predict(material, shared, options, stage);
-    Differentiate(material, shared, slope_paths, false, stage);
-    if (unknowns_.IsFree(RoughnessOf(problem_.capture)) && LacksRoughness(derivatives_[shared[0]]))
-      Differentiate(material, shared, kRoughnessShare * slope_paths, true, stage);
+    std::vector<PathPhotograph> walked = Predict(material, shared, options, stage);
+    AddSlopes(material, shared, slope_paths, stage);
     for (size_t k = 0; k < shared.size(); ++k) {
-      const size_t g = shared[k];
-      const FitPixels& p = at_.pixels[g];
-      const RowsOfSlopes rows(RunsOf(derivatives_[g]), unknowns_.Chain(), unknowns_.material());
-      const std::vector<size_t> places = PlacesOf(p, CastOf(p), walked[k].width);
-      const std::vector<Spectrum> smooth = SmoothedMeans(walked[k]);
-      std::vector<Spectrum> sharp;  // without the noise that what is left of a pixel shares
-      const std::vector<size_t> ranks = RanksOf(p, CastOf(p), walked[k]);
-      LearnFromPicture(g, ranks);
-      for (const size_t rank : ranks) {
-        values[g].push_back(walked[k].pixels[rank].mean);
-        sharp.push_back(smooth[rank]);
-      }
-      const double exposure = unknowns_.ExposureOf(p);
-      const WalkComparison c = CompareWithWalks(p, CastOf(p), walked[k], exposure, error.patch);
-      const WalkUnknowns::Slopes nuisances(unknowns_, g, input_.capture, material);
-      const WalkedStep none(unknowns_.material(), derivatives_[g].front().derivatives.groups(), unknowns_.nuisances());
-      if (!step) step.emplace(none);
-      constexpr size_t kParts = 64;  // fixed, so that sums do not depend on the number of threads
-      std::vector<WalkedStep> parts(kParts, none);
-      std::vector<Eigen::MatrixXd> by_level(kParts, Eigen::MatrixXd::Zero(unknowns_.count(), p.channels()));
-      ParallelFor(kParts, problem_.options.threads, [&](size_t part) {
-        for (size_t i = part * p.pixels.size() / kParts; i < (part + 1) * p.pixels.size() / kParts; ++i) {
-          WalkedRows row = rows.Zero(unknowns_.nuisances());
-          for (const auto& [source, weight] : p.TermsOf(i)) rows.AddTo(row, places[source], exposure * weight);
-          nuisances.AddTo(row.exact, i, sharp);
-          if (error.photograph > 0) by_level[part] += ByLevel(row, c, p.values[i], i);
-          parts[part].Add(
-              {c.residual[i], c.covariance[i] / c.weight[i], c.of_walks[i] / c.weight[i], c.off_by_group[i]},
-              std::move(row));
-        }
-      });
-      for (const WalkedStep& part : parts) step->Add(part);
-      const Eigen::MatrixXd levels =
-          std::accumulate(by_level.begin(), by_level.end(), Eigen::MatrixXd(0.0 * by_level[0]));
-      model_scatter += std::pow(error.channel, 2) * levels * levels.transpose() +
-                       std::pow(error.photograph, 2) * levels.rowwise().sum() * levels.rowwise().sum().transpose();
-      total.AddSums(c);
-      left_of[g] = LeftOf(c);
+      const FitPixels& p = at_.pixels[shared[k]];
+      LearnFromPicture(shared[k], RanksOf(p, CastOf(p), walked[k]));
+      pictures_[shared[k]] = std::move(walked[k]);
     }
   }
-  const FlatResiduals flat(problem_.capture, problem_.free, problem_.options.threads);
-  if (flat.count() > 0) {
-    const FlatResiduals::Evaluation e = flat.Evaluate(at_.x, true);
-    step->AddExact(-e.residuals, e.jacobian);
-  }
   ++at_.iterations;
-  return {std::move(*step),  total.chi2 / static_cast<double>(total.values),
+  return Compare(problem_, unknowns_);
+}
+
+GatheredWalks WalkGatherer::Compare(const FitProblem& problem, const WalkUnknowns& unknowns) const {
+  const Eigen::VectorXd x = unknowns.Here().head(unknowns.material());
+  const Material material = MaterialAt(problem.free, x);
+  const ModelError error = walks_ == Walks::kHandedOver ? DiffusionError(material, problem.options) : ModelError{};
+  const WalkedStep none(unknowns.material(), derivatives_[0].front().derivatives.groups(), unknowns.nuisances());
+  WalkedStep step = none;
+  WalkComparison total;
+  std::vector<std::vector<Spectrum>> values(at_.pixels.size());
+  std::vector<ResidualChi2> left_of;
+  Eigen::MatrixXd model_scatter = Eigen::MatrixXd::Zero(unknowns.count(), unknowns.count());
+  for (size_t g = 0; g < at_.pixels.size(); ++g) {
+    const FitPixels& p = at_.pixels[g];
+    const PathPhotograph& walked = pictures_[g];
+    const RowsOfSlopes rows(RunsOf(derivatives_[g]), unknowns.Chain(), unknowns.material());
+    const std::vector<size_t> places = PlacesOf(p, CastOf(p), walked.width);
+    const std::vector<Spectrum> smooth = SmoothedMeans(walked);
+    std::vector<Spectrum> sharp;  // without the noise that what is left of a pixel shares
+    for (const size_t rank : RanksOf(p, CastOf(p), walked)) {
+      values[g].push_back(walked.pixels[rank].mean);
+      sharp.push_back(smooth[rank]);
+    }
+    const double exposure = unknowns.ExposureOf(p);
+    const WalkComparison c = CompareWithWalks(p, CastOf(p), walked, exposure, error.patch);
+    const WalkUnknowns::Slopes nuisances(unknowns, g, input_.capture, material);
+    constexpr size_t kParts = 64;  // fixed, so that sums do not depend on the number of threads
+    std::vector<WalkedStep> parts(kParts, none);
+    std::vector<Eigen::MatrixXd> by_level(kParts, Eigen::MatrixXd::Zero(unknowns.count(), p.channels()));
+    ParallelFor(kParts, problem.options.threads, [&](size_t part) {
+      for (size_t i = part * p.pixels.size() / kParts; i < (part + 1) * p.pixels.size() / kParts; ++i) {
+        WalkedRows row = rows.Zero(unknowns.nuisances());
+        for (const auto& [source, weight] : p.TermsOf(i)) rows.AddTo(row, places[source], exposure * weight);
+        nuisances.AddTo(row.exact, i, sharp);
+        if (error.photograph > 0) by_level[part] += ByLevel(row, c, p.values[i], i);
+        parts[part].Add({c.residual[i], c.covariance[i] / c.weight[i], c.of_walks[i] / c.weight[i], c.off_by_group[i]},
+                        std::move(row));
+      }
+    });
+    for (const WalkedStep& part : parts) step.Add(part);
+    const Eigen::MatrixXd levels =
+        std::accumulate(by_level.begin(), by_level.end(), Eigen::MatrixXd(0.0 * by_level[0]));
+    model_scatter += std::pow(error.channel, 2) * levels * levels.transpose() +
+                     std::pow(error.photograph, 2) * levels.rowwise().sum() * levels.rowwise().sum().transpose();
+    total.AddSums(c);
+    left_of.push_back(LeftOf(c));
+  }
+  const FlatResiduals flat(problem.capture, problem.free, problem.options.threads);
+  if (flat.count() > 0) {
+    const FlatResiduals::Evaluation e = flat.Evaluate(x, true);
+    step.AddExact(-e.residuals, e.jacobian);
+  }
+  return {std::move(step),   total.chi2 / static_cast<double>(total.values),
           LeftOf(total),     std::move(left_of),
           std::move(values), std::move(model_scatter)};
 }

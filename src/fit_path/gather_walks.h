@@ -25,7 +25,8 @@ int CollisionsThatDepolarise(const PhotographSpec& photo);
 
 /// How light is followed for fields of diffuse light: rays of each lamp.
 inline constexpr int kRaysOfValues = 20000;
-inline constexpr double kRaysOfAPath = 0.4;  ///< of those that derivatives are walked by
+/// The same for every path that derivatives are walked by, in a search and after it.
+inline constexpr double kRaysOfSearch = 0.1, kRaysOfAPath = 0.4;
 /// Transport paths, mm, below which a search's fields need not resolve: elements of a quarter. They are 1 % too dark at
 /// 4 / mm, and derivatives by scattering a fifth off; long runs resolve what is there.
 inline constexpr double kShortestOfSearch = 0.31;
@@ -66,13 +67,17 @@ class WalkGatherer {
   void GoBy(Walks how) { walks_ = how; }
   /// Forgets what derivatives it has; the next walks take the same random numbers as the first ones.
   void StartAnew();
-  /// What diffuse light's fields resolve from now on: at first no more than leads to where the optimum is.
-  void ResolveFields() { bodies_.ResolvePathsFrom(0.0); }
+  /// What diffuse light's fields resolve from now on, and by how many rays of each lamp for every path of derivatives:
+  /// at first no more than leads to where the optimum is.
+  void ResolveFields() { bodies_.ResolvePathsFrom(0.0), rays_of_a_path_ = kRaysOfAPath; }
   /// From now on at most so many pixels a photograph are compared, which lie on the object where the calibration
   /// stands.
   void TakePixels(size_t at_most);
-  /// Walks every photograph once for values and once for derivatives, so many paths each. Counts an iteration.
+  /// Walks every photograph: so many paths for values, and for derivatives until those from about here have so many.
+  /// Counts an iteration.
   GatheredWalks Gather(double paths, double slope_paths, const std::string& stage);
+  /// What the last walks say of other unknowns, of a problem with the same photographs and the same material there.
+  GatheredWalks Compare(const FitProblem& problem, const WalkUnknowns& unknowns) const;
   /// Patches' squares over their noise's, by few walks: to tell a good start from a bad one.
   double MisfitOfPatches(double paths, const std::string& stage);
 
@@ -80,8 +85,8 @@ class WalkGatherer {
   using Shared = std::vector<size_t>;  ///< numbers in FitState::pixels of photographs that share walks
   struct SlopesFound {
     Eigen::VectorXd at;
-    double paths;
-    bool of_roughness;  ///< it alone: others need no pictures beside
+    double paths;                  ///< a pixel
+    bool of_roughness, of_others;  ///< what it tells
     PooledDerivatives derivatives;
     std::vector<PixelEstimate> picture;  ///< that they came with, by rank
   };
@@ -95,12 +100,13 @@ class WalkGatherer {
   std::vector<PathPhotograph> Predict(const Material& material, const Shared& shared, const PathOptions& options,
                                       const std::string& stage);
   void HandOver(const Material& material, const Shared& shared, int rays, PathOptions& options);
-  void Differentiate(const Material& material, const Shared& shared, double paths, bool of_roughness,
-                     const std::string& stage);
+  /// Derivatives to be made by one set of walks.
+  enum class Told { kOthers, kRoughness, kAll };
+  void Differentiate(const Material& material, const Shared& shared, double paths, Told told, const std::string& stage);
   /// Regions' too where the model's own error is not larger than their noise.
   ResidualChi2 LeftOf(const WalkComparison& c) const;
   void ForgetSlopesFarAway();
-  bool LacksRoughness(const std::list<SlopesFound>& found) const;
+  void AddSlopes(const Material& material, const Shared& shared, double paths, const std::string& stage);
   static std::vector<RowsOfSlopes::Run> RunsOf(const std::list<SlopesFound>& found);
 
   const FitProblem& problem_;
@@ -112,6 +118,8 @@ class WalkGatherer {
   std::vector<DerivativeParameter> differenced_;     ///< all but roughness
   std::vector<std::vector<Spectrum>> stated_noise_;  ///< standard deviations, per photograph of the fit and pixel
   std::vector<std::list<SlopesFound>> derivatives_;  ///< per photograph of the fit, latest first
+  double rays_of_a_path_ = kRaysOfSearch;
+  std::vector<PathPhotograph> pictures_;             ///< the last walks' values, per photograph of the fit
   Walks walks_ = Walks::kToTheirEnd;
   uint64_t run_ = 0;
 };

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 
 #include "base/linear_algebra.h"
 
@@ -25,7 +26,7 @@ bool LongRuns::Conclude() {
   constexpr double kAgreeAtOnce = 2.0, kAgree = 5.0;  // mean square of scatter in standard deviations of the walks
   constexpr size_t kSeveral = 4;
   constexpr double kOfUnknown = 0.1;  // of the variance
-  const double n = static_cast<double>(runs_.size());
+  const double paths = Paths();
   const int m = unknowns_.material(), count = unknowns_.count();
   Eigen::VectorXd mean = Eigen::VectorXd::Zero(count);
   Eigen::MatrixXd whole = Eigen::MatrixXd::Zero(count, count), whole_of_a_run = whole;
@@ -33,15 +34,20 @@ bool LongRuns::Conclude() {
   k.by_photographs = Eigen::VectorXd::Zero(m);
   at_.walked.clear();
   for (const auto& values : runs_[0].values) at_.walked.emplace_back(values.size());
+  // Values are walked anew in every run; derivatives, in the last one, are the mean of all runs'.
+  const Eigen::MatrixXd &of_slopes = runs_.back().of_slopes, &of_model = runs_.back().of_model;
+  Eigen::MatrixXd of_mean = of_slopes;
   for (const RunEstimate& e : runs_) {
-    mean += e.unknowns / n;
-    k.by_photographs += e.by_photographs / n;
-    whole += e.covariance / n;
-    whole_of_a_run += e.of_walks / n;
-    k.reduced_chi2 += e.chi2 / n;
-    k.block_chi2 += e.misfit.patches.chi2 / n;
+    const double share = e.paths / paths;  // the noise of walks goes with their number, and is all that runs differ by
+    mean += share * e.unknowns;
+    k.by_photographs += share * e.by_photographs;
+    whole += share * e.covariance;
+    whole_of_a_run += share * e.of_walks;
+    of_mean += share * share * (e.of_walks - of_slopes);
+    k.reduced_chi2 += share * e.chi2;
+    k.block_chi2 += share * e.misfit.patches.chi2;
     for (size_t g = 0; g < at_.walked.size(); ++g)
-      for (size_t i = 0; i < at_.walked[g].size(); ++i) at_.walked[g][i] += e.values[g][i] / n;
+      for (size_t i = 0; i < at_.walked[g].size(); ++i) at_.walked[g][i] += share * e.values[g][i];
   }
   std::vector<ResidualChi2> left;
   for (const RunEstimate& e : runs_) left.push_back(e.misfit);
@@ -54,13 +60,14 @@ bool LongRuns::Conclude() {
   }
   const Eigen::MatrixXd covariance = whole.topLeftCorner(m, m), of_a_run = whole_of_a_run.topLeftCorner(m, m);
   double off = 0;
-  const Eigen::VectorXd allowed = of_a_run.diagonal().cwiseMax(kOfUnknown * covariance.diagonal()).cwiseMax(1e-12);
-  for (const RunEstimate& e : runs_) off += (e.unknowns - mean).head(m).cwiseAbs2().cwiseQuotient(allowed).sum();
+  for (const RunEstimate& e : runs_) {
+    const Eigen::VectorXd own = e.of_walks.diagonal().head(m),
+                          allowed = own.cwiseMax(kOfUnknown * covariance.diagonal()).cwiseMax(1e-12);
+    off += (e.unknowns - mean).head(m).cwiseAbs2().cwiseQuotient(allowed).sum();
+  }
   const double moving = static_cast<double>(m) - static_cast<double>(unknowns_.Untold().size());
-  const double scatter = runs_.size() > 1 && moving > 0 ? off / (moving * (n - 1.0)) : 0.0;
-  // Values are walked anew in every run; derivatives, in the last one, are the mean of all runs'.
-  const Eigen::MatrixXd &of_slopes = runs_.back().of_slopes, &of_model = runs_.back().of_model;
-  const Eigen::MatrixXd whole_of_walks = std::max(1.0, scatter) * ((whole_of_a_run - of_slopes) / n + of_slopes);
+  const double scatter = runs_.size() > 1 && moving > 0 ? off / (moving * static_cast<double>(runs_.size() - 1)) : 0.0;
+  const Eigen::MatrixXd whole_of_walks = std::max(1.0, scatter) * of_mean;
   const Eigen::MatrixXd of_walks = whole_of_walks.topLeftCorner(m, m);
   unknowns_.GoTo(mean);
   // What is left beyond noise is common to all runs: no number of walks averages it out. It is measured against the
@@ -88,17 +95,21 @@ bool LongRuns::Conclude() {
   return runs_.size() > 1 && scatter <= (runs_.size() < kSeveral ? kAgreeAtOnce : kAgree);
 }
 
-bool LongRuns::WouldGainByWalks() const {
-  constexpr double kShareOfWalks = 0.5, kTold = 0.35, kPrecise = 0.02;  // in ln
-  double share = 0;
-  int told = 0;
+double LongRuns::Paths() const {
+  return std::accumulate(runs_.begin(), runs_.end(), 0.0,
+                         [](double sum, const RunEstimate& e) { return sum + e.paths; });
+}
+
+double LongRuns::PathsWanted() const {
+  constexpr double kOfRest = 0.5, kTold = 0.35, kPrecise = 0.01;  // in ln
+  double times = 1.0;
   for (int k = 0; k < unknowns_.material(); ++k) {
-    const double of_walks = at_.knowledge.of_walks[k], variance = at_.knowledge.covariance(k, k);
-    if (variance < kPrecise * kPrecise || (1.0 - of_walks) * variance > kTold * kTold) continue;
-    share += of_walks;
-    ++told;
+    const double variance = at_.knowledge.covariance(k, k), of_walks = at_.knowledge.of_walks[k] * variance,
+                 rest = variance - of_walks;
+    if (!(of_walks > 0) || rest > kTold * kTold) continue;
+    times = std::max(times, of_walks / std::max(kOfRest * rest, kPrecise * kPrecise - rest));
   }
-  return share > kShareOfWalks * told;
+  return (times - 1.0) * Paths();
 }
 
 /// Entries of which pictures know no more than their range does were not seen, nor were those without derivatives.

@@ -11,6 +11,7 @@ namespace crownfit {
 
 /// Where one run ended, and what it knows.
 struct RunEstimate {
+  double paths;  ///< for values, of a photograph
   Eigen::VectorXd unknowns;
   Eigen::VectorXd by_photographs;        ///< the material's entries, had nothing else been known
   Eigen::MatrixXd covariance, of_walks;  ///< of all unknowns
@@ -40,9 +41,11 @@ class LongRuns {
   /// once, or several that scatter by somewhat more than their walks, which then widens the intervals. Where the
   /// photographs tell little, runs may differ by a share of what is not known.
   bool Conclude();
-  /// After Conclude: whether walks make more than half of the variance of what they could tell and have not told
-  /// precisely yet. Photographs alone would tell it within a factor 4.
-  bool WouldGainByWalks() const;
+  /// After Conclude: how many more paths a photograph would have walks make no more than a third of any value's
+  /// variance, where photographs alone tell it within a factor 4 and it is not known within 1 %.
+  double PathsWanted() const;
+  /// Paths a photograph of the runs that count.
+  double Paths() const;
 
  private:
   void ForgetRanges(const Eigen::MatrixXd& known, DataEstimate& knowledge) const;

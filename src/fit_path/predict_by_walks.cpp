@@ -54,7 +54,7 @@ std::map<size_t, WalkedValues> WalkedPictures(const FitProblem& problem, const C
     }
     const auto pixels = std::count(options.wanted.begin(), options.wanted.end(), 1);
     const bool hands_over = problem.options.model == Model::kDiffusion;
-    const double paths = static_cast<double>(problem.options.paths_per_photograph) * (hands_over ? kOfHandedOver : 1.0);
+    const double paths = std::min(static_cast<double>(problem.options.paths_per_photograph), kRun.values);
     options.paths_per_pixel = 1 + static_cast<int>(paths / static_cast<double>(std::max<long>(1, pixels)));
     options.collisions = problem.options.collisions;
     for (const size_t i : photographs)

@@ -55,7 +55,7 @@ class WalkProfiler {
   WalkedStep::Solution SolveAt(const Eigen::VectorXd& place) {
     constexpr double kReach = 3.0;
     constexpr double kFewest = 100000.0;
-    const double paths = std::max(kFewest, kSearchShare * static_cast<double>(problem_.options.paths_per_photograph));
+    const double paths = kFewest;
     unknowns_.GoTo(place);
     gatherer_.StartAnew();
     const GatheredWalks g = gatherer_.Gather(

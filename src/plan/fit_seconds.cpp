@@ -20,11 +20,13 @@ constexpr double kCores = 2;
 
 // Of one core.
 constexpr double kOfShare = 0.4e-6, kOfVertex = 13e-6;
-constexpr double kOfWalk = 12e-6, kOfHandedWalk = 4e-6;  // to its end; until it is handed over
-constexpr double kOfNode = 5e-6, kOfNodeSlopes = 9e-6;   // a photograph's
-constexpr double kOfRay = 2e-6, kOfCollision = 0.2e-6;   // a lamp's
-constexpr double kSlopes = 2.5;                          // times a ray without
-constexpr double kOfBody = 1.0;                          // whose thickness was moved, with its lattice
+constexpr double kOfWalk = 12e-6, kOfScoring = 4e-6;    // to its end; a photograph's lamps at its collisions
+constexpr double kOfHandedWalk = 5e-6;                  // until it is handed over; twice that with derivatives
+constexpr double kOfCells = 0.5;                        // of a picture, with the rays of light that fills them
+constexpr double kOfNode = 5e-6, kOfNodeSlopes = 9e-6;  // a photograph's
+constexpr double kOfRay = 2e-6, kOfCollision = 0.2e-6;  // a lamp's
+constexpr double kSlopes = 2.5;                         // times a ray without
+constexpr double kOfBody = 1.0;                         // whose thickness was moved, with its lattice
 
 bool IsDifferenced(const FreeEntry& e) {
   return e.quantity == Quantity::kThickness || e.quantity == Quantity::kThicknessScale || e.quantity == Quantity::kIor;
@@ -87,15 +89,13 @@ FitSeconds::FitSeconds(const FitProblem& problem, const FitState& at, const Coar
   // A free depth is sought from five places.
   const bool has_depth = any([](const FreeEntry& e) { return e.quantity == Quantity::kThickness && !e.moves_surface; });
   steps_of_shader_ = (has_depth ? 150.0 : 30.0) * vertices_ * static_cast<double>(at.pixels.size());
-  has_law_ = KeepsALaw(problem.capture);  // which is asked about at the end
-  if (has_law_) steps_of_shader_ *= 1.3;
+  if (KeepsALaw(problem.capture)) steps_of_shader_ *= 1.3;  // which is asked about at the end
   pictures_beside_ = 2.0 * static_cast<double>(std::count_if(entries.begin(), entries.end(), IsDifferenced));
   has_rough_ = any([](const FreeEntry& e) { return e.quantity == Quantity::kRoughness; });
 
   const Material material = MaterialAt(problem.free, at.x);
   fewest_ = FewestPaths(material);
   collisions_that_tell_ = CollisionsThatTell(material);
-  collisions_ = std::max(problem.options.collisions, collisions_that_tell_);
   const std::vector<TriangleMesh>& surfaces = at.cast.crown->surfaces;
   nodes_ = VolumeLattice::NodesFor(surfaces[0], ElementFor(surfaces, material, 0.0));
   nodes_of_search_ = VolumeLattice::NodesFor(surfaces[0], ElementFor(surfaces, material, kShortestOfSearch));
@@ -108,35 +108,33 @@ double FitSeconds::ByShader() const {
 }
 
 double FitSeconds::Handed(const Shared& s, double nodes, const Picture& p) const {
-  return p.paths * kOfHandedWalk + s.photographs * nodes * (p.has_derivatives ? kOfNodeSlopes : kOfNode) +
+  return kOfCells + p.paths * kOfHandedWalk * (p.has_derivatives ? 2.0 : 1.0) +
+         s.photographs * nodes * (p.has_derivatives ? kOfNodeSlopes : kOfNode) +
          s.lamps * p.rays * (p.has_derivatives ? kSlopes : 1.0) * (kOfRay + kOfCollision * p.collisions);
 }
 
-double FitSeconds::Differentiated(const Shared& s, double nodes, double paths) const {
-  const double walked = std::max(paths, kPathsOfAGroup * fewest_ * s.pixels), rays = kRaysOfAPath * paths;
+double FitSeconds::Walked(const Shared& s, double paths) const {
+  return kOfCells + std::max(paths, fewest_ * s.pixels) * (kOfWalk + kOfScoring * s.photographs);
+}
+
+double FitSeconds::Differentiated(const Shared& s, double nodes, double paths, double rays_of_a_path) const {
+  const double walked = std::max(paths, kPathsOfAGroup * fewest_ * s.pixels), rays = rays_of_a_path * paths,
+               beside = pictures_beside_ + (has_rough_ ? 2.0 : 0.0);
   return Handed(s, nodes, {walked, rays, collisions_that_tell_, true}) +
-         pictures_beside_ * (Handed(s, nodes, {walked, rays, collisions_that_tell_, false}) + kOfBody);
+         beside * Handed(s, nodes, {walked, rays, collisions_that_tell_, false}) + pictures_beside_ * kOfBody;
 }
 
 double FitSeconds::ByWalks(double paths) const {
-  constexpr double kBeside = 0.2;
   // A free roughness is searched for from several places, a thickness sometimes from two.
-  const bool has_beside = pictures_beside_ > 0;
-  const double searches = has_rough_ || has_beside ? 12 : 8;
-  const double middles = (has_rough_ ? 8 : has_beside ? 4 : 2) + (has_law_ ? 1 : 0);
-  const double runs = has_rough_ ? 10 : 6;
-  // The start by shader, and pixels for the search and for long runs.
+  const double searches = has_rough_ ? 7 : pictures_beside_ > 0 ? 6 : 4, runs = 2;
+  // The start by shader, and pixels for the search and for the runs.
   double seconds = 3.0 * cast_.values + 2.0 * cast_.derivatives + steps_of_shader_ * kOfVertex;
   for (const Shared& s : shared_) {
     Shared sought = s;
-    sought.pixels = std::min(s.pixels, static_cast<double>(kPixelsOfSearch));
-    const auto at_least = [&](const Shared& of, double n) { return std::max(n, fewest_ * of.pixels); };
-    const double few = kSearchShare * paths, middle = kMiddleShare * paths;
-    seconds +=
-        searches * (Handed(sought, nodes_of_search_, {at_least(sought, few), kRaysOfValues, collisions_, false}) +
-                    Differentiated(sought, nodes_of_search_, few)) +
-        middles * (at_least(sought, middle) * kOfWalk + Differentiated(sought, nodes_of_search_, middle)) +
-        runs * (at_least(s, paths) * (1.0 + kBeside) * kOfWalk + Differentiated(s, nodes_, SlopePaths(paths)));
+    sought.pixels = std::min(s.pixels, static_cast<double>(kSearch.pixels));
+    seconds += searches * (Walked(sought, std::min(kSearch.values, paths)) +
+                           Differentiated(sought, nodes_of_search_, std::min(kSearch.slopes, paths), kRaysOfSearch)) +
+               Walked(s, paths) + runs * Differentiated(s, nodes_, std::min(kRun.slopes, paths), kRaysOfAPath);
   }
   return seconds / kCores;
 }

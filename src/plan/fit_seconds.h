@@ -23,7 +23,7 @@ class FitSeconds {
   /// The same fit of the same photographs, had they less in their scene.
   FitSeconds Of(const Capture& capture, const FitState& at) const;
   double ByShader() const;
-  /// With so many walks a photograph; few are made more, as derivatives need.
+  /// With so many walks a photograph in all runs; few are made more, as derivatives need.
   double ByWalks(double paths) const;
 
  private:
@@ -39,7 +39,8 @@ class FitSeconds {
   };
   void Count(const Capture& capture, const FitState& at);
   double Handed(const Shared& s, double nodes, const Picture& picture) const;
-  double Differentiated(const Shared& s, double nodes, double paths) const;
+  double Walked(const Shared& s, double paths) const;
+  double Differentiated(const Shared& s, double nodes, double paths, double rays_of_a_path) const;
 
   Coarseness coarse_;
   double vertices_ = 0;     ///< on which a fit gathers light
@@ -48,9 +49,9 @@ class FitSeconds {
   double steps_of_shader_ = 0;  ///< times vertices and photographs
   std::vector<Shared> shared_;
   double pictures_beside_ = 0;  ///< per derivatives: of thicknesses and indices that are free
-  bool has_rough_ = false, has_law_ = false;
+  bool has_rough_ = false;
   double nodes_of_search_ = 0, nodes_ = 0;
-  int fewest_ = 1, collisions_ = 0, collisions_that_tell_ = 0;
+  int fewest_ = 1, collisions_that_tell_ = 0;
 };
 
 }  // namespace crownfit

@@ -199,9 +199,8 @@ Foresight ForeseePhotographs(const FitProblem& problem, const CrownInput& input,
 }
 
 FitPixels WithNoiseOfWalks(FitPixels p, double paths) {
-  // Relative variance of what one walk brings, on path-traced crowns and discs; and the long runs that a fit ends with.
-  constexpr double kVariance = 20.0, kRuns = 2.0;
-  const double relative = kVariance * static_cast<double>(p.pixels.size()) / (kRuns * paths);
+  constexpr double kVariance = 7.0;  // relative, of what one walk brings, on path-traced crowns and discs
+  const double relative = kVariance * static_cast<double>(p.pixels.size()) / paths;
   for (size_t i = 0; i < p.pixels.size(); ++i)
     p.stddev[i] = Sqrt(p.stddev[i] * p.stddev[i] + relative * p.values[i] * p.values[i]);
   return p;
