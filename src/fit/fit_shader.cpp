@@ -52,7 +52,7 @@ FitState FitByShader(const FitProblem& problem, CrownInput& input, Progress& pro
   at.x = StartVector(free);
   at.calibration.amounts.assign(errors.size(), 0.0);
   // Calibration errors triple a cast's cost, and random walks begin at the stated calibration anyway.
-  const int casts_before_walks = errors.empty() ? 3 : options.model == Model::kAuto ? 2 : 1;
+  const int casts_before_walks = errors.empty() ? 3 : 1;
   for (bool again = true; again && at.casts < kMostCasts; ++at.casts) {
     if (at.casts >= casts_before_walks && GoesOnToWalks(problem, at)) break;
     input.capture = Moved(capture, errors, at.calibration.amounts);

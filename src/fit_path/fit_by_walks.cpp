@@ -186,39 +186,40 @@ class WalkFit {
     return best().left;
   }
 
-  /// Steps of a search, until they gain no more than noise does, are short, or lead to where a search was before. Where
-  /// one made things worse it is taken back, and derivatives get twice the paths. Where more than noise is left and
-  /// several steps took nothing off it, photographs contradict the model or each other, and no further one would: the
-  /// best place is kept. What was left before the last step, if there was one.
+  /// Steps of a search, until they gain no more than noise does, are short, or lead to where a search was before. One
+  /// that made things worse is halved. Where more than noise is left and several steps took nothing off it, photographs
+  /// contradict the model or each other, and no further one would: the best place is kept. What was left before the
+  /// last step, if there was one.
   std::optional<PatchChi2> SearchSteps(const std::function<bool(const Eigen::VectorXd&)>& was_found) {
-    constexpr const Stage& stage = kSearch;
-    constexpr double kWorse = 1.5, kMostSlopes = 8.0, kShort = 0.1;
-    constexpr int kSeveral = 3;
-    double slope_paths = stage.slopes, best = HUGE_VAL;
-    Eigen::VectorXd best_at = unknowns_.Here();
-    Valley lowest{best_at, {HUGE_VAL, 1.0, 1.0, 0.0}};
-    int in_vain = 0;
+    constexpr double kWorse = 1.5, kShort = 0.1;
+    constexpr int kSeveral = 3, kMostHalved = 3;
+    Valley lowest{unknowns_.Here(), {HUGE_VAL, 1.0, 1.0, 0.0}};
+    Eigen::VectorXd from, step;
+    double left_before = HUGE_VAL;
+    int in_vain = 0, halved = 0;
     std::optional<PatchChi2> left;
-    for (int i = 0; i < stage.most && !was_found(unknowns_.Here()); ++i) {
-      GatheredWalks g = Gather(stage, stage.values, slope_paths);
-      if (g.left.patches.chi2 > kWorse * best && slope_paths < kMostSlopes * stage.slopes) {
-        slope_paths *= 2.0;
-        unknowns_.GoTo(best_at);
-        g = Gather(stage, stage.values, slope_paths);
+    for (int i = 0; i < kSearch.most && !was_found(unknowns_.Here()); ++i) {
+      const GatheredWalks g = Gather(kSearch, kSearch.values, kSearch.slopes);
+      if (g.left.patches.chi2 > kWorse * left_before && halved < kMostHalved) {
+        ++halved;
+        step *= 0.5;
+        unknowns_.GoTo(from + step);
+        continue;
       }
-      best = g.left.patches.chi2;
+      halved = 0;
       left = g.left.patches;
-      best_at = unknowns_.Here();
+      left_before = left->chi2;
+      from = unknowns_.Here();
       WalkedStep::Solution s;
-      const Eigen::VectorXd step = StepIn(stage, g, s).step;
-      Record(stage.name, stage.values, g, step, s);
-      in_vain = g.left.patches.chi2 < kLess * lowest.left.chi2 ? 0 : in_vain + 1;
-      if (g.left.patches.chi2 < lowest.left.chi2) lowest = {best_at, g.left.patches};
+      step = StepIn(kSearch, g, s).step;
+      Record(kSearch.name, Capped(kSearch.values), g, step, s);
+      in_vain = left->chi2 < kLess * lowest.left.chi2 ? 0 : in_vain + 1;
+      if (left->chi2 < lowest.left.chi2) lowest = {from, *left};
       if (in_vain >= kSeveral && (lowest.left.chi2 > kExplained || g.left.regions.IsMoreThan(kExplained))) {
         unknowns_.GoTo(lowest.where);
         return lowest.left;
       }
-      unknowns_.GoTo(best_at + step);
+      unknowns_.GoTo(from + step);
       if (s.gain <= kSettled * s.noise_gain || unknowns_.LongestLogarithm(step) < kShort) break;
     }
     return left;

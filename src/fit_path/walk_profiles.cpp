@@ -17,8 +17,7 @@ class WalkProfiler {
  public:
   WalkProfiler(const FitProblem& problem, CrownInput& input, FitState& at, Progress& progress, int places)
       : problem_(problem), unknowns_(problem, at), gatherer_(problem, input, at, unknowns_, progress), places_(places) {
-    gatherer_.GoBy(WalkGatherer::Walks::kHandedOver);
-    gatherer_.TakePixels(problem.options.max_pixels_per_photograph);
+    if (problem.options.model == Model::kDiffusion) gatherer_.GoBy(WalkGatherer::Walks::kHandedOver);
     solution_ = unknowns_.Here();
     here_ = SolveAt(solution_);
   }
@@ -54,8 +53,7 @@ class WalkProfiler {
 
   WalkedStep::Solution SolveAt(const Eigen::VectorXd& place) {
     constexpr double kReach = 3.0;
-    constexpr double kFewest = 100000.0;
-    const double paths = kFewest;
+    const double paths = kSearch.values;
     unknowns_.GoTo(place);
     gatherer_.StartAnew();
     const GatheredWalks g = gatherer_.Gather(
