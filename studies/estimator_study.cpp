@@ -1,7 +1,8 @@
 // Noise against time of both estimators of model path, over patches of captures' photographs: with their lamps as they
 // are, a fifth as wide and of no width, on surfaces of several roughnesses. Writes CSV.
 //
-// usage: estimator_study [--few] CAPTURE...     --few: as the capture is, only
+// usage: estimator_study [--few | --handed-over] CAPTURE...     --few: as the capture is, only
+//     --handed-over: pictures of model diffusion, by the scatter of eight
 
 #include <algorithm>
 #include <cmath>
@@ -115,6 +116,18 @@ double PooledVariance(const Patches& p, const std::vector<double>& means) {
   return sum;
 }
 
+void Print(const std::string& capture, const std::string& photograph, const char* lamps, double roughness,
+           const Patches& exits, const Patches& collisions) {
+  const double of_exits = PooledVariance(exits, collisions.mean),
+               of_collisions = PooledVariance(collisions, collisions.mean);
+  std::printf("%s,%s,%s,%g,%.4g,%.4g,%.3f,%.3f,%.2f,%.4f,%.4f\n", capture.c_str(), photograph.c_str(), lamps, roughness,
+              std::sqrt(of_exits), std::sqrt(of_collisions), exits.seconds, collisions.seconds,
+              of_exits * exits.seconds / (of_collisions * collisions.seconds), collisions.total / exits.total,
+              std::hypot(std::sqrt(exits.total_variance) / exits.total,
+                         std::sqrt(collisions.total_variance) / collisions.total));
+  std::fflush(stdout);
+}
+
 void Compare(const std::string& name, const CrownInput& input, Bodies& bodies, const Material& material,
              const char* lamps, double roughness, int paths) {
   const LayeredBody& body = bodies.Of(material);
@@ -122,22 +135,44 @@ void Compare(const std::string& name, const CrownInput& input, Bodies& bodies, c
     const Patches exits = PatchesBy(Estimator::kExits, input, body, material, i, {.paths_per_pixel = paths, .seed = 1}),
                   collisions = PatchesBy(Estimator::kCollisions, input, body, material, i,
                                          {.paths_per_pixel = paths, .seed = 2});
-    const double of_exits = PooledVariance(exits, collisions.mean),
-                 of_collisions = PooledVariance(collisions, collisions.mean);
-    std::printf("%s,%s,%s,%g,%.4g,%.4g,%.3f,%.3f,%.2f,%.4f,%.4f\n", name.c_str(),
-                input.capture.photographs[i].name.c_str(), lamps, roughness, std::sqrt(of_exits),
-                std::sqrt(of_collisions), exits.seconds, collisions.seconds,
-                of_exits * exits.seconds / (of_collisions * collisions.seconds), collisions.total / exits.total,
-                std::hypot(std::sqrt(exits.total_variance) / exits.total,
-                           std::sqrt(collisions.total_variance) / collisions.total));
-    std::fflush(stdout);
+    Print(name, input.capture.photographs[i].name, lamps, roughness, exits, collisions);
+  }
+}
+
+/// The same for pictures that are handed over after ten collisions: by the scatter of several, each with a field of
+/// diffuse light of its own.
+void CompareHandedOver(const std::string& name, const CrownInput& input, Bodies& bodies, const Material& material,
+                       const char* lamps, int paths) {
+  constexpr int kSeeds = 8;
+  for (size_t i = 0; i < input.capture.photographs.size(); ++i) {
+    const auto of_seeds = [&](Estimator estimator) {
+      Patches all;
+      std::vector<double> squares;
+      for (uint64_t seed = 1; seed <= kSeeds; ++seed) {
+        PathOptions options{.paths_per_pixel = paths, .seed = seed};
+        options.lattice = &bodies.LatticeOf(material);
+        const Patches one = PatchesBy(estimator, input, bodies.Of(material), material, i, options);
+        all.mean.resize(one.mean.size(), 0.0);
+        squares.resize(one.mean.size(), 0.0);
+        for (size_t k = 0; k < one.mean.size(); ++k)
+          all.mean[k] += one.mean[k] / kSeeds, squares[k] += one.mean[k] * one.mean[k] / kSeeds;
+        all.total += one.total / kSeeds, all.total_variance += one.total * one.total / kSeeds;
+        all.seconds += one.seconds / kSeeds;
+      }
+      for (size_t k = 0; k < squares.size(); ++k)
+        all.variance.push_back((squares[k] - all.mean[k] * all.mean[k]) * kSeeds / (kSeeds - 1.0));
+      all.total_variance = (all.total_variance - all.total * all.total) / (kSeeds - 1.0);
+      return all;
+    };
+    Print(name, input.capture.photographs[i].name, lamps, material.surface[Quantity::kRoughness][0],
+          of_seeds(Estimator::kExits), of_seeds(Estimator::kCollisions));
   }
 }
 
 }  // namespace
 
 int main(int count, char** words) {
-  bool few = false;
+  bool few = false, handed_over = false;
   int paths = 64;
   std::printf(
       "capture,photograph,lamps,roughness,error_exits,error_collisions,s_exits,s_collisions,gain,ratio,ratio_error\n");
@@ -146,12 +181,22 @@ int main(int count, char** words) {
       few = true;
       continue;
     }
+    if (std::strcmp(words[k], "--handed-over") == 0) {
+      handed_over = true;
+      continue;
+    }
     const std::filesystem::path folder = words[k];
     const Capture capture = ReadCapture(folder);
     const std::string name = folder.filename().string();
     CrownInput input = ReadInput(capture, 0, false);
     Material material = ReadMaterialFile(folder / "truth.json", capture);
     Bodies bodies(input, 0);
+    if (handed_over) {
+      CompareHandedOver(name, input, bodies, material, "as they are", paths);
+      for (Light& light : input.capture.lights) light.shape = Narrowed(light.shape, 0.0);
+      CompareHandedOver(name, input, bodies, material, "points", paths);
+      continue;
+    }
     Compare(name, input, bodies, material, "as they are", material.surface[Quantity::kRoughness][0], paths);
     if (few) continue;
     for (const double width : {1.0, 0.2, 0.0})

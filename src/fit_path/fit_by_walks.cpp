@@ -9,7 +9,7 @@
 #include "capture/capture.h"
 #include "fit/scattering_laws.h"
 #include "fit_path/gather_walks.h"
-#include "fit_path/long_runs.h"
+#include "fit_path/walk_runs.h"
 #include "fit_path/walk_schedule.h"
 
 namespace crownfit {
@@ -232,9 +232,10 @@ class WalkFit {
   }
 
   /// The step within the stage's trust region; `s` is that of the whole one.
-  WalkUnknowns::ShortStep StepIn(const Stage& stage, const GatheredWalks& g, WalkedStep::Solution& s) const {
+  WalkUnknowns::ShortStep StepIn(const Stage& stage, const GatheredWalks& g, WalkedStep::Solution& s) {
     const Eigen::VectorXd whole =
         unknowns_.Bounded(g.step, unknowns_.Prior(stage.reach, WalkUnknowns::From::kAll), stage.noise, s);
+    gatherer_.Know(s.covariance.diagonal().head(unknowns_.material()).cwiseSqrt());
     return unknowns_.Shortened(whole, s.covariance, stage.longest);
   }
 
@@ -298,7 +299,7 @@ class WalkFit {
   FitState& at_;
   WalkUnknowns unknowns_;
   WalkGatherer gatherer_;
-  LongRuns runs_;
+  WalkRuns runs_;
   const WalkGatherer::Walks last_;  ///< of the pictures that the fit ends at
   Eigen::VectorXd other_start_, walked_at_;
 };

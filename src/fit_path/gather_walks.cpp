@@ -187,17 +187,16 @@ void WalkGatherer::Differentiate(const Material& material, const Shared& shared,
                                         std::move(found[k].photo.pixels)});
 }
 
-void WalkGatherer::StartAnew() {
-  run_ = 0;
-  for (std::list<SlopesFound>& found : derivatives_) found.clear();
-}
-
-/// Of the last runs' derivatives those from about here are kept.
+/// Of the last runs' derivatives those from about here are kept, in the entries that photographs tell.
 void WalkGatherer::ForgetSlopesFarAway() {
-  constexpr double kNear = 0.3;
+  constexpr double kNear = 0.3, kTold = 0.35;
   constexpr size_t kMost = 8;
   for (std::list<SlopesFound>& found : derivatives_) {
-    found.remove_if([&](const SlopesFound& f) { return unknowns_.LongestLogarithm(f.at - at_.x) > kNear; });
+    found.remove_if([&](const SlopesFound& f) {
+      Eigen::VectorXd off = f.at - at_.x;
+      if (stddevs_.size() > 0) off = (stddevs_.array() > kTold).select(0.0, off);
+      return unknowns_.LongestLogarithm(off) > kNear;
+    });
     if (found.size() > kMost) found.resize(kMost, found.front());
   }
 }

@@ -28,7 +28,7 @@ inline constexpr int kRaysOfValues = 20000;
 /// The same for every path that derivatives are walked by, in a search and after it.
 inline constexpr double kRaysOfSearch = 0.1, kRaysOfAPath = 0.4;
 /// Transport paths, mm, below which a search's fields need not resolve: elements of a quarter. They are 1 % too dark at
-/// 4 / mm, and derivatives by scattering a fifth off; long runs resolve what is there.
+/// 4 / mm, and derivatives by scattering a fifth off; runs resolve what is there.
 inline constexpr double kShortestOfSearch = 0.31;
 /// Of groups of paths, that derivatives have: with fewer the groups' own noise is not known.
 inline constexpr int kPathsOfAGroup = 3;
@@ -65,11 +65,13 @@ class WalkGatherer {
   /// How pictures are predicted from now on: by walks to their end (at first), or handed over to diffusion.
   enum class Walks { kToTheirEnd, kHandedOver };
   void GoBy(Walks how) { walks_ = how; }
-  /// Forgets what derivatives it has; the next walks take the same random numbers as the first ones.
-  void StartAnew();
+  /// The next walks take the same random numbers as the first ones.
+  void RepeatRandomNumbers() { run_ = 0; }
   /// What diffuse light's fields resolve from now on, and by how many rays of each lamp for every path of derivatives:
   /// at first no more than leads to where the optimum is.
   void ResolveFields() { bodies_.ResolvePathsFrom(0.0), rays_of_a_path_ = kRaysOfAPath; }
+  /// How well the material's entries are known. Derivatives hardly follow those that photographs hardly tell.
+  void Know(const Eigen::VectorXd& stddevs) { stddevs_ = stddevs; }
   /// From now on at most so many pixels a photograph are compared, which lie on the object where the calibration
   /// stands.
   void TakePixels(size_t at_most);
@@ -118,8 +120,9 @@ class WalkGatherer {
   std::vector<DerivativeParameter> differenced_;     ///< all but roughness
   std::vector<std::vector<Spectrum>> stated_noise_;  ///< standard deviations, per photograph of the fit and pixel
   std::vector<std::list<SlopesFound>> derivatives_;  ///< per photograph of the fit, latest first
+  Eigen::VectorXd stddevs_;                          ///< of the material's entries; empty: not known
   double rays_of_a_path_ = kRaysOfSearch;
-  std::vector<PathPhotograph> pictures_;             ///< the last walks' values, per photograph of the fit
+  std::vector<PathPhotograph> pictures_;  ///< the last walks' values, per photograph of the fit
   Walks walks_ = Walks::kToTheirEnd;
   uint64_t run_ = 0;
 };

@@ -18,6 +18,7 @@ class WalkProfiler {
   WalkProfiler(const FitProblem& problem, CrownInput& input, FitState& at, Progress& progress, int places)
       : problem_(problem), unknowns_(problem, at), gatherer_(problem, input, at, unknowns_, progress), places_(places) {
     if (problem.options.model == Model::kDiffusion) gatherer_.GoBy(WalkGatherer::Walks::kHandedOver);
+    gatherer_.TakePixels(std::min(kSearch.pixels, problem.options.max_pixels_per_photograph));
     solution_ = unknowns_.Here();
     here_ = SolveAt(solution_);
   }
@@ -55,7 +56,7 @@ class WalkProfiler {
     constexpr double kReach = 3.0;
     const double paths = kSearch.values;
     unknowns_.GoTo(place);
-    gatherer_.StartAnew();
+    gatherer_.RepeatRandomNumbers();
     const GatheredWalks g = gatherer_.Gather(
         paths, paths, "likelihood profiles, " + std::to_string(++made_) + " of " + std::to_string(places_));
     return g.step.Solve(unknowns_.Prior(kReach, WalkUnknowns::From::kAll), unknowns_.Untold());

@@ -1,4 +1,4 @@
-#include "fit_path/long_runs.h"
+#include "fit_path/walk_runs.h"
 
 #include <algorithm>
 #include <cmath>
@@ -8,7 +8,7 @@
 
 namespace crownfit {
 
-void LongRuns::Add(RunEstimate run) {
+void WalkRuns::Add(RunEstimate run) {
   constexpr size_t kSeveral = 3;
   const bool leads_on = run.is_on_its_way || (!runs_.empty() && runs_.back().is_on_its_way);
   if (run.is_on_its_way && runs_.size() >= kSeveral && !has_strayed_) {
@@ -22,7 +22,7 @@ void LongRuns::Add(RunEstimate run) {
   if (runs_.back().tells_all) std::erase_if(runs_, [](const RunEstimate& e) { return !e.tells_all; });
 }
 
-bool LongRuns::Conclude() {
+bool WalkRuns::Conclude() {
   constexpr double kAgreeAtOnce = 2.0, kAgree = 5.0;  // mean square of scatter in standard deviations of the walks
   constexpr size_t kSeveral = 4;
   constexpr double kOfUnknown = 0.1;  // of the variance
@@ -95,12 +95,12 @@ bool LongRuns::Conclude() {
   return runs_.size() > 1 && scatter <= (runs_.size() < kSeveral ? kAgreeAtOnce : kAgree);
 }
 
-double LongRuns::Paths() const {
+double WalkRuns::Paths() const {
   return std::accumulate(runs_.begin(), runs_.end(), 0.0,
                          [](double sum, const RunEstimate& e) { return sum + e.paths; });
 }
 
-double LongRuns::PathsWanted() const {
+double WalkRuns::PathsWanted() const {
   constexpr double kOfRest = 0.5, kTold = 0.35, kPrecise = 0.01;  // in ln
   double times = 1.0;
   for (int k = 0; k < unknowns_.material(); ++k) {
@@ -114,7 +114,7 @@ double LongRuns::PathsWanted() const {
 
 /// Entries of which pictures know no more than their range does were not seen, nor were those without derivatives.
 /// What the others owe to the range of such a one stays in their variances.
-void LongRuns::ForgetRanges(const Eigen::MatrixXd& known, DataEstimate& k) const {
+void WalkRuns::ForgetRanges(const Eigen::MatrixXd& known, DataEstimate& k) const {
   constexpr double kNoMore = 0.5;  // of the range's variance
   const int m = unknowns_.material();
   const Eigen::VectorXd of_range = unknowns_.RangesAlone().precision.diagonal().head(m).cwiseInverse();

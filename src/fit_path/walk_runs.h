@@ -1,6 +1,6 @@
 #pragma once
-// What long runs by walks say together: each is one step with many paths from where the last one led, and their mean is
-// what the fit finds.
+// What runs by walks say together: each is one step from where the last one led, and their mean, weighted by their
+// paths, is what the fit finds.
 
 #include <vector>
 
@@ -25,10 +25,10 @@ struct RunEstimate {
   bool tells_all;      ///< its derivatives do, of every direction
 };
 
-class LongRuns {
+class WalkRuns {
  public:
   /// Both must outlive it; it writes where the fit stands.
-  LongRuns(WalkUnknowns& unknowns, FitState& at) : unknowns_(unknowns), at_(at) {}
+  WalkRuns(WalkUnknowns& unknowns, FitState& at) : unknowns_(unknowns), at_(at) {}
 
   /// Drops those that only led here.
   void Add(RunEstimate run);
