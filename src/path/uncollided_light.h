@@ -88,7 +88,6 @@ class UncollidedLight {
   static constexpr size_t kFluence = 3;  ///< in a block's lines: the cell's middle; then channel by channel, over n^2,
                                          ///< the fluence there and its gradient, in cells; then for every kind of
                                          ///< length the fluence times the length that its light has gone
-  class Deposits;
   Scattering ScatteringOf(const Here& here, size_t source, const glm::dvec3& direction, const Medium& medium) const;
   void Prefetch(int32_t block) const {
     if (block < 0) return;
